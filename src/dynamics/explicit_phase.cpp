@@ -60,7 +60,7 @@ public:
         end_(context, options),
         releases_(body_),
         breaking_check_(make_breaking_check(context, motion)),
-        break_release_(context, motion, load_time),
+        break_release_(context, motion, load_time, options.release_time, options.grid.step),
         failure_(group_) {
     if (options.ending_loads != nullptr)
       load_watch_.emplace(body_, *options.ending_loads, options.grid.n_steps);
@@ -246,12 +246,13 @@ private:
   void restore(const Checkpoint& checkpoint) {
     const RunningPhase& running = *checkpoint.running;
     group_.enter("restoring");
+    step_ = running.step;
     parallel::agree(group_, [&] {
-      break_release_.restore(running.releases);
+      break_release_.restore(running.releases, phase_time());
       restore_memory(checkpoint.memory, body_.subdomain(), *context_.criterion);
       motion_.restore(running.motion);
     });
-    step_ = running.step;
+    break_release_.update_strengths();
     last_break_ = running.last_break;
     end_.restore(running.separation);
     if (load_watch_) {

@@ -139,6 +139,10 @@ public:
     n_contacts_ = context_.body->residual_stiffness().contacts().size();
   }
 
+  void update_strengths(std::span<const std::int32_t> tetrahedra) override {
+    for (const auto t : tetrahedra) take_over(t);
+  }
+
   void read(MotionState& state) const override { state_.read(state); }
 
   double external_work(double time, const MotionState& state) const override {

@@ -68,13 +68,15 @@ mechanics::HeldComponents constrained_components(const parallel::Communicator& g
 QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                                        const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion,
                                        double patience, fracture::StressAverage* average,
-                                       mechanics::BoundaryLoads* ending_loads)
+                                       mechanics::BoundaryLoads* ending_loads,
+                                       fracture::CrackVicinity* vicinity)
     : group_(&group),
       body_(&body),
       loads_(&loads),
       ending_loads_(ending_loads),
       criterion_(&criterion),
       average_(average),
+      vicinity_(vicinity),
       patience_(patience),
       solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(),
               body.residual_stiffness(), constrained_components(group, body.subdomain(), loads)),
@@ -136,6 +138,10 @@ void QuasiStaticLoading::combine(double time, parallel::NodeField& displacement)
 }
 
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
+  if (vicinity_ != nullptr) {
+    const auto weakened = vicinity_->update(*group_);
+    if (average_ != nullptr) average_->forget(weakened);
+  }
   const auto changes = body_->changes();
   solver_.release(changes.subspan(n_changes_solved_));
   n_changes_solved_ = changes.size();

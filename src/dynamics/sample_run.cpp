@@ -56,9 +56,11 @@ public:
                  setup_.criterion.get(),
                  setup_.criterion->screening_share(setup_.stable_step),
                  setup_.average.get(),
-                 parameters.damping_rate()} {
+                 parameters.damping_rate(),
+                 setup_.vicinity.get()} {
     result_.stable_step = setup_.stable_step;
     result_.load_is_reaction = machine_reacts();
+    options_.release_time = parameters_.fracture.release_time;
     result_.time_step = setup_.grid.step;
     result_.timings.setup = setup_watch_.seconds();
     say(fmt::format("{} nodes, {} tetrahedra; stable step {:.3g} ns, used {:.4g} ns, {} steps",
@@ -117,7 +119,7 @@ private:
     group_.enter("quasi-static loading");
     setup_.refuse_free_body();
     QuasiStaticLoading loading(group_, body_, loads_, *setup_.criterion, patience, setup_.average.get(),
-                               &loads_);
+                               &loads_, setup_.vicinity.get());
     release_freed_memory();
     loading.load_at_start(account_);
     bool is_at_limit = parameters_.time.start == input::Start::equilibrium;

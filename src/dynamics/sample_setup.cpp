@@ -38,6 +38,7 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
       average(fracture::make_stress_average(input.fracture, body, criterion->strengths())) {
   refuse_overdamping(input.damping_rate(), grid);
   fracture::soften_by_input(ranks, input, sample, body);
+  vicinity = fracture::make_crack_vicinity(ranks, input, sample, body, *criterion);
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {

@@ -60,17 +60,35 @@ BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::
       broken_(subdomain.tetrahedra.size(), 0) {}
 
 void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
-                            double phase_time) {
+                            double phase_time, double remaining) {
   const auto index = static_cast<std::size_t>(tetrahedron);
   if (broken_[index] != 0) throw std::logic_error("a tetrahedron was broken twice");
   if (softening_ && reduce_stiffness(tetrahedron, strain, load_time, phase_time)) return;
   const Symmetric sigma = residual_stiffness_.stress(tetrahedron, strain);
   const double before = residual_stiffness_.energy(tetrahedron, strain);
   const int cut = most_loaded_cut(operators_.tetrahedra[index], elasticity_(strain));
-  open(tetrahedron, cut);
-  if (subdomain_->counted[index] == 0) return;
+  open(tetrahedron, cut, remaining);
+  const bool is_counted = subdomain_->counted[index] != 0;
+  if (remaining > 0)
+    releasing_.push_back(
+        {tetrahedron, phase_time, is_counted ? std::optional(records_.size()) : std::nullopt});
+  if (!is_counted) return;
   records_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time, largest_principal(sigma),
                       before - residual_stiffness_.energy(tetrahedron, strain), cut});
+}
+
+void BreakableBody::continue_releases(const std::function<double(double)>& remaining,
+                                      const std::function<Symmetric(std::int32_t)>& strain) {
+  std::erase_if(releasing_, [&](const Releasing& one) {
+    const Symmetric eps = strain(one.tetrahedron);
+    const double share = remaining(one.phase_time);
+    const double before = residual_stiffness_.energy(one.tetrahedron, eps);
+    residual_stiffness_.reduce(one.tetrahedron, share);
+    changes_.push_back(one.tetrahedron);
+    if (one.record)
+      records_[*one.record].released_energy += before - residual_stiffness_.energy(one.tetrahedron, eps);
+    return share <= 0;
+  });
 }
 
 void BreakableBody::soften(const SofteningLaw& law, std::vector<double> dissipation) {
@@ -105,9 +123,17 @@ double BreakableBody::threshold(std::int32_t tetrahedron) const {
   return teeth[std::min(static_cast<std::size_t>(softened->second.n_fallen), teeth.size() - 1)].threshold;
 }
 
-void BreakableBody::open(std::int32_t tetrahedron, int cut) {
+void BreakableBody::open(std::int32_t tetrahedron, int cut, double remaining) {
   const auto index = static_cast<std::size_t>(tetrahedron);
-  release_edges(tetrahedron, release_ == input::Release::facet ? crossed_edges(cut) : mechanics::all_edges);
+  const mechanics::EdgeSet edges =
+      release_ == input::Release::facet ? crossed_edges(cut) : mechanics::all_edges;
+  if (remaining > 0) {
+    residual_stiffness_.begin_release(tetrahedron, edges);
+    residual_stiffness_.reduce(tetrahedron, remaining);
+    changes_.push_back(tetrahedron);
+  } else {
+    release_edges(tetrahedron, edges);
+  }
   broken_[index] = 1;
   order_.push_back(tetrahedron);
   if (contact_ == input::Contact::frictionless) {
@@ -121,7 +147,7 @@ void BreakableBody::release_edges(std::int32_t tetrahedron, mechanics::EdgeSet e
   changes_.push_back(tetrahedron);
 }
 
-void BreakableBody::restore(const Releases& releases) {
+void BreakableBody::restore(const Releases& releases, const std::function<double(double)>& remaining) {
   for (const auto& fall : releases.stiffness_reductions) {
     const std::int32_t t = subdomain_->local_number(fall.tetrahedron);
     if (t < 0) continue;
@@ -135,8 +161,13 @@ void BreakableBody::restore(const Releases& releases) {
   for (const auto& record : releases.breaks) {
     const std::int32_t t = subdomain_->local_number(record.tetrahedron);
     if (t < 0) continue;
-    open(t, record.cut);
-    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) records_.push_back(record);
+    const bool is_counted = subdomain_->counted[static_cast<std::size_t>(t)] != 0;
+    const double share = remaining ? remaining(record.phase_time) : 0;
+    open(t, record.cut, share);
+    if (share > 0)
+      releasing_.push_back(
+          {t, record.phase_time, is_counted ? std::optional(records_.size()) : std::nullopt});
+    if (is_counted) records_.push_back(record);
   }
   for (const auto& release : releases.bridge_releases) {
     const std::int32_t t = subdomain_->local_number(release.tetrahedron);
@@ -185,7 +216,7 @@ void BreakableBody::release_bridges(const parallel::Communicator& group, double 
     unsigned edges = 0;
     for (; edge != bridging.end() && edge->tetrahedron == number; ++edge) edges |= 1U << edge->edge;
     const std::int32_t t = subdomain_->local_number(number);
-    if (t < 0 || (edges & ~static_cast<unsigned>(residual_stiffness_.released(t))) == 0) continue;
+    if (t < 0 || (edges & ~static_cast<unsigned>(residual_stiffness_.released_in_the_end(t))) == 0) continue;
     const Symmetric eps = strain(t);
     const double before = residual_stiffness_.energy(t, eps);
     release_edges(t, static_cast<mechanics::EdgeSet>(edges));

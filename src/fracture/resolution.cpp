@@ -88,6 +88,17 @@ std::string unresolved_variation_text(const input::Parameters& parameters, const
       length_text(length), spacings_per_correlation_length, length_text(finest));
 }
 
+/// A warning if the time step does not resolve the release of a tetrahedron; otherwise empty.
+std::string unresolved_release_text(const input::Parameters& parameters, double time_step) {
+  const double release = parameters.fracture.release_time;
+  if (release == 0 || release >= 2 * time_step) return {};
+  return fmt::format(
+      "fracture.release_time = {} is shorter than two time steps of {}: tetrahedra break nearly at once; a "
+      "release "
+      "that acts takes at least the time of a wave across a tetrahedron",
+      quantity_text(release, "s"), quantity_text(time_step, "s"));
+}
+
 }  // namespace
 
 Range crack_spacing(const input::Parameters& parameters, const geometry::Body& body) {
@@ -103,6 +114,7 @@ std::vector<std::string> resolution_warnings(const input::Parameters& parameters
     warnings = {uneven_toughness_text(parameters, body, time_step), unresolved_length_text(parameters, body),
                 unresolved_softening_text(parameters, body)};
   warnings.push_back(unresolved_variation_text(parameters, body));
+  warnings.push_back(unresolved_release_text(parameters, time_step));
   std::erase(warnings, std::string());
   return warnings;
 }

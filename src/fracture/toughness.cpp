@@ -119,11 +119,28 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
     strengths = fracture_spacings(group, parameters, subdomain, operators);
     for (double& value : strengths) value = strength_of(parameters, fracture.toughness, value);
   }
-  if (!fracture.variation) return strengths;
+  if (fracture.variation)
+    parallel::agree(group, [&] {
+      const auto factors = strength_factors(
+          parameters, sample, {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number});
+      for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
+    });
+  const auto growth = growth_strengths(group, parameters, sample, subdomain, operators);
+  for (std::size_t t = 0; t < growth.size(); ++t) strengths[t] = std::max(strengths[t], growth[t]);
+  return strengths;
+}
+
+std::vector<double> growth_strengths(const parallel::Communicator& group, const input::Parameters& parameters,
+                                     std::uint64_t sample, const geometry::Subdomain& subdomain,
+                                     const mechanics::PdsOperators& operators) {
+  const input::Fracture& fracture = parameters.fracture;
+  if (!fracture.has_nucleation() || fracture.release == input::Release::softening) return {};
+  auto strengths = fracture_spacings(group, parameters, subdomain, operators);
   parallel::agree(group, [&] {
-    const auto factors = strength_factors(
+    const auto factors = toughness_factors(
         parameters, sample, {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number});
-    for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
+    for (std::size_t t = 0; t < strengths.size(); ++t)
+      strengths[t] = strength_of(parameters, factors[t] * fracture.toughness, strengths[t]);
   });
   return strengths;
 }

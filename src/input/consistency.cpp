@@ -294,9 +294,6 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
   if (fracture.strength == 0 && fracture.toughness == 0) {
     findings.report("fracture.strength",
                     "the key is missing; give a strength such as \"35 MPa\", or toughness");
-  } else if (fracture.strength != 0 && fracture.toughness != 0) {
-    findings.report(fracture.fracture_toughness != 0 ? "fracture.fracture_toughness" : "fracture.toughness",
-                    "is given together with strength; give only one of the two");
   } else if (fracture.toughness != 0) {
     check_toughness(parameters, findings);
   }

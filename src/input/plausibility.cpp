@@ -106,11 +106,23 @@ std::string of_duration(const Parameters& parameters) {
                      duration >= 1000 ? "; Ms is megasecond, ms millisecond, us microsecond" : "");
 }
 
+std::string of_release_time(const Parameters& parameters) {
+  const double release = parameters.fracture.release_time;
+  const double duration = parameters.time.duration;
+  if (!(release > 0.1 * duration)) return {};
+  return fmt::format(
+      "fracture.release_time = {} is more than a tenth of time.duration = {}: hardly any tetrahedron loses "
+      "all "
+      "of its stiffness",
+      quantity_text(release, "s"), quantity_text(duration, "s"));
+}
+
 }  // namespace
 
 std::vector<std::string> plausibility_warnings(const Parameters& parameters) {
   std::vector<std::string> warnings;
-  for (const auto warning_on : {of_modulus, of_density, of_strength, of_toughness, of_duration})
+  for (const auto warning_on :
+       {of_modulus, of_density, of_strength, of_toughness, of_duration, of_release_time})
     if (std::string text = warning_on(parameters); !text.empty()) warnings.push_back(std::move(text));
   return warnings;
 }

@@ -297,10 +297,11 @@ Table material_table() {
 
 /// An energy; for a stress intensity, the error refers to the corresponding key.
 Key toughness_key() {
-  Key key = optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
-                                  energy_per_area_dimension, {0, 1e9, true}, optional("from strength"),
-                                  "energy per area of a slow crack, given instead of strength, which then "
-                                  "follows from it and the local spacing (Poisson's ratio from 0 to 0.45)");
+  Key key = optional_quantity_key(
+      "toughness", in(&Parameters::fracture, &Fracture::toughness), energy_per_area_dimension, {0, 1e9, true},
+      optional("from strength"),
+      "energy per area of a slow crack, from which strengths follow with the local "
+      "spacing (Poisson's ratio from 0 to 0.45); given with strength, those at a crack");
   key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
     const Value& value = source.value;
     if (value.kind == ValueKind::string &&
@@ -319,7 +320,8 @@ Table fracture_table() {
       "the Tuler-Butcher criterion",
       {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension,
                              positive_stress, optional("from toughness"),
-                             "sigma_0: largest principal stress that causes no damage"),
+                             "sigma_0: largest principal stress that causes no damage; given with toughness, "
+                             "where there is no crack"),
        toughness_key(),
        optional_quantity_key("fracture_toughness", in(&Parameters::fracture, &Fracture::fracture_toughness),
                              stress_intensity_dimension, {0, 1e12, true}, optional("from toughness"),
@@ -344,6 +346,10 @@ Table fracture_table() {
            by_default("\"element\""),
            "how a tetrahedron breaks: all its dual facets open at once, or one group of them does, or all "
            "soften in steps (requires strength and toughness)"),
+       optional_quantity_key(
+           "release_time", in(&Parameters::fracture, &Fracture::release_time),
+           with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
+           "in dynamic phases, over which the stiffness of a breaking tetrahedron falls to nothing"),
        of_softening(choice_key<SofteningCurve>(
            "softening", in(&Parameters::fracture, &Fracture::softening),
            {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},

@@ -125,8 +125,8 @@ std::string annotated(const std::string& text) {
   std::string result = blocks[""].front();
   for (const Table& table : schema()) {
     const auto& present = blocks[table.path];
-    result += "\n# ---- " + header_of(table) + ": " + table.help + "\n";
-    if (present.empty()) result += "#" + header_of(table) + "\n";
+    result += fmt::format("\n# ---- {}: {}\n", header_of(table), table.help);
+    if (present.empty()) result += fmt::format("#{}\n", header_of(table));
     for (std::size_t i = 0; i < present.size(); ++i) {
       const std::string block = without_blank_end(present[i]);
       result += i == 0 ? explained(block, table) : block;

@@ -132,9 +132,8 @@ CASES = [
          lambda t: t.drop("fracture", "strength").set("fracture", "toughness", '"30 J/m^2"')
          .set("fracture", "fracture_toughness", '"1 MPa m^0.5"'),
          "fracture.fracture_toughness", "is given together with toughness"),
-    Case("stress intensity besides a strength",
-         lambda t: t.set("fracture", "fracture_toughness", '"1 MPa m^0.5"'),
-         "fracture.fracture_toughness", "is given together with strength"),
+    Case("release time of a wrong dimension", lambda t: t.set("fracture", "release_time", '"2 mm"'),
+         "fracture.release_time", "a time"),
     # Plain numbers.
     Case("number as a string", lambda t: t.set("mesh", "growth", '"0.03"'), "mesh.growth",
          '"0.03" is a string', "a number from 0 to 1", "without quotes"),
@@ -414,8 +413,7 @@ CASES = [
          "boundary[2]", "prescribes motion in z at points where boundary[0] prescribes it too"),
     Case("step over the duration", lambda t: t.set("time", "step", '"1 ms"'), "time.step", "exceeds the duration"),
     Case("too many steps", lambda t: t.set("time", "step", '"1 fs"'), "time.step", "steps"),
-    Case("toughness besides strength", lambda t: t.set("fracture", "toughness", '"3 J/m^2"'), "fracture.toughness",
-         "is given together with strength"),
+    Case("negative release time", lambda t: t.set("fracture", "release_time", '"-1 us"'), "fracture.release_time", "0"),
     Case("contact in equilibria", lambda t: t.set("fracture", "contact", '"frictionless"'), "fracture.contact",
          "contact is available in dynamics only"),
     Case("unknown engine", lambda t: t.set("time", "engine", '"PETSc"'), "time.engine",

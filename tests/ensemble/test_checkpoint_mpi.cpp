@@ -193,6 +193,31 @@ TEST_F(Checkpoints, KeepTheTeethThatFell) {
   compare("softening, quasi-static", parameters, true);
 }
 
+TEST_F(Checkpoints, KeepReleasesUnderWay) {
+  for (const auto release : {input::Release::element, input::Release::facet, input::Release::softening}) {
+    auto parameters = torn_bar();
+    parameters.fracture.release = release;
+    parameters.fracture.release_time = 1e-6;  // some 100 steps, three polls
+    if (release == input::Release::softening) parameters.fracture.toughness = 900;
+    compare("release in time", parameters, true);
+  }
+  auto parameters = torn_bar();
+  parameters.fracture.release_time = 1e-6;
+  parameters.fracture.contact = input::Contact::frictionless;
+  compare("release in time with contact", parameters, true);
+  parameters = pulled_bar();
+  parameters.fracture.release_time = 5e-7;
+  compare("release in time, quasi-static", parameters, true);
+}
+
+TEST_F(Checkpoints, KeepTheStrengthsNearCracks) {
+  for (auto parameters : {torn_bar(), pulled_bar()}) {
+    parameters.fracture.strength = 45e6;
+    parameters.fracture.toughness = 50;
+    compare("strength and toughness", parameters, true);
+  }
+}
+
 TEST_F(Checkpoints, KeepWhatBallsBroke) {
   auto parameters = torn_bar();
   parameters.fracture.length = halo_ = 1.5e-3;

@@ -207,6 +207,22 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithSoftening) {
   compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
 }
 
+/// Tetrahedra that lose their stiffness over many steps, and strengths that decrease where a break comes
+/// near: also at nodes of which a rank does not hold the broken tetrahedron.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithReleaseInTimeAndNucleation) {
+  auto parameters = torn_bar();
+  parameters.time.precision = GetParam();
+  parameters.fracture.release_time = 3e-7;
+  parameters.fracture.strength = 45e6;
+  parameters.fracture.toughness = 50;
+  compare(parameters, 50);
+  parameters.fracture.release = input::Release::facet;
+  compare(parameters, 50, test::hostile_partitions(parameters.specimen.size)[2].make);
+  parameters.time.start = input::Start::quasi_static;
+  parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
+  compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
+}
+
 /// A random field of the strength, with and without a correlation length.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAVaryingStrength) {
   auto parameters = torn_bar();

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -135,8 +136,10 @@ void restore_memory(const parallel::NumberedRows& memory, const geometry::Subdom
                     fracture::Criterion& criterion);
 
 /// Restores releases recorded by an earlier run in the body and the criterion. Local.
+/// @param remaining as for fracture::BreakableBody::restore()
 /// @return the local tetrahedra whose stiffness has changed
-std::span<const std::int32_t> restore_releases(const fracture::Releases& releases,
-                                               fracture::BreakableBody& body, fracture::Criterion& criterion);
+std::span<const std::int32_t> restore_releases(
+    const fracture::Releases& releases, fracture::BreakableBody& body, fracture::Criterion& criterion,
+    const std::function<double(double phase_time)>& remaining = {});
 
 }  // namespace crackle::dynamics

@@ -4,6 +4,7 @@
 #include "crackle/common/real.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/stress_average.h"
 #include "crackle/mechanics/boundary_loads.h"
@@ -40,10 +41,12 @@ public:
   ///   is released quasi-statically, as a dynamic phase would arrest before its first break
   /// @param average used by the criterion instead of a tetrahedron's own stress, or nullptr
   /// @param ending_loads the loads, which end on fragments that come loose; nullptr: they continue
+  /// @param vicinity of cracks, on which the criterion's strengths depend, or nullptr
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                      const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion, double patience,
                      fracture::StressAverage* average = nullptr,
-                     mechanics::BoundaryLoads* ending_loads = nullptr);
+                     mechanics::BoundaryLoads* ending_loads = nullptr,
+                     fracture::CrackVicinity* vicinity = nullptr);
   ~QuasiStaticLoading();
 
   /// Adds the loads at time 0 to the energy account. Collective; call once, first.
@@ -126,6 +129,7 @@ private:
   mechanics::BoundaryLoads* ending_loads_;
   fracture::Criterion* criterion_;
   fracture::StressAverage* average_;
+  fracture::CrackVicinity* vicinity_;
   double patience_;
   mechanics::StaticSolver solver_;
   std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each driven motion

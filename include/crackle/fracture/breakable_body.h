@@ -93,11 +93,22 @@ public:
 
   /// Breaks a tetrahedron, or reduces the stiffness of a softening one by a tooth; the recorded energy and
   /// cut are computed from the given strain. Local; every rank that holds it must do the same.
+  /// @param remaining share of the stiffness that a breaking tetrahedron keeps for now
   void release(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
-               double phase_time);
+               double phase_time, double remaining = 0);
+
+  /// Continues the releases that are under way. The energy is added to that of the break. Local, like
+  /// release().
+  /// @param remaining share of the stiffness of a tetrahedron that broke at a phase time [s]
+  /// @param strain current strain of a local tetrahedron
+  void continue_releases(const std::function<double(double phase_time)>& remaining,
+                         const std::function<mechanics::Symmetric(std::int32_t)>& strain);
+  /// True if tetrahedra of this rank are being released.
+  bool is_releasing() const { return !releasing_.empty(); }
 
   /// Restores releases recorded by an earlier run: all that this rank holds, counted or not.
-  void restore(const Releases& releases);
+  /// @param remaining as for continue_releases(); empty: all are complete
+  void restore(const Releases& releases, const std::function<double(double phase_time)>& remaining = {});
 
   /// Applies the bridging rule after breaks since the last call; no effect with release by elements.
   /// Collective; does not agree() before. A rank that fails before its communication throws; the others then
@@ -128,7 +139,13 @@ private:
   /// @return false when no tooth is left
   bool reduce_stiffness(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
                         double phase_time);
-  void open(std::int32_t tetrahedron, int cut);
+  /// A break whose tetrahedron still has part of its stiffness.
+  struct Releasing {
+    std::int32_t tetrahedron;
+    double phase_time;
+    std::optional<std::size_t> record;  // in records_, if this rank counts it
+  };
+  void open(std::int32_t tetrahedron, int cut, double remaining);
   void release_edges(std::int32_t tetrahedron, mechanics::EdgeSet edges);
 
   const geometry::Subdomain* subdomain_;
@@ -142,6 +159,7 @@ private:
   mutable std::vector<std::array<std::int32_t, 4>> face_neighbours_;
   std::vector<std::uint8_t> broken_;
   std::vector<std::int32_t> order_;
+  std::vector<Releasing> releasing_;
   std::vector<std::int32_t> changes_;
   std::optional<SofteningLaw> softening_;
   std::vector<double> dissipation_;  // of each softening tetrahedron, per volume [J/m^3]

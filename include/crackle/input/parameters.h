@@ -226,6 +226,8 @@ struct Fracture {
   Release release = Release::element;
   SofteningCurve softening = SofteningCurve::linear;
   int teeth = 10;  ///< steps in which a tetrahedron's stiffness decreases
+  /// In dynamic phases, over which the stiffness of a breaking tetrahedron falls to nothing [s]; 0: at once.
+  double release_time = 0;
   Contact contact = Contact::none;
   /// Energy per crack area [J/m^2], from which the strength is derived; 0 if the strength is given. With
   /// softening, given in addition to the strength.
@@ -234,6 +236,9 @@ struct Fracture {
       0;              ///< K_Ic from which the toughness is derived [Pa m^0.5]; 0: toughness given directly
   double length = 0;  ///< radius of the ball for averaging the stress [m]; 0: no averaging
   std::optional<Variation> variation = {};
+
+  /// True if the strength applies to nucleation only, and the toughness to growth.
+  bool has_nucleation() const { return strength > 0 && toughness > 0; }
 };
 
 /// One prescribed quantity on a face or on a box region of it.
