@@ -91,7 +91,7 @@ void check_mesh_memory(const input::Parameters& parameters, const geometry::Body
                        const ensemble::AvailableMemory& available) {
   if (const auto message =
           ensemble::shortage(ensemble::expected_mesh_memory(parameters, body), "making the mesh", available))
-    throw std::runtime_error(*message + "; use coarser spacings, or check the input where there is more");
+    throw std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
 }
 
 /// Prints each part as soon as it is known.
@@ -108,7 +108,7 @@ std::vector<std::string> print_estimate(const input::Parameters& parameters, con
   const double memory = demand.master + (n_ranks - 1) * demand.member;  // of all ranks that share a sample
   print_subject(subject, memory, available);
   const auto shortage = measuring_shortage(subject, available);
-  if (shortage) fmt::print("\nNo sample was tried and the cost was not measured: {}\n", *shortage);
+  if (shortage) fmt::print("\nNo sample was started and the cost was not measured: {}\n", *shortage);
   const auto failures = shortage ? std::vector<std::string>()
                                  : try_samples(parameters, *body, base, &subject.realization, options);
   if (!shortage && options.measure) {
@@ -207,7 +207,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
     fmt::print("{}\n\n{}{}{}\n", file, input::echo(parameters), notice, notice.empty() ? "" : "\n");
     print_random_inputs(parameters);
     print_cases(cases);
-    fmt::print("The mesh of sample 0{} and what the ensemble{} takes:\n",
+    fmt::print("The mesh of sample 0{} and the cost of the ensemble{}:\n",
                parameters.random.empty() ? "" : ", with the input's own values,",
                cases.empty() ? "" : " of the first case");
     std::fflush(stdout);
@@ -229,7 +229,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
 void add_check_command(CLI::App& app, Action& run) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* command = app.add_subcommand(
-      "check", "Validate an input file; print the resolved values and what running them will take");
+      "check", "Validate an input file; print the resolved values and the estimated cost of the run");
   command->add_option("input", options->file, "input file (TOML)");
   command->add_flag("--keys", options->keys, "print the list of all input keys (Markdown) instead");
   CLI::Option* const ranks =
@@ -238,20 +238,19 @@ void add_check_command(CLI::App& app, Action& run) {
                        "plan for this many ranks: how many should share a sample, and how long it takes")
           ->check(CLI::Range(1, 10'000'000));
   command
-      ->add_option(
-          "--phases", options->phases,
-          "dynamic phases that a sample is taken to need before its cracks do not arrest any more, the "
-          "last one included")
+      ->add_option("--phases", options->phases,
+                   "assumed number of dynamic phases per sample, including the last one, in which cracks do "
+                   "not arrest")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command
-      ->add_option(
-          "--samples", options->samples,
-          "start this many samples, of each case of a sweep, as run would, and say how many would fail")
+      ->add_option("--samples", options->samples,
+                   "start this many samples (of each case of a sweep) as crackle run would, and report how "
+                   "many would fail")
       ->check(CLI::Range(1, 1'000'000));
   command
       ->add_flag("!--no-measure", options->measure,
-                 "do not measure what a sample costs on this machine, and solve for no equilibrium")
+                 "neither measure the cost of a sample on this machine nor solve for equilibria")
       ->excludes(ranks);
   command->callback([options, &run] {
     if (options->keys != options->file.empty()) {

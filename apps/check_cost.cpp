@@ -62,7 +62,7 @@ std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& meas
   const auto& best = ensemble::recommended(plans);
   text += fmt::format("recommended: ensemble.ranks_per_sample = {}\n", best.work.ranks);
   if (best.waits_for_master)
-    text += "One master makes meshes too slowly for so many groups: set ensemble.meshes = \"auto\".\n";
+    text += "One master is too slow to make meshes for so many groups: set ensemble.meshes = \"auto\".\n";
   return text;
 }
 
@@ -87,7 +87,7 @@ std::string unaffordable_text(const Subject& subject, double hours) {
   const geometry::SpacingField spacing(subject.body, subject.parameters.mesh);
   return fmt::format(
       "{:.3g} core-hours, with {:.3g} time steps of {:.3g} tetrahedra in each dynamic phase: are "
-      "time.duration = {} and a spacing down to {} intended?",
+      "time.duration = {} and spacings down to {} intended?",
       hours, static_cast<double>(subject.phase.grid.n_steps), subject.n_tetrahedra(),
       time_text(subject.parameters.time.duration), length_text(spacing.lower_bound(subject.body.bounds())));
 }
@@ -117,9 +117,9 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks) 
         rows.emplace_back("loading", std::move(loading));
   }
   rows.emplace_back("sample", fmt::format("{:.3g} s with {}{}", cost.total(), phases_text(n_phases),
-                                          n_phases > 1 ? fmt::format(", of which {} arrest{}", n_phases - 1,
+                                          n_phases > 1    ? fmt::format("; {} arrest{}", n_phases - 1,
                                                                      n_phases == 2 ? "s" : "")
-                                          : n_phases == 0 ? ": no load of the program breaks the body"
+                                          : n_phases == 0 ? ": the loads never break the body"
                                                           : ""));
   const double hours = subject.n_samples() * cost.total() / 3600;
   rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each", hours, subject.samples_text(),

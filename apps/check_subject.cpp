@@ -84,7 +84,7 @@ void add_criterion(Rows& rows, const Subject& subject) {
   const auto strengths = criterion->strengths();
   const auto spread = [](std::vector<double> values, double unit, const char* name) {
     const auto q = geometry::quantiles(std::move(values));
-    return fmt::format("least {:.4g}, median {:.4g}, greatest {:.4g} {}", q.smallest / unit, q.median / unit,
+    return fmt::format("min {:.4g}, median {:.4g}, max {:.4g} {}", q.smallest / unit, q.median / unit,
                        q.largest / unit, name);
   };
   const char* const varied = parameters.fracture.variation ? ", with the variation of sample 0" : "";
@@ -209,8 +209,8 @@ void print_subject(const Subject& subject, double memory, const ensemble::Availa
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))
     fmt::print(
-        "\nWarning: not to be computed here: {}; elsewhere, or with coarser spacings, more nodes, or more "
-        "ranks_per_sample\n",
+        "\nWarning: cannot be computed on this machine: {}; use a larger machine, coarser spacings, more "
+        "nodes, or more ranks_per_sample\n",
         *message);
   std::fflush(stdout);
 }

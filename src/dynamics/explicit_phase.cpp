@@ -208,7 +208,7 @@ private:
       throw NumberRangeExceeded(reason);
     result_.separated = true;
     if (is_unloaded(group_, body_, *context_.loads)) result_.separated_at = last.time;
-    result_.note = fmt::format("the phase ended early, with the body apart: {}", reason);
+    result_.note = fmt::format("the phase ended early, after the body had separated: {}", reason);
     result_.counted_time = last.time;
     ends_ = true;
   }

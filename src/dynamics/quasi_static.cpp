@@ -333,11 +333,9 @@ void QuasiStaticLoading::refuse_overload() const {
   const double load = largest_load(*loads_, measure_loads(*group_, *body_, *loads_, displacement_, time_));
   throw parallel::AgreedError(
       0,
-      fmt::format(
-          "the load at time 0, {:.6g} N, is above the first break, which comes at {:.6g} N: quasi-static "
-          "loading has to begin below it; lower the loads at time 0, or take start = \"equilibrium\", which "
-          "begins the dynamic phase at time 0",
-          load, load / most.value));
+      fmt::format("the load at time 0, {:.6g} N, exceeds that of the first break, {:.6g} N; lower the loads "
+                  "at time 0, or set time.start = \"equilibrium\" to start the dynamic phase at time 0",
+                  load, load / most.value));
 }
 
 QuasiStaticEnd QuasiStaticLoading::advance(

@@ -15,7 +15,8 @@ namespace crackle::dynamics {
 
 namespace {
 
-constexpr const char* mismatch_text = "the quasi-static loading does not reproduce its dynamic phases";
+constexpr const char* mismatch_text =
+    "the repeated quasi-static loading gives other dynamic phases than before";
 
 parallel::NumberedRows gather_displacement(const parallel::Communicator& group,
                                            const parallel::NodeLayout& layout, const MotionState& state) {
@@ -108,7 +109,7 @@ void SampleCheckpoints::save(std::optional<RunningPhase> running, const std::vec
   try {
     control_->save(to_bytes(checkpoint));
   } catch (const std::exception& error) {
-    if (control_->log) control_->log(fmt::format("the checkpoint could not be kept: {}", error.what()));
+    if (control_->log) control_->log(fmt::format("the checkpoint could not be written: {}", error.what()));
   }
 }
 

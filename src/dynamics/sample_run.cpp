@@ -406,11 +406,12 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
       return SampleRun(group, parameters, subdomain, control, from).run();
     } catch (const NumberRangeExceeded& error) {
       if (!is_mixed) throw;
-      say(fmt::format("{}; the sample is computed again in double", error.what()));
+      say(fmt::format("{}; the sample is computed again with time.precision = \"double\"", error.what()));
     }
     from = nullptr;
   } else if (is_mixed) {
-    say("the sample continues in double: an earlier run left the range of mixed numbers");
+    say("the sample continues with time.precision = \"double\", because an earlier run exceeded the range of "
+        "\"mixed\"");
   } else {
     throw CheckpointMismatch("it was made in mixed numbers");
   }

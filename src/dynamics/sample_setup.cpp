@@ -15,10 +15,9 @@ namespace {
 /// The trapezoidal rule reproduces the decay up to 1; from 2 on it would reverse velocities.
 void refuse_overdamping(double rate, const TimeGrid& grid) {
   if (rate * grid.step <= 1) return;
-  throw parallel::AgreedError(
-      0, fmt::format("damping.mass = {:.3g} 1/s times the time step of {:.4g} ns is over 1; give less than "
-                     "{:.3g} 1/s, or a shorter time.step",
-                     rate, 1e9 * grid.step, 1 / grid.step));
+  throw parallel::AgreedError(0, fmt::format("damping.mass = {:.3g} 1/s times the time step of {:.4g} ns "
+                                             "exceeds 1; give less than {:.3g} 1/s, or a shorter time.step",
+                                             rate, 1e9 * grid.step, 1 / grid.step));
 }
 
 }  // namespace

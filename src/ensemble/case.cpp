@@ -68,12 +68,12 @@ void Case::begin(int n_groups, RunLog* log) {
   }
   pending_.insert(plan_.to_do.begin(), plan_.to_do.end());
   if (options_.single) return;
-  say(fmt::format("{} of {} samples to do in {}", plan_.to_do.size(), parameters_.ensemble.samples,
+  say(fmt::format("{} of {} samples to compute in {}", plan_.to_do.size(), parameters_.ensemble.samples,
                   folder_.string()));
   if (!plan_.suspended.empty())
     say(fmt::format("{} of them continue from checkpoints", plan_.suspended.size()));
   if (!plan_.anew.empty())
-    say(fmt::format("{} of them failed before and are computed again", plan_.anew.size()));
+    say(fmt::format("{} of them had failed and are computed again", plan_.anew.size()));
 }
 
 void Case::share_mark(const parallel::Communicator& world) {
@@ -187,7 +187,7 @@ void log_unbroken(RunLog& log, std::span<const SampleSummary> rows) {
     n_unbroken += row.outcome == static_cast<std::int32_t>(dynamics::Outcome::unbroken) ? 1 : 0;
   }
   if (n_done > 0 && n_unbroken == n_done)
-    log.line("warning: no sample broke under its loads; crackle check says how close they come");
+    log.line("warning: no sample broke under its loads; crackle check shows how close they came");
 }
 
 void log_next(RunLog& log, const NextCommands& next, const RunOutcome& outcome, bool has_results) {
@@ -211,13 +211,13 @@ void Case::log_end(const RunOutcome& outcome, int n_needed, const NextCommands& 
   log_warnings(*log_, analysis::sample_warnings(needed).size());
   log_unbroken(*log_, needed);
   if (needed.size() < rows.size())
-    say(fmt::format("stopped early: samples 0 to {} of {} are enough", needed.size() - 1, rows.size()));
+    say(fmt::format("stopped early: samples 0 to {} suffice, {} were planned", needed.size() - 1,
+                    rows.size()));
   say(fmt::format("{} done, {} failed, {} pending after {}", outcome.done, outcome.failed, outcome.left,
                   format_duration(seconds)));
   if (const std::string means = progress_->means(); !means.empty()) say(means);
   const std::string file = results_file(folder_).string();
-  say(outcome.file_error.empty() ? file
-                                 : fmt::format("{} could not be written: {}", file, outcome.file_error));
+  say(outcome.file_error.empty() ? file : fmt::format("cannot write '{}': {}", file, outcome.file_error));
   log_next(*log_, next, outcome, true);
 }
 
@@ -227,11 +227,10 @@ void Case::log_end_of_range(const RunOutcome& outcome, const NextCommands& next,
                                            enough ? pending_.lower_bound(*enough) : pending_.end());
   if (!pending.empty()) say("pending: " + format_samples(pending));
   log_warnings(*log_, static_cast<std::size_t>(n_warnings_));
-  say(
-      fmt::format("samples {} to {}: {} done, {} failed, {} pending after {}; crackle stats {} merges what "
-                  "there is",
-                  plan_.range.first, plan_.range.last, outcome.done, outcome.failed, outcome.left,
-                  format_duration(seconds), folder_.string()));
+  say(fmt::format(
+      "samples {} to {}: {} done, {} failed, {} pending after {}; merge the parts with crackle stats {}",
+      plan_.range.first, plan_.range.last, outcome.done, outcome.failed, outcome.left,
+      format_duration(seconds), folder_.string()));
   log_next(*log_, next, outcome, false);
 }
 
@@ -239,7 +238,7 @@ void Case::log_end_of_range(const RunOutcome& outcome, const NextCommands& next,
 void Case::restore_copy() {
   try {
     if (restore_input(folder_, parameters_))
-      say(folder_.string() + ": the copy of the input was gone and is written again");
+      say(folder_.string() + ": the copy of the input was missing and has been written again");
   } catch (const std::exception& error) {
     say(error.what());
   }
@@ -256,7 +255,7 @@ RunOutcome Case::finish_single(const parallel::Communicator& world, bool is_stop
   } else if (plan_.kept.empty()) {
     report.suspended = true;  // before it started
   } else {
-    say(fmt::format("sample {} is finished already; it is kept", report.sample));
+    say(fmt::format("sample {} is already done; it is kept", report.sample));
     report.summary = plan_.kept.front().summary;
     report.stored = true;
   }

@@ -48,9 +48,8 @@ std::string describe(const GroupLayout& layout) {
                                  layout.n_groups, layout.n_groups == 1 ? "" : "s", layout.ranks_per_group);
   if (layout.n_left_over > 0) {
     const int first = layout.n_ranks - layout.n_left_over;
-    line += layout.n_left_over == 1
-                ? fmt::format("; rank {} is left over and stays idle", first)
-                : fmt::format("; ranks {} to {} are left over and stay idle", first, layout.n_ranks - 1);
+    line += layout.n_left_over == 1 ? fmt::format("; rank {} stays idle", first)
+                                    : fmt::format("; ranks {} to {} stay idle", first, layout.n_ranks - 1);
   }
   return line;
 }
@@ -216,7 +215,7 @@ SampleReport report_failure(SampleSteps& steps, std::uint64_t sample, const std:
     // A state that led to a failure must not be resumed.
     steps.remove_checkpoint();
   } catch (...) {
-    report.summary.error += "; this could not be written either: " + parallel::current_error();
+    report.summary.error += "; the failure could not be recorded: " + parallel::current_error();
   }
   return report;
 }

@@ -48,8 +48,8 @@ void check_sample_files(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder / "samples", ignored))
     if (entry.path().extension() == ".h5") return;
   fail(
-      "'{}' holds no sample files; crossings at other sections follow from the crack surfaces in "
-      "these, ensemble.h5 alone has only those of its own sections",
+      "'{}' holds no sample files, from which crossings at other sections are computed; ensemble.h5 has only "
+      "its own sections",
       folder.string());
 }
 

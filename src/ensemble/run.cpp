@@ -189,7 +189,7 @@ void Run::begin_case(std::size_t i) {
   one.begin(layout_.n_groups, is_sweep() ? &case_logs_.emplace_back(nowhere_, 0, seconds_now) : log_.get());
   for (const std::uint64_t sample : one.plan().to_do) to_do_.push_back(number_of(i, sample));
   if (is_sweep())
-    say(fmt::format("case {}: {}: {} of {} samples to do in {}", i, to_string(given_[i].settings),
+    say(fmt::format("case {}: {}: {} of {} samples to compute in {}", i, to_string(given_[i].settings),
                     one.plan().to_do.size(), one.parameters().ensemble.samples, one.folder().string()));
 }
 
@@ -264,11 +264,12 @@ std::string Run::progress_line() const {
     n_running += one.progress().n_running();
     n_left += one.progress().n_left();
   }
-  std::string text = fmt::format("{} cases: {} done, {} failed, {} running, {} left", cases_.size(), n_done,
-                                 n_failed, n_running, n_left);
+  std::string text = fmt::format("{} cases: {} done, {} failed, {} running, {} pending", cases_.size(),
+                                 n_done, n_failed, n_running, n_left);
   const int n_to_end = n_running + n_left;
   if (n_ended_ > 0 && n_to_end > 0)
-    text += fmt::format(", {} to go", format_duration(seconds_ / n_ended_ * n_to_end / layout_.n_groups));
+    text += fmt::format(", about {} remaining",
+                        format_duration(seconds_ / n_ended_ * n_to_end / layout_.n_groups));
   return text;
 }
 
@@ -325,7 +326,7 @@ RunOutcome Run::finish() {
     all.lost = all.lost || outcome.lost;
     if (!outcome.file_error.empty()) {
       all.file_error = outcome.file_error;
-      say(fmt::format("case {}: {} could not be written: {}", i, results_file(cases_[i].folder()).string(),
+      say(fmt::format("case {}: cannot write '{}': {}", i, results_file(cases_[i].folder()).string(),
                       outcome.file_error));
     }
     rows.push_back({&given_[i], cases_[i].folder().filename().string(), std::move(outcome.rows)});
@@ -336,7 +337,7 @@ RunOutcome Run::finish() {
     parallel::agree_on_root(world_, [&] { write_table(std::move(rows), all); });
   } catch (const parallel::AgreedError& error) {
     all.file_error = error.what();
-    say(fmt::format("{} could not be written: {}", sweep_table(options_.folder).string(), all.file_error));
+    say(fmt::format("cannot write '{}': {}", sweep_table(options_.folder).string(), all.file_error));
   }
   const bool is_whole = all.left == 0 && all.file_error.empty();
   if (!is_whole && !options_.next.resume.empty()) say("to continue: " + options_.next.resume);

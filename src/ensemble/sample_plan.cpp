@@ -113,12 +113,11 @@ std::string advice(const fs::path& folder, const std::vector<Difference>& found,
   }
   if (has_lines) options += line_options(wanted);
   std::string text =
-      fmt::format("keep the folder's {}, or use another folder", !has_sections ? "frames"
-                                                                 : !has_frames ? "sections"
-                                                                               : "sections and frames");
+      fmt::format("keep the {} of the folder, or use another folder", !has_sections ? "frames"
+                                                                      : !has_frames ? "sections"
+                                                                                    : "sections and frames");
   if (!options.empty())
-    text +=
-        fmt::format("; look at other sections afterwards, with crackle stats {}{}", folder.string(), options);
+    text += fmt::format("; use other sections later, with crackle stats {}{}", folder.string(), options);
   if (has_frames) text += "; frames cannot be changed afterwards";
   return text;
 }
@@ -180,15 +179,15 @@ void check_same_input(const fs::path& folder, const input::Parameters& parameter
   const fs::path file = input_copy(folder);
   if (!is_taken(file)) return;
   if (const auto found = difference(folder, read_text_if_any(file), file, parameters)) {
-    fail("{} holds an ensemble made from another input: compared with {}, {}", folder.string(), file.string(),
+    fail("{} holds an ensemble of another input: compared with {}, {}", folder.string(), file.string(),
          *found);
   }
   const fs::path points = points_copy(folder);
   if (!parameters.mesh.points || !is_taken(points)) return;
   if (const auto found =
           first_difference(read_text_if_any(points), read_text_if_any(*parameters.mesh.points)))
-    fail("{} holds an ensemble made from another input: compared with {}, {}; {}", folder.string(),
-         points.string(), *found, advice_for_others);
+    fail("{} holds an ensemble of another input: compared with {}, {}; {}", folder.string(), points.string(),
+         *found, advice_for_others);
 }
 
 SummaryReader summary_reader(const input::Parameters& parameters) {
@@ -199,7 +198,7 @@ SummaryReader summary_reader(const input::Parameters& parameters) {
 
 SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::uint64_t n_samples) {
   if (n_parts > n_samples)
-    fail("there are no {} parts: ensemble.samples = {}, so there can be as many at most", n_parts, n_samples);
+    fail("{} parts are more than ensemble.samples = {}; give at most as many", n_parts, n_samples);
   return {n_samples * number / n_parts, n_samples * (number + 1) / n_parts - 1};
 }
 
@@ -207,8 +206,8 @@ namespace {
 
 [[noreturn]] void refuse_older(const fs::path& folder, const io::OlderFormat& error) {
   fail(
-      "{}: {}; continue with the program that began this ensemble, or start again in another folder; crackle "
-      "stats and the report still read this one",
+      "{}: {}; continue with the program that started this ensemble, or start again in another folder; "
+      "crackle stats and the report can still read this one",
       folder.string(), error.what());
 }
 
@@ -217,13 +216,12 @@ namespace {
 void check_folder(const fs::path& folder, const input::Parameters& parameters, const PlanOptions& options) {
   std::error_code error;
   if (is_taken(folder) && !fs::is_directory(folder, error)) {
-    throw std::runtime_error(folder.string() +
-                             " is not a folder; give a folder, or a name that is not in use");
+    throw std::runtime_error(folder.string() + " is not a folder; give a folder, or a new name");
   }
   if (is_taken(folder / "sweep.toml")) fail("{} holds a sweep; use another folder", folder.string());
   if (!options.resume && holds_ensemble(folder)) {
     throw std::runtime_error(folder.string() +
-                             " holds an ensemble already; continue it with --resume, or use another folder");
+                             " already holds an ensemble; continue it with --resume, or use another folder");
   }
   check_results(folder);
   check_same_input(folder, parameters);
@@ -291,7 +289,7 @@ void check_is_free(const fs::path& file, const input::Parameters& parameters, st
   } catch (const std::exception&) {
     // Damaged files are not silently replaced either.
   }
-  fail("{} holds this sample already{}; keep it with --resume, or compute it again with {}--overwrite",
+  fail("{} already holds this sample{}; keep it with --resume, or compute it again with {}--overwrite",
        file.string(), has_failed ? ", as one that failed" : "", has_failed ? "--retry-failed or " : "");
 }
 
@@ -321,7 +319,7 @@ SamplePlan plan_sample(const fs::path& folder, const input::Parameters& paramete
   if (fs::exists(fs::symlink_status(checkpoint))) {
     throw std::runtime_error(
         checkpoint.string() +
-        " is a checkpoint of this sample; continue from it with --resume, or start again with --overwrite");
+        " is a checkpoint of this sample; continue with --resume, or start again with --overwrite");
   }
   return plan;
 }
@@ -354,7 +352,7 @@ void remove_partial_files(const fs::path& folder, const input::Parameters& param
 void make_sample_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(sample_folder(folder), error);
-  if (error) fail("{}: the folder cannot be made: {}", sample_folder(folder).string(), error.message());
+  if (error) fail("cannot make the folder '{}': {}", sample_folder(folder).string(), error.message());
 }
 
 bool restore_input(const fs::path& folder, const input::Parameters& parameters) {
@@ -376,8 +374,8 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   std::vector<std::string> lines;
   for (const auto& invalid : plan.invalid) {
     const fs::path name = set_aside(invalid.file);
-    lines.push_back(fmt::format("{} is set aside as {} and computed again: {}", invalid.file.string(),
-                                name.filename().string(), invalid.reason));
+    lines.push_back(fmt::format("{} is renamed to {} and the sample computed again: {}",
+                                invalid.file.string(), name.filename().string(), invalid.reason));
   }
   std::error_code ignored;
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);

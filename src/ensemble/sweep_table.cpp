@@ -40,18 +40,18 @@ fs::path case_folder(const fs::path& folder, std::size_t number, std::size_t n_c
 
 void check_sweep_folder(const fs::path& folder, std::size_t n_cases, bool is_resumed) {
   if (is_taken(folder / "input.toml") || is_taken(results_file(folder)))
-    fail("'{}' holds an ensemble; give another folder for a sweep", folder.string());
+    fail("'{}' holds an ensemble; use another folder for the sweep", folder.string());
   require_regular(sweep_input(folder));
   require_regular(sweep_table(folder));
   if (is_taken(sweep_input(folder)) && !is_resumed)
-    fail("'{}' holds a sweep already; continue it with --resume, or give another folder", folder.string());
+    fail("'{}' already holds a sweep; continue it with --resume, or use another folder", folder.string());
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("case-")) continue;
     const auto number = whole_number<std::size_t>(std::string_view(name).substr(5));
     if (!number || *number >= n_cases || entry.path() != case_folder(folder, *number, n_cases))
-      fail("'{}' holds {}, and the sweep has {} cases; give another folder", folder.string(), name, n_cases);
+      fail("'{}' holds {}, but the sweep has {} cases; use another folder", folder.string(), name, n_cases);
   }
 }
 

@@ -288,7 +288,7 @@ TEST_F(EnsembleRun, AParkedSampleSaysThatItsCheckpointCouldNotBeKept) {
   EXPECT_EQ(run("full", plate(1, 1), true, parked).left, 1);
   if (!world_.is_root()) return;
   EXPECT_THAT(log_.str(), HasSubstr("sample 0 suspended after"));
-  EXPECT_THAT(log_.str(), HasSubstr(", but its checkpoint could not be kept: cannot write '"));
+  EXPECT_THAT(log_.str(), HasSubstr(", but its checkpoint could not be written: cannot write '"));
 }
 
 TEST_F(EnsembleRun, ResumeComputesWhatIsMissing) {

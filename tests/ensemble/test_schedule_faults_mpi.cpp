@@ -118,7 +118,7 @@ TEST_F(Schedule, FailureThatCannotBeWrittenIsReportedAllTheSame) {
   test_.making = [](std::uint64_t) { throw std::runtime_error("no room"); };
   test_.writing_failure = [](std::uint64_t) { throw std::runtime_error("read-only file system"); };
   run(1, numbers(2));
-  expect_only_failing(2, {0, 1}, "mesh: no room; this could not be written either: read-only file system");
+  expect_only_failing(2, {0, 1}, "mesh: no room; the failure could not be recorded: read-only file system");
   for (const auto& [sample, report] : reports_) EXPECT_FALSE(report.stored) << sample;
 }
 
