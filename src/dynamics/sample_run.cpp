@@ -60,7 +60,6 @@ public:
                  setup_.vicinity.get()} {
     result_.stable_step = setup_.stable_step;
     result_.load_is_reaction = machine_reacts();
-    options_.release_time = parameters_.fracture.release_time;
     result_.time_step = setup_.grid.step;
     result_.timings.setup = setup_watch_.seconds();
     say(fmt::format("{} nodes, {} tetrahedra; stable step {:.3g} ns, used {:.4g} ns, {} steps",
@@ -242,6 +241,7 @@ private:
     const std::int64_t number = result_.counts.dynamic_phases;
     PhaseOptions options{.grid = setup_.grid,
                          .arrest_window = arrest_window,
+                         .release_time = parameters_.fracture.release_time,
                          .ends_out_of_range = parameters_.time.precision == input::Precision::double_,
                          .n_frames = parameters_.output.frames,
                          .history_interval = parameters_.output.history,
