@@ -71,7 +71,7 @@ std::string phases_text(int n) {
 }
 
 /// The load and time of the first break in equilibrium, up to which the loading rate has no effect; empty if
-/// the loads break nothing.
+/// the loads do not break the body.
 std::string loading_text(const dynamics::LoadOutlook& outlook) {
   if (!std::isfinite(outlook.time)) return {};
   return fmt::format(

@@ -74,7 +74,7 @@ class Limits(unittest.TestCase):
         for said in (ran, log):
             self.assertIn(f"warning: {BENDING}", said)
             self.assertIn(FAST, said)
-        self.assertLess(log.index(BENDING), log.index("samples to do"), "said before the first sample")
+        self.assertLess(log.index(BENDING), log.index("samples to compute"), "said before the first sample")
 
     def test_nothing_is_said_of_a_slow_pull(self):
         said = self.output('"free", "free", "1 mm/s"', "check")
@@ -109,17 +109,17 @@ fix = ["y"]
         self.assert_same_refusal(text, reason, ("--no-measure",))
 
     def test_loads_above_the_first_break_are_refused(self):
-        self.assert_same_refusal(PULLED.replace('"0 N"]', '"5 kN"]'), "the load at time 0, 5000 N, is above the first break")
+        self.assert_same_refusal(PULLED.replace('"0 N"]', '"5 kN"]'), "the load at time 0, 5000 N, exceeds that of the first break")
 
     def test_loads_that_break_nothing_are_told(self):
         said = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "check").stdout
-        self.assertRegex(said, r"Warning: the loads break nothing: they reach 10 N, \d(\.\d)? % of the roughly [12]\d\d(\.\d)? N needed for the first break")
+        self.assertRegex(said, r"Warning: the loads do not break the body: they reach 10 N, \d(\.\d)? % of the roughly [12]\d\d(\.\d)? N needed for the first break")
         ran = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "run", "-o", "held")
         self.assertIn("warning: no sample broke under its loads", ran.stdout)
         self.assertNotIn("no sample broke", self.call(PULLED, "run", "-o", "broken").stdout)
         slow = PULLED.replace("[time]", '[time]\nstart = "rest"')
         told = self.assert_same_refusal(slow, "time steps: strains of")
-        self.assertRegex(told, r"in equilibrium they need [12]\d\d(\.\d)? s to reach the first break, at about [12]\d\d(\.\d)? N, "
+        self.assertRegex(told, r"in equilibrium they reach the first break after [12]\d\d(\.\d)? s, at about [12]\d\d(\.\d)? N, "
                                r"and the phase lasts 1 us")
 
     def test_a_rate_without_effect_is_told(self):

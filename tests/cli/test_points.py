@@ -175,7 +175,7 @@ class Points(unittest.TestCase):
         (self.out / "samples" / "0001.h5").unlink()
         result = invoke("run", self.plate, "-o", self.out, "--resume")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        self.assertIn("1 of 2 samples to do", result.stdout)
+        self.assertIn("1 of 2 samples to compute", result.stdout)
         before = {path: path.stat().st_mtime_ns for path in self.out.rglob("*")}
         lines = self.cloud.read_text().splitlines(keepends=True)
         inner = next(i for i, point in enumerate(written)

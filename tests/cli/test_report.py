@@ -155,7 +155,7 @@ class Report(Ensembles):
         write_ensemble(self.folder, 8, failed=(3,))
         self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
-        for words in ("samples that these notches lead: notch 1 as if notch 0 did", ">leading<", ">following<",
+        for words in ("samples led by some notches: notch 1 as if notch 0 did", ">leading<", ">following<",
                       "all of notch 1, leading and following", "that share one set of mother points"):
             self.assertIn(words, page)
         write_ensemble(self.folder, 8, failed=(3,), leading=[0, 1] * 4)
@@ -291,7 +291,7 @@ class Report(Ensembles):
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("<h2>Material</h2>", page)
-        self.assertIn("min 0.5, max 1.5", page)
+        self.assertIn("least 0.5, greatest 1.5", page)
         self.assertTrue((self.folder / "report" / "strength.png").is_file())
 
     def test_samples_and_times_can_be_chosen(self):
@@ -319,7 +319,7 @@ class Report(Ensembles):
         ensemble.precision = {"half_width": 0.226e-3, "row": 0, "section": 2, "half_width_wanted": 0.1e-3,
                               "is_of_the_input": True, "n_samples_needed": 196.5}
         self.assertIn("No: the mean position of the leading crack is known to ±0.23 mm at its least certain "
-                      "section (y = 12.25 mm); ±0.1 mm (as the input asks for) would need about 200 samples",
+                      "section (y = 12.25 mm); ±0.1 mm (as the input asks for) would take about 200 samples",
                       convergence._verdict(ensemble))
         ensemble.precision["half_width_wanted"] = 0.23e-3
         self.assertIn("Yes: ", convergence._verdict(ensemble))

@@ -166,7 +166,7 @@ class Stats(unittest.TestCase):
         text = self.stats()
         mean = re.search(r"\nleader +0 +0 +y = 4 mm +z +\d+ +(\S+) ", text)[1]
         median = re.search(r"\nonset force \[N\] +\S+ +\S+ +(\S+) ", text)[1]
-        self.assertIn(f"\nmean z of leaders at y = 4 mm: {mean} mm, median onset {median} N\n", self.log)
+        self.assertIn(f"\nmean z of leading cracks at y = 4 mm: {mean} mm, median onset {median} N\n", self.log)
 
     def test_ranks_shares_and_the_scope_of_intervals_are_in_the_file(self):
         text = self.stats()
@@ -300,7 +300,7 @@ class Stats(unittest.TestCase):
             stopped = self.folder.with_name(f"stopped-{ranks}")
             result = invoke("run", setting, "-o", stopped, ranks=ranks)
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-            self.assertIn("stopped early: samples 0 to 1 of 9 are enough\n", result.stdout)
+            self.assertIn("stopped early: samples 0 to 1 suffice, 9 were planned\n", result.stdout)
             self.assertEqual(sorted(file.name for file in (stopped / "samples").iterdir()), ["0000.h5", "0001.h5"])
         before = content(stopped / "ensemble.h5")
         document = json.loads(invoke("stats", stopped, "--json", "--read-only").stdout)
@@ -316,7 +316,7 @@ class Stats(unittest.TestCase):
         # It is another run's, which does not take away what it has not computed.
         result = invoke("run", setting, "-o", stopped, "--resume")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        self.assertIn("6 of 9 samples to do", result.stdout)
+        self.assertIn("6 of 9 samples to compute", result.stdout)
         self.assertTrue((stopped / "samples" / "0002.h5").is_file())
         # At a section that no crack reaches the rule would ask for more samples; they are the ensemble all the same.
         result = invoke("stats", stopped, "--sections", "y=7.95 mm")
@@ -354,9 +354,8 @@ class Stats(unittest.TestCase):
         for ranks in (0, 2):
             result = invoke("stats", self.folder, "--sections", "y=3 mm", ranks=ranks)
             self.assertEqual((result.returncode, result.stdout), (1, ""))
-            self.assertEqual(result.stderr, f"crackle: '{self.folder}' holds no sample files; crossings at other "
-                             "sections follow from the crack surfaces in these, ensemble.h5 alone has only those of "
-                             "its own sections\n")
+            self.assertEqual(result.stderr, f"crackle: '{self.folder}' holds no sample files, from which crossings at other "
+                             "sections are computed; ensemble.h5 has only its own sections\n")
 
     def test_wrong_sections_are_refused(self):
         for given, reason in (("y=1 mm", r"sections.y\[0\]: no crack can reach 1 mm; .*between 2 mm and 8 mm"),
@@ -504,7 +503,7 @@ class Stats(unittest.TestCase):
         refused = invoke("run", self.folder / "input.toml", "-o", self.folder, "--resume")
         self.assertEqual(refused.returncode, 1, refused.stdout)
         self.assertIn("version 4 of the file format, written by version", refused.stderr)
-        self.assertIn("continue with the program that began this ensemble", refused.stderr)
+        self.assertIn("continue with the program that started this ensemble", refused.stderr)
         self.assertEqual({file: file.read_bytes() for file in self.folder.rglob("*.*")}, files)
         report = subprocess.run([ROOT / "tools/crackle-report", self.folder], capture_output=True, text=True, check=False)
         self.assertEqual((report.returncode, report.stderr), (0, ""))

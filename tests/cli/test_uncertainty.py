@@ -205,7 +205,7 @@ class Uncertainty(unittest.TestCase):
             output = self.call("run", self.write(text.replace("samples = 2", "samples = 3")), "-o", plan, "--resume",
                                status=0 if extends else 1)
             self.assertEqual((self.folder / plan / "samples" / "0001.h5").read_bytes(), before)
-            self.assertIn("1 of 3 samples to do" if extends else "ensemble.samples is 3, not 2", output)
+            self.assertIn("1 of 3 samples to compute" if extends else "ensemble.samples is 3, not 2", output)
 
     # Sweeps
 

@@ -52,7 +52,7 @@ class Watch(unittest.TestCase):
         self.assertEqual(running.returncode, 0, running.stderr)
         self.assertRegex(running.stdout, rf"active: process {run.pid} on ")
         self.assertRegex(running.stdout, r"[12] done, 0 failed, [12] pending of 3")
-        self.assertIn("3 of 3 samples to do", running.stdout)
+        self.assertIn("3 of 3 samples to compute", running.stdout)
         self.assertEqual(followed.returncode, 0, followed.stderr)
         pictures = followed.stdout.split(f"{self.folder}: ")
         self.assertGreater(len(pictures), 2, "it looked once only")

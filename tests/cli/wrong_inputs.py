@@ -252,7 +252,7 @@ CASES = [
          "9 is a plain number without a unit"),
     # The body.
     Case("notch through the body", lambda t: t.set("specimen.notch", "depth", '"24.5 mm"'),
-         "specimen.notch[0].depth", "cuts the body in two", "less than the body's width of 24.5 mm"),
+         "specimen.notch[0].depth", "cuts the body into two", "less than the body's width of 24.5 mm"),
     Case("notch outside the body", lambda t: t.set("specimen.notch", "at", '"150 mm"', 1),
          "specimen.notch[1].at", "does not fit inside the body"),
     Case("notch at the end of the body", lambda t: t.set("specimen.notch", "at", '"0.3 mm"'),
@@ -550,7 +550,7 @@ CASES = [
                              'center = ["12 mm", "104 mm"]', 'radius = "2 mm"'),
          "specimen.hole[1]", "touches or overlaps specimen.hole[0]"),
     Case("slot that cuts the body", lambda t: with_slot(t, '["0 mm", "100 mm"]', '["24.5 mm", "110 mm"]'),
-         "specimen.notch[2]", "cuts the body in two"),
+         "specimen.notch[2]", "cuts the body into two"),
     Case("slot of one point", lambda t: with_slot(t, '["9 mm", "100 mm"]', '["9 mm", "100 mm"]', at=2),
          "specimen.notch[2].to", "is the same point as from"),
     Case("round slot that is too high",

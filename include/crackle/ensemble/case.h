@@ -130,7 +130,7 @@ private:
   std::optional<FolderLock> lock_;
   RunLog* log_ = nullptr;
   std::optional<Progress> progress_;
-  std::set<std::uint64_t> pending_;  ///< subset of the samples to do
+  std::set<std::uint64_t> pending_;  ///< subset of the samples to compute
   int n_warnings_ = 0;               ///< over samples done in this run or an earlier one
   bool has_warned_of_fast_loading_ = false;
   /// Failures not recorded in any sample file; completes the rows of the results.
