@@ -53,10 +53,10 @@ struct Sample {
         stiffness_reductions.push_back({softened[i], fall_load_time[i], fall_phase_time[i], 0, share[i], 0});
     }
     if (parameters.fracture.release != input::Release::facet) return;
-    const auto tied = read<std::int64_t>(file, "ties/tetrahedron");
-    const auto tie_load_time = read<double>(file, "ties/load_time");
-    const auto tie_phase_time = read<double>(file, "ties/phase_time");
-    const auto edges = read<std::uint8_t>(file, "ties/edges");
+    const auto tied = read<std::int64_t>(file, "bridge_releases/tetrahedron");
+    const auto tie_load_time = read<double>(file, "bridge_releases/load_time");
+    const auto tie_phase_time = read<double>(file, "bridge_releases/phase_time");
+    const auto edges = read<std::uint8_t>(file, "bridge_releases/edges");
     for (std::size_t i = 0; i < tied.size(); ++i)
       bridge_releases.push_back({tied[i], tie_load_time[i], tie_phase_time[i], 0, edges[i]});
   }

@@ -97,7 +97,7 @@ protected:
       };
       control.log = [&](const std::string& line) {
         n_again_in_double_ += line.find("is computed again with time.precision") != line.npos ? 1 : 0;
-        n_on_in_double_ += line.find("continues in double") != line.npos ? 1 : 0;
+        n_on_in_double_ += line.find("continues with time.precision") != line.npos ? 1 : 0;
       };
       if (group.is_root()) control.checkpoint = saved;
       if (group.size() == world_.size() || world_.is_root())

@@ -330,7 +330,7 @@ TEST_F(EnsembleRun, StopsWhenTheMeanPathIsKnownWhateverFinishesFirst) {
   EXPECT_EQ(again.left, 0);
   EXPECT_THAT(computed(), IsEmpty()) << "an ensemble that has stopped needs no more samples";
   if (!world_.is_root()) return;
-  EXPECT_THAT(log_.str(), HasSubstr("stopped early: samples 0 to 3 of 16 are enough"));
+  EXPECT_THAT(log_.str(), HasSubstr("stopped early: samples 0 to 3 suffice, 16 were planned"));
   std::printf("%zu samples computed, 4 needed\n", all_computed.size());
 
   const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
@@ -505,8 +505,10 @@ TEST_F(EnsembleRun, SingleSampleIsNotReplacedWithoutAWord) {
   };
   EXPECT_EQ(run_single("out", parameters, options, failing).failed, 1);
   options.overwrite = false;
-  EXPECT_THAT(refusal(), HasSubstr("already, as one that failed; keep it with --resume, or compute it again "
-                                   "with --retry-failed or --overwrite"));
+  EXPECT_THAT(
+      refusal(),
+      HasSubstr("already holds this sample, as one that failed; keep it with --resume, or compute it again "
+                "with --retry-failed or --overwrite"));
   options.overwrite = true;
   if (world_.is_root()) std::ofstream(io::checkpoint_path(root_ / "out", 1)) << "rubbish";
   MPI_Barrier(world_.get());

@@ -334,8 +334,8 @@ TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
   for (const char* unused :
        {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points",
         "fracture.toughness", "fracture.fracture_toughness", "fracture.length", "fracture.softening",
-        "fracture.teeth", "fracture.variation.coefficient_of_variation", "time.after_separation", "sweep.key",
-        "sweep.values"}) {
+        "fracture.release_time", "fracture.teeth", "fracture.variation.coefficient_of_variation",
+        "time.after_separation", "sweep.key", "sweep.values"}) {
     shown.insert(unused);
   }
   const auto declared = listed_keys();

@@ -137,8 +137,8 @@ rate = ["free", "-0.001 mm/s", "free"]
   Plate plate;
   plate.conditions = end("\"z\"", ligament) + supports;
   EXPECT_THAT(warnings(plate.parameters()),
-              ElementsAre(AllOf(HasSubstr("boundary[0] holds 60 % of an end along z alone"),
-                                HasSubstr("about 1.4 times its load"), HasSubstr("model both halves"))));
+              ElementsAre(AllOf(HasSubstr("boundary[0] constrains 60 % of an end along z only"),
+                                HasSubstr("about 1.4 times the load"), HasSubstr("model both halves"))));
   plate.conditions = end("\"y\", \"z\"", ligament) + supports;
   EXPECT_THAT(warnings(plate.parameters()), IsEmpty()) << "a clamp";
   plate.conditions = end("\"z\"", "") + supports;

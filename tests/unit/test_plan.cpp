@@ -235,11 +235,10 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
   };
   const std::pair<std::string, std::string> sections{R"(["3 mm", "4 mm"])", R"(["3 mm", "5 mm"])"};
   const std::pair<std::string, std::string> frames{"frames = 4", "frames = 9"};
-  const std::string of_another = folder_.string() +
-                                 " holds an ensemble of another input: compared with " +
+  const std::string of_another = folder_.string() + " holds an ensemble of another input: compared with " +
                                  (folder_ / "input.toml").string() + ", ";
-  const std::string look = "use other sections later, with crackle stats " + folder_.string() +
-                           " --sections y=\"3 mm, 5 mm\"";
+  const std::string look =
+      "use other sections later, with crackle stats " + folder_.string() + " --sections y=\"3 mm, 5 mm\"";
   EXPECT_EQ(changed({}), "");
   EXPECT_EQ(changed({sections}), of_another +
                                      "sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; keep the "

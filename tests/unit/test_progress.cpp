@@ -140,7 +140,8 @@ TEST(Progress, LineSaysAll) {
   const std::string line = progress.line(120);
   std::printf("%s\n", line.c_str());
   EXPECT_EQ(line,
-            "1 done, 0 failed, 1 running, 198 pending, about 3 h 19 min remaining; mean z of leading cracks at y = 12.25 mm: "
+            "1 done, 0 failed, 1 running, 198 pending, about 3 h 19 min remaining; mean z of leading cracks "
+            "at y = 12.25 mm: "
             "68.310 mm, median onset "
             "402.340 N");
 }
