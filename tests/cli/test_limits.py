@@ -45,7 +45,7 @@ y = ["5 mm"]
 """
 PULLED = PLATE.replace("velocity = [{}]", 'force = ["0 N", "0 N", "0 N"]\nrate = ["0 N/s", "0 N/s", "1 N/s"]')
 BENDING = "boundary[1] loads the plate across its thickness of 1 mm, which has 1 cell: bending out of the plane is about 3.9 times too stiff"
-FAST = "but a wave takes 5.25 us along the body: equilibria leave out inertia that matters; set time.start = \"rest\""
+FAST = "but a wave takes 5.25 us along the body, so inertia cannot be neglected; set time.start = \"rest\""
 
 
 class Limits(unittest.TestCase):
@@ -120,7 +120,7 @@ fix = ["y"]
         slow = PULLED.replace("[time]", '[time]\nstart = "rest"')
         told = self.assert_same_refusal(slow, "time steps: strains of")
         self.assertRegex(told, r"in equilibrium they reach the first break after [12]\d\d(\.\d)? s, at about [12]\d\d(\.\d)? N, "
-                               r"and the phase lasts 1 us")
+                               r"but the phase lasts 1 us")
 
     def test_a_rate_without_effect_is_told(self):
         said = self.call(PULLED, "check").stdout

@@ -24,8 +24,8 @@ PROGRAM = FRAME_STRESSES = ""
 PLATE = (ROOT / "tests" / "support" / "plate.toml").read_text(encoding="utf-8").replace("frames = 4", "frames = 13")
 # Quickly loaded from rest, and less as time goes on, so that what has opened closes again.
 STRUCK = (PLATE.replace("[time]", '[time]\nstart = "rest"')
-          .replace('force = ["0 N", "0 N", "100 N"]', 'force = ["0 N", "0 N", "800 N"]')
-          .replace('rate = ["0 N/s", "0 N/s", "5 N/s"]', 'rate = ["0 N/s", "0 N/s", "-4e7 N/s"]'))
+          .replace('force = ["0 N", "0 N", "100 N"]', 'force = ["0 N", "0 N", "700 N"]')
+          .replace('rate = ["0 N/s", "0 N/s", "5 N/s"]', 'rate = ["0 N/s", "0 N/s", "-1.2e8 N/s"]'))
 
 
 def with_release(text: str, release: str, contact: str = "none") -> str:

@@ -252,7 +252,7 @@ CASES = [
          "9 is a plain number without a unit"),
     # The body.
     Case("notch through the body", lambda t: t.set("specimen.notch", "depth", '"24.5 mm"'),
-         "specimen.notch[0].depth", "cuts the body into two", "less than the body's width of 24.5 mm"),
+         "specimen.notch[0].depth", "cuts the body in two", "less than the body's width of 24.5 mm"),
     Case("notch outside the body", lambda t: t.set("specimen.notch", "at", '"150 mm"', 1),
          "specimen.notch[1].at", "does not fit inside the body"),
     Case("notch at the end of the body", lambda t: t.set("specimen.notch", "at", '"0.3 mm"'),

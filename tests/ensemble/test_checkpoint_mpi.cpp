@@ -214,6 +214,7 @@ TEST_F(Checkpoints, KeepTheStrengthsNearCracks) {
   for (auto parameters : {torn_bar(), pulled_bar()}) {
     parameters.fracture.strength = 45e6;
     parameters.fracture.toughness = 50;
+    parameters.time.step = 5e-9;
     compare("strength and toughness", parameters, true);
   }
 }
