@@ -65,6 +65,13 @@ input::Parameters read_input(const parallel::Communicator& world, const std::fil
       [&] { return share_input(world, file, [&] { return input::read(file, points); }); });
 }
 
+input::Parameters read_given_input(const parallel::Communicator& world, const std::filesystem::path& file) {
+  input::Parameters parameters = read_input(world, file);
+  if (world.is_root())
+    for (const std::string& note : parameters.notes) notify(note);
+  return parameters;
+}
+
 std::vector<input::Case> read_cases(const parallel::Communicator& world, const input::Parameters& parameters,
                                     const std::filesystem::path& file) {
   return with_input_errors(

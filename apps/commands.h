@@ -63,6 +63,9 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
                              const input::PointsFile& points = {});
 
+/// As read_input(), for the file that a command is given: its notes are printed on standard error.
+input::Parameters read_given_input(const parallel::Communicator& world, const std::filesystem::path& file);
+
 /// The cases of a sweep, as input::sweep_cases: either every rank has them or all throw the same
 /// input::InputError. Collective over `world`.
 std::vector<input::Case> read_cases(const parallel::Communicator& world, const input::Parameters& parameters,

@@ -45,7 +45,7 @@ int compare(const parallel::Communicator& world, const CompareOptions& options) 
       const analysis::Statistics statistics =
           analysis::make_statistics(ensemble.samples.rows, ensemble.parameters);
       analysis::leave_out_surplus(statistics, 0, ensemble.samples.rows);
-      if (statistics.n_done == 0) fail("'{}' has no sample that is done", options.folders[i]);
+      if (statistics.n_done == 0) fail("'{}' has no completed sample", options.folders[i]);
     }
     std::vector<analysis::Comparison> comparisons;
     for (std::size_t i = 1; i < ensembles.size(); ++i)
@@ -68,10 +68,10 @@ int compare(const parallel::Communicator& world, const CompareOptions& options) 
 
 void add_compare_command(CLI::App& app, Action& run) {
   auto options = std::make_shared<CompareOptions>();
-  CLI::App* command = app.add_subcommand("compare",
-                                         "Tell what differs between ensembles, and how surely: the others "
-                                         "are each compared with the first, sample by "
-                                         "sample where they have the same bodies; reads only");
+  CLI::App* command =
+      app.add_subcommand("compare",
+                         "Compare ensembles with the first one: differences with confidence intervals and p "
+                         "values, sample by sample where the bodies are the same; changes no files");
   command
       ->add_option("folders", options->folders, "output folders of crackle run, or the ensemble.h5 in them")
       ->required()

@@ -125,8 +125,8 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);
   // From the start, since the launcher forwards signals as soon as the ranks exist.
   const std::string_view command = argc > 1 ? argv[1] : "";
-  const bool can_park = command == "run" || command == "sample";
-  if (can_park) ensemble::watch_stop_signals();
+  const bool can_suspend = command == "run" || command == "sample";
+  if (can_suspend) ensemble::watch_stop_signals();
   CLI::App app{"crackle: Monte-Carlo ensembles of dynamic brittle fracture by PDS-FEM", "crackle"};
   apps::Action run;
   const Runtime runtime;
@@ -134,7 +134,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "crackle: MPI or PETSc could not be started\n");
     return apps::input_error;
   }
-  if (can_park) ensemble::watch_stop_signals();  // MPI has installed its own handlers
+  if (can_suspend) ensemble::watch_stop_signals();  // MPI has installed its own handlers
   const parallel::Communicator world(MPI_COMM_WORLD);
   int status = apps::success;
   const apps::CommandLine typed(argv, argv + argc);

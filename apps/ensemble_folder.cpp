@@ -2,14 +2,13 @@
 #include "ensemble_folder.h"
 
 #include "commands.h"
-#include "crackle/analysis/crack_path.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
-#include "crackle/ensemble/sweep_run.h"
+#include "crackle/ensemble/sweep_table.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
@@ -19,7 +18,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 #include <system_error>
 
 namespace crackle::apps {
@@ -51,42 +49,6 @@ std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
   return samples;
 }
 
-constexpr std::int64_t first_with_leading_notch = 3;  // version of the format
-
-/// Results missing from files of an older format, except the leading notch, which is recomputed.
-analysis::Origin origin_of_format(std::int64_t version) {
-  analysis::Origin origin;
-  const auto add = [&](const analysis::ResultInfo& info, auto) {
-    if (info.since > version && std::string_view(info.name) != "leading_notch")
-      origin.lacking.emplace_back(info.name);
-  };
-  analysis::for_each_result(add);
-  return origin;
-}
-
-/// Recomputes the leading notch of samples whose files lack it.
-/// @return a note about this
-std::string derive_leading_notches(const input::Parameters& parameters,
-                                   std::vector<analysis::SampleSummary>& rows) {
-  const auto body = geometry::make_body(parameters.specimen);
-  int n_open = 0;
-  for (analysis::SampleSummary& row : rows) {
-    if (row.status != analysis::SampleStatus::done ||
-        row.pattern == static_cast<std::int32_t>(analysis::Pattern::none))
-      continue;
-    row.leading_notch = analysis::leading_notch(*body, parameters.sections, row.position).value_or(-1);
-    if (row.leading_notch < 0) ++n_open;
-  }
-  return fmt::format(
-      "The leading notch is not in these files, which are of an older format: it is taken from the sections "
-      "that the cracks reach{}.",
-      n_open == 0 ? "" : fmt::format(", and stays open in {}", n_open));
-}
-
-}  // namespace
-
-namespace {
-
 fs::path folder_of_file(const fs::path& given) {
   std::error_code ignored;
   if (!fs::is_regular_file(given, ignored)) return given;
@@ -108,14 +70,16 @@ fs::path folder_of(const parallel::Communicator& world, const fs::path& given) {
 }
 
 analysis::Origin origin_of(const fs::path& folder) {
-  return origin_of_format(io::format_version(folder));
+  const std::int64_t version = io::format_version(folder);
+  analysis::Origin origin;
+  analysis::for_each_result([&](const analysis::ResultInfo& info, auto) {
+    if (info.since > version) origin.lacking.emplace_back(info.name);
+  });
+  return origin;
 }
 
 StoredSamples stored_samples(const fs::path& folder, const input::Parameters& parameters) {
-  StoredSamples stored{stored_rows(folder, parameters), origin_of(folder)};
-  if (io::format_version(folder) < first_with_leading_notch)
-    stored.origin.notes.push_back(derive_leading_notches(parameters, stored.rows));
-  return stored;
+  return {stored_rows(folder, parameters), origin_of(folder)};
 }
 
 input::Parameters input_of(const parallel::Communicator& world, const fs::path& folder) {

@@ -73,7 +73,7 @@ int init_experiments(const parallel::Communicator& world, const InitOptions& opt
 void add_init_command(CLI::App& app, Action& run) {
   const auto options = std::make_shared<InitOptions>();
   CLI::App* const command = app.add_subcommand(
-      "init", "Write an input to start from: a template in which every key is explained, or a given problem");
+      "init", "Write an input file to start from: a template that explains every key, or a given problem");
   command->add_option("input", options->file, "file to write (TOML); an existing one is not replaced")
       ->required();
   std::vector<std::string> names;

@@ -63,7 +63,7 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
 }
 
 int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
-  const input::Parameters parameters = read_input(world, options.input);
+  const input::Parameters parameters = read_given_input(world, options.input);
   refuse_sweep(parameters, options.input);
   int status = success;
   parallel::agree_on_root(world, [&] {
@@ -80,14 +80,16 @@ int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
 
 void add_mesh_command(CLI::App& app, Action& run) {
   const auto options = std::make_shared<MeshOptions>();
-  CLI::App* const command = app.add_subcommand(
-      "mesh", "Make one realization; write it as a VTKHDF file and print its quality table. Or survey many");
+  CLI::App* const command = app.add_subcommand("mesh",
+                                               "Make one realization, print its quality table and write it "
+                                               "as a VTKHDF file on request; or survey many");
   command->add_option("input", options->input, "input file (TOML)")->required();
   CLI::Option* const sample = add_sample_option(*command, options->sample)->capture_default_str();
-  CLI::Option* const ranks =
-      command->add_option("--ranks", options->ranks, "ranks to partition the realization for, in the table")
-          ->check(CLI::Range(1, 100000))
-          ->capture_default_str();
+  CLI::Option* const ranks = command
+                                 ->add_option("--ranks", options->ranks,
+                                              "number of ranks for which the table describes the partition")
+                                 ->check(CLI::Range(1, 100000))
+                                 ->capture_default_str();
   CLI::Option* const output =
       command->add_option("-o,--output", options->output, "file to write; an existing one is replaced");
   CLI::Option* const dual_output =
@@ -96,11 +98,13 @@ void add_mesh_command(CLI::App& app, Action& run) {
   CLI::Option* const survey =
       command
           ->add_option("--survey", options->n_surveyed,
-                       "make this many realizations, from number 0 on, and print their common statistics: "
-                       "conformity, quality, bias, time; writes no mesh")
+                       "make this many realizations, starting with number 0, and print statistics over all "
+                       "of them: conformity, quality, bias, time; writes no mesh")
           ->check(CLI::Range(1, 1000000))
           ->excludes(sample, ranks, output, dual_output);
-  command->add_option("--table", options->survey_table, "with --survey: one line for each, as CSV")
+  command
+      ->add_option("--table", options->survey_table,
+                   "with --survey: also write a CSV file with one line for each realization")
       ->needs(survey);
   command->footer("Exit status: 0 done; 1 usage or input error; 2 some surveyed realizations failed.");
   command->callback([options, output, survey, &run] {

@@ -27,7 +27,7 @@ namespace {
 void check_writable(const std::filesystem::path& table) {
   const std::filesystem::path folder = table.has_parent_path() ? table.parent_path() : ".";
   if (std::filesystem::is_directory(table) || ::access(folder.c_str(), W_OK) != 0)
-    fail("{}: cannot be written", table.string());
+    fail("cannot write '{}'", table.string());
 }
 
 }  // namespace
@@ -38,8 +38,8 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
     if (random.key.starts_with("specimen.") || random.key.starts_with("mesh.") ||
         random.key.find(".region.") != std::string::npos)
       fail(
-          "--survey looks at the meshes of one body, but this input draws {}; make one sample's mesh with "
-          "--sample",
+          "--survey needs the same body for all samples, but this input draws {}; use --sample for the mesh "
+          "of one sample",
           random.key);
   if (!table.empty()) check_writable(table);
   const Stopwatch base_clock;
@@ -58,12 +58,12 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
   ensemble::Progress progress(n_samples, 1, uncracked);
   SurveyFigures figures{base.size(), base_seconds, survey.base_orientation(), {}, 0};
   auto& rows = figures.rows;
-  const auto look = [&](const geometry::Realization& realization) {
+  const auto inspect = [&](const geometry::Realization& realization) {
     if (figures.stable_step == 0) figures.stable_step = dynamics::stable_step(parameters, realization);
   };
   for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
     progress.started(sample, clock.seconds());
-    rows.push_back(survey.measure(sample, look));
+    rows.push_back(survey.measure(sample, inspect));
     const std::string& error = rows.back().error;
     if (!error.empty()) log.line(error);
     ensemble::SampleReport report;

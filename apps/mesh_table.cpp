@@ -25,7 +25,7 @@ std::string spread(const geometry::Quantiles& q, double unit, int digits) {
                      q.one_percent / unit, digits, q.median / unit, digits, q.largest / unit, digits);
 }
 
-std::string turn_text(const input::Specimen& specimen, std::uint8_t symmetry) {
+std::string symmetry_text(const input::Specimen& specimen, std::uint8_t symmetry) {
   if (symmetry == 0) return "none";
   return geometry::symmetry_of(*geometry::make_body(specimen), symmetry).name;
 }
@@ -80,7 +80,7 @@ std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample
                                           100 * static_cast<double>(realization.report.redrawn_points) /
                                               static_cast<double>(realization.nodes.size()),
                                           realization.report.rounds));
-  table.row("turn", turn_text(parameters.specimen, realization.report.symmetry));
+  table.row("symmetry", symmetry_text(parameters.specimen, realization.report.symmetry));
   table.row("time", fmt::format("{:.2f} s for the realization, {:.2f} s for the base points",
                                 times.realization, times.base));
   if (n_ranks > 1) add_partition(table, realization, n_ranks);

@@ -3,8 +3,8 @@
 
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/failure.h"
-#include "crackle/ensemble/sample_inputs.h"
 #include "crackle/io/sample_file.h"
+#include "crackle/uncertainty/random_inputs.h"
 
 #include "ensemble_folder.h"
 
@@ -16,10 +16,13 @@ namespace {
 
 /// Adds the crack of a sample, if its file is usable.
 bool add_crack(const std::filesystem::path& folder, const input::Parameters& parameters,
-               const ensemble::SampleInputs& inputs, experiment::ObservedSample& sample) {
+               const geometry::Body& body, experiment::ObservedSample& sample) {
   const io::StoredSample stored = io::read_stored_sample(folder, parameters, sample.number);
   if (stored.summary.status != analysis::SampleStatus::done) return false;
-  add_arms(*inputs.of(sample.number)->body, stored.surface, sample);
+  const auto own = parameters.random.empty()
+                       ? nullptr
+                       : geometry::make_body(uncertainty::sample_parameters(parameters, sample.number));
+  add_arms(own ? *own : body, stored.surface, sample);
   return true;
 }
 
@@ -33,10 +36,9 @@ experiment::ObservedSamples observed_samples(const std::filesystem::path& folder
   auto found = experiment::sort_samples(rows, parameters.ensemble.seed);
   if (found.samples.empty()) fail("'{}' has no sample that is done and decided", folder.string());
   if (!with_arms) return found;
-  const ensemble::SampleInputs inputs(parameters, body);
   std::vector<experiment::ObservedSample> with_crack;
   for (experiment::ObservedSample& sample : found.samples) {
-    if (add_crack(folder, parameters, inputs, sample))
+    if (add_crack(folder, parameters, body, sample))
       with_crack.push_back(std::move(sample));
     else
       found.missing.push_back(sample.number);

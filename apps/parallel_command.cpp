@@ -119,7 +119,7 @@ void check_tasks(const parallel::Communicator& world, bool is_whole) {
   }
 }
 
-void add_parking_options(CLI::App& command, ParkingOptions& options) {
+void add_suspend_options(CLI::App& command, SuspendOptions& options) {
   const CLI::Validator as_seconds(
       [](std::string& text) -> std::string {
         const auto seconds = duration(text);
@@ -135,7 +135,7 @@ void add_parking_options(CLI::App& command, ParkingOptions& options) {
       "");
   command
       .add_option("--time-limit", options.time_limit,
-                  "park samples under way and stop within this time, such as 8h, 30min, 90s or, as SLURM "
+                  "suspend samples under way and stop within this time, such as 8h, 30min, 90s or, as SLURM "
                   "writes it, 8:00:00; in a SLURM job the end of the job is a limit too")
       ->transform(as_seconds)
       ->type_name("TIME");
@@ -143,7 +143,7 @@ void add_parking_options(CLI::App& command, ParkingOptions& options) {
       .add_option(
           "--checkpoint-interval", options.checkpoint_interval,
           "write a checkpoint of each sample this often, such as 30min or 30:00; default: only when it "
-          "is parked")
+          "is suspended")
       ->transform(as_seconds)
       ->type_name("TIME");
 }
@@ -174,7 +174,13 @@ std::string continuation(const CommandLine& typed, const std::string& option) {
   return shell_line(words);
 }
 
-int end_together(const parallel::Communicator& world, const std::function<int()>& work) {
+int exit_status(const ensemble::RunOutcome& outcome) {
+  if (outcome.stopped) return stopped_resumable;
+  const bool is_complete = outcome.failed == 0 && outcome.left == 0 && outcome.file_error.empty();
+  return is_complete ? success : some_samples_failed;
+}
+
+int end_collectively(const parallel::Communicator& world, const std::function<int()>& work) {
   try {
     return work();
   } catch (const parallel::AgreedError&) {

@@ -3,6 +3,7 @@
 
 #include "commands.h"
 #include "crackle/common/real.h"
+#include "crackle/ensemble/case.h"
 
 #include <functional>
 #include <optional>
@@ -21,14 +22,14 @@ int terminal_width(int stream);
 /// or D-HH:MM:SS. Returns seconds; empty for other text.
 std::optional<double> duration(std::string_view text);
 
-/// When a command parks samples under way, and how often it writes checkpoints.
-struct ParkingOptions {
+/// When a command suspends samples under way, and how often it writes checkpoints.
+struct SuspendOptions {
   std::optional<double> time_limit;       ///< [s]
   double checkpoint_interval = infinity;  ///< [s]
 };
 
 /// Declares --time-limit and --checkpoint-interval.
-void add_parking_options(CLI::App& command, ParkingOptions& options);
+void add_suspend_options(CLI::App& command, SuspendOptions& options);
 
 /// Detects that SLURM has started this program several times independently instead of as the ranks of one
 /// run: srun without the required MPI support.
@@ -39,7 +40,7 @@ void check_tasks(const parallel::Communicator& world, bool is_whole);
 
 /// Effect of signals; for the end of a command's help.
 inline constexpr const char* signals_help =
-    "SIGTERM, SIGINT, SIGUSR1: park samples under way and stop; a second signal ends the program at once.";
+    "SIGTERM, SIGINT, SIGUSR1: suspend samples under way and stop; a second signal ends the program at once.";
 
 /// For the end of a command's help.
 inline constexpr const char* crash_help =
@@ -52,8 +53,11 @@ std::string shell_line(std::span<const std::string> words);
 /// `option` appended. Excludes the launcher.
 std::string continuation(const CommandLine& typed, const std::string& option);
 
+/// The exit status of a run.
+int exit_status(const ensemble::RunOutcome& outcome);
+
 /// Runs `work`. An AgreedError propagates; any other failure, unknown to the other ranks, which would wait
 /// forever, is reported and aborts the whole program with the status internal_failure.
-int end_together(const parallel::Communicator& world, const std::function<int()>& work);
+int end_collectively(const parallel::Communicator& world, const std::function<int()>& work);
 
 }  // namespace crackle::apps

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle run: runs the ensemble.
+#include "crackle/ensemble/run.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/whole_number.h"
-#include "crackle/ensemble/ensemble_run.h"
-#include "crackle/ensemble/sample_inputs.h"
-#include "crackle/ensemble/sweep_run.h"
 #include "crackle/parallel/agreement.h"
 
 #include "parallel_command.h"
@@ -31,7 +29,7 @@ struct RunArguments {
   bool retry_failed = false;
   std::string samples;
   std::string part;
-  ParkingOptions parking;
+  SuspendOptions suspend;
 };
 
 /// "12" or "0-49"; empty for an empty text.
@@ -98,19 +96,13 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
                .range = chosen_range(world, parameters, cases, arguments)},
       .log = &std::cout,
       .terminal_width = terminal_width(STDOUT_FILENO),
-      .stop = ensemble::make_stop_request(arguments.parking.time_limit),
-      .checkpoint_interval = arguments.parking.checkpoint_interval,
+      .stop = ensemble::make_stop_request(arguments.suspend.time_limit),
+      .checkpoint_interval = arguments.suspend.checkpoint_interval,
       .next = {.resume = continuation(typed, "--resume"),
                .retry_failed = continuation(typed, "--retry-failed"),
                .report = "tools/crackle-report " + shell_line({{arguments.folder.string()}})},
   };
-  const ensemble::RunOutcome outcome =
-      cases.empty()
-          ? ensemble::run_ensemble(world, parameters, options, ensemble::sample_mechanics(parameters))
-          : ensemble::run_sweep(world, parameters, cases, options, ensemble::sample_mechanics);
-  if (outcome.stopped) return stopped_resumable;
-  const bool complete = outcome.failed == 0 && outcome.left == 0 && outcome.file_error.empty();
-  return complete ? success : some_samples_failed;
+  return exit_status(ensemble::run(world, parameters, cases, options));
 }
 
 }  // namespace
@@ -124,7 +116,7 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
   command->add_flag("--resume", arguments->resume,
                     "continue the ensemble in the folder; finished samples are kept");
   command->add_flag("--retry-failed", arguments->retry_failed,
-                    "as --resume, and compute failed samples again");
+                    "like --resume, but compute failed samples again");
   const auto checked = [](const auto& parse) {
     return [parse](const std::string& text) {
       try {
@@ -135,20 +127,18 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
       }
     };
   };
-  CLI::Option* samples =
-      command
-          ->add_option("--samples", arguments->samples,
-                       "compute only this range, such as 0-49: a part of the ensemble, beside others in the "
-                       "same folder")
-          ->check(checked(sample_range));
+  CLI::Option* samples = command
+                             ->add_option("--samples", arguments->samples,
+                                          "compute only this range of samples, such as 0-49; other runs can "
+                                          "compute other ranges in the same folder")
+                             ->check(checked(sample_range));
   command
-      ->add_option(
-          "--part", arguments->part,
-          "compute only part K of N about equal ranges of the samples, given as K/N with K from 0 to "
-          "N-1, such as 0/20: as --samples, for job arrays")
+      ->add_option("--part", arguments->part,
+                   "compute only part K of N parts of about equal size, given as K/N with K from 0 to N-1, "
+                   "such as 0/20; like --samples, for job arrays")
       ->check(checked(part))
       ->excludes(samples);
-  add_parking_options(*command, arguments->parking);
+  add_suspend_options(*command, arguments->suspend);
   command->footer(std::string("Exit status: 0 all samples done; 1 usage or input error, nothing was written; "
                               "2 finished, but some "
                               "samples failed; 3 stopped early, continue with --resume; ") +
@@ -157,10 +147,11 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
     run = [arguments, typed](const parallel::Communicator& world) {
       parallel::agree(world,
                       [&] { check_tasks(world, arguments->samples.empty() && arguments->part.empty()); });
-      const input::Parameters parameters = read_input(world, arguments->input);
+      const input::Parameters parameters = read_given_input(world, arguments->input);
       std::vector<input::Case> cases;
       if (!parameters.sweeps.empty()) cases = read_cases(world, parameters, arguments->input);
-      return end_together(world, [&] { return run_command(world, parameters, cases, *arguments, typed); });
+      return end_collectively(world,
+                              [&] { return run_command(world, parameters, cases, *arguments, typed); });
     };
   });
 }

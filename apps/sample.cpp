@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle sample: runs one sample on all ranks as one group.
-#include "crackle/analysis/sample_summary.h"
-#include "crackle/common/stopwatch.h"
-#include "crackle/ensemble/run_log.h"
-#include "crackle/ensemble/sample_inputs.h"
-#include "crackle/ensemble/single_sample.h"
-#include "crackle/io/sample_file.h"
+#include "crackle/ensemble/run.h"
 
 #include "parallel_command.h"
 
@@ -28,36 +23,24 @@ struct SampleArguments {
   bool resume = false;
   bool retry_failed = false;
   bool overwrite = false;
-  ParkingOptions parking;
+  SuspendOptions suspend;
 };
 
 int sample_command(const parallel::Communicator& world, const input::Parameters& parameters,
                    const SampleArguments& arguments, const CommandLine& typed) {
-  const int width = terminal_width(STDOUT_FILENO);
-  ensemble::RunLog log(std::cout, width, [clock = Stopwatch()] { return clock.seconds(); });
-  const auto say = [&log](const std::string& line) { log.line(line); };
-  const auto show = [&log](const std::string& line) { log.show([&] { return line; }, false); };
-  const ensemble::SingleSampleOptions options{
+  const ensemble::RunOptions options{
       .folder = arguments.folder,
-      .sample = arguments.sample,
-      .resume = arguments.resume || arguments.retry_failed,
-      .retry_failed = arguments.retry_failed,
-      .overwrite = arguments.overwrite,
-      .stop = ensemble::make_stop_request(arguments.parking.time_limit),
-      .checkpoint_interval = arguments.parking.checkpoint_interval,
-      .progress = width > 0 ? dynamics::SampleLog(show) : dynamics::SampleLog(),
+      .plan = {.resume = arguments.resume || arguments.retry_failed,
+               .retry_failed = arguments.retry_failed,
+               .single = arguments.sample,
+               .overwrite = arguments.overwrite},
+      .log = &std::cout,
+      .terminal_width = terminal_width(STDOUT_FILENO),
+      .stop = ensemble::make_stop_request(arguments.suspend.time_limit),
+      .checkpoint_interval = arguments.suspend.checkpoint_interval,
+      .next = {.resume = continuation(typed, "--resume"), .retry_failed = {}, .report = {}},
   };
-  const auto report =
-      ensemble::run_single_sample(world, parameters, options, ensemble::sample_mechanics(parameters), say);
-  if (world.is_root()) {
-    log.end_progress();
-    say(describe(report));
-    if (const auto warning = analysis::sample_warning(report.sample, report.summary)) say(*warning);
-    if (report.stored) say(io::sample_path(arguments.folder, arguments.sample).string());
-    if (report.parked) say("to continue: " + continuation(typed, "--resume"));
-  }
-  if (report.parked) return stopped_resumable;
-  return report.summary.status == analysis::SampleStatus::done ? success : some_samples_failed;
+  return exit_status(ensemble::run(world, parameters, {}, options));
 }
 
 }  // namespace
@@ -70,26 +53,26 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
   command->add_option("-o,--output", arguments->folder, "folder for the results")->required();
   CLI::Option* resume =
       command->add_flag("--resume", arguments->resume,
-                        "keep the sample if it is done; continue from its checkpoint if it was parked");
+                        "keep the sample if it is done; continue from its checkpoint if it was suspended");
   CLI::Option* retry_failed = command->add_flag("--retry-failed", arguments->retry_failed,
-                                                "as --resume, and compute a failed sample again");
+                                                "like --resume, but compute a failed sample again");
   command
       ->add_flag("--overwrite", arguments->overwrite,
-                 "compute the sample from its beginning, in place of what the folder holds of it; without "
-                 "this or --resume, a folder that holds the sample is refused")
+                 "compute the sample from the start and replace its files; without this or --resume, a "
+                 "folder that holds the sample is refused")
       ->excludes(resume)
       ->excludes(retry_failed);
-  add_parking_options(*command, arguments->parking);
+  add_suspend_options(*command, arguments->suspend);
   command->footer(
       std::string("Exit status: 0 done; 1 usage or input error, nothing was written; 2 the sample "
-                  "failed; 3 parked, continue with --resume; ") +
+                  "failed; 3 suspended, continue with --resume; ") +
       crash_help + signals_help);
   command->callback([arguments, typed, &run] {
     run = [arguments, typed](const parallel::Communicator& world) {
       check_tasks(world, false);
-      const input::Parameters parameters = read_input(world, arguments->input);
+      const input::Parameters parameters = read_given_input(world, arguments->input);
       refuse_sweep(parameters, arguments->input);
-      return end_together(world, [&] { return sample_command(world, parameters, *arguments, typed); });
+      return end_collectively(world, [&] { return sample_command(world, parameters, *arguments, typed); });
     };
   });
 }

@@ -11,7 +11,7 @@
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
-#include "crackle/ensemble/sweep_run.h"
+#include "crackle/ensemble/sweep_table.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
@@ -132,7 +132,7 @@ int show_at_sections(const parallel::Communicator& world, const StatsOptions& op
   const ensemble::Results results = ensemble::results_at(world, parameters, sections, options.folder);
   parallel::agree_on_root(world, [&] {
     analysis::Origin origin = origin_of(fs::path(options.folder));
-    const std::string note = "crossings computed anew from the sample files; ensemble.h5 stays as it is";
+    const std::string note = "crossings computed again from the sample files; ensemble.h5 is not changed";
     // A separate paragraph in the text.
     origin.notes.push_back(options.json ? note : note + "\n");
     print(options, results.rows, results.statistics, sections, origin);
@@ -181,11 +181,11 @@ bool is_sweep(const parallel::Communicator& world, const fs::path& folder) {
 
 void add_stats_command(CLI::App& app, Action& run) {
   auto options = std::make_shared<StatsOptions>();
-  CLI::App* command = app.add_subcommand(
-      "stats",
-      "Recompute the statistics of a finished or unfinished ensemble from its sample "
-      "files, print them and bring ensemble.h5 up to date; without sample files, print those "
-      "of the samples that ensemble.h5 holds. Of a sweep, the table of all cases");
+  CLI::App* command =
+      app.add_subcommand("stats",
+                         "Compute and print the statistics of a finished or unfinished ensemble from its "
+                         "sample files, and update ensemble.h5; without sample files, use the samples in "
+                         "ensemble.h5. For a sweep, print the table of all cases");
   auto columns = std::make_shared<bool>(false);
   command->add_option("folder", options->folder, "output folder of crackle run, or the ensemble.h5 in it");
   command->add_flag("--columns", *columns, "print the table of all results of a sample (Markdown) instead");
@@ -195,22 +195,21 @@ void add_stats_command(CLI::App& app, Action& run) {
       "the body, in SI units; NaN is null");
   command
       ->add_option("--limit", options->limits,
-                   "also print the share of samples in which a result passes a limit, such as \"peak_load > "
+                   "also print the share of samples that meet a condition, such as \"peak_load > "
                    "500 N\" (may be given several times); --columns names the results")
       ->allow_extra_args(false);
-  CLI::Option* read_only = command->add_flag("--read-only", options->read_only, "leave ensemble.h5 as it is");
-  CLI::Option* keep_rows =
-      command
-          ->add_flag("--keep-rows", options->keep_rows,
-                     "keep the rows of ensemble.h5 whose sample files were moved away; without it these "
-                     "samples count as pending")
-          ->excludes(read_only);
+  CLI::Option* read_only = command->add_flag("--read-only", options->read_only, "do not change ensemble.h5");
+  CLI::Option* keep_rows = command
+                               ->add_flag("--keep-rows", options->keep_rows,
+                                          "keep in ensemble.h5 the rows of samples whose files were moved "
+                                          "away; otherwise these samples count as pending")
+                               ->excludes(read_only);
   command
       ->add_option(
           "--sections", options->sections,
-          "look at other cross-sections, y=\"7 mm, 9 mm\", z=\"30 mm\", or a line by y and z of its ends, "
-          "line=\"1 mm, 2 mm; 3 mm, 4 mm\" (may be given several times): their crossings follow from the "
-          "crack surfaces in the sample files; ensemble.h5 stays as it is")
+          "use other cross-sections, such as y=\"7 mm, 9 mm\", z=\"30 mm\", or a line given by y and z of "
+          "its ends, line=\"1 mm, 2 mm; 3 mm, 4 mm\" (may be given several times): crossings are computed "
+          "from the crack surfaces in the sample files; ensemble.h5 is not changed")
       ->allow_extra_args(false)
       ->excludes(keep_rows);
   command->callback([options, columns, &run] {
@@ -220,7 +219,7 @@ void add_stats_command(CLI::App& app, Action& run) {
                      options->read_only || options->keep_rows))
       throw CLI::ValidationError("--columns takes no other option");
     if (options->json && !options->limits.empty())
-      throw CLI::ValidationError("--limit goes with the text, not with --json");
+      throw CLI::ValidationError("--limit cannot be combined with --json");
     if (*columns) {
       run = [](const parallel::Communicator& world) {
         if (world.is_root()) fmt::print("{}", analysis::result_table());
@@ -232,10 +231,9 @@ void add_stats_command(CLI::App& app, Action& run) {
       options->folder = folder_of(world, options->folder).string();
       if (is_sweep(world, options->folder)) {
         if (options->json || !options->limits.empty() || !options->sections.empty())
-          throw parallel::AgreedError(
-              0, "'" + options->folder +
-                     "' holds a sweep; --json, --limit and --sections go with the folder of one "
-                     "of its cases");
+          throw parallel::AgreedError(0, "'" + options->folder +
+                                             "' holds a sweep; give the folder of one of its cases to use "
+                                             "--json, --limit or --sections");
         return update_sweep(world, *options);
       }
       return options->sections.empty() ? update_statistics(world, *options)

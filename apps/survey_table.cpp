@@ -52,11 +52,11 @@ void add_orientation(TextTable& table, const OrientationMoments& base, const std
   for (const SurveyRow& row : rows)
     geometry::add_share(mean, row.orientation, 1 / static_cast<double>(rows.size()));
   if (!(base.area > 0)) {
-    table.row("orientation", "the fine zone has no inside: it is nowhere two spacings below the surface");
+    table.row("orientation", "the fine zone has no interior: it lies nowhere two spacings below the surface");
     return;
   }
   table.row("candidate facets",
-            fmt::format("{:.0f} mm^2 in the inside of the fine zone; shares by the normals' direction:",
+            fmt::format("{:.0f} mm^2 in the interior of the fine zone; shares by direction of the normals:",
                         mean.area * 1e6));
   const char* const axes = "xyz";
   for (std::size_t i = 0; i < 3; ++i) {

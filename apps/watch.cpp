@@ -65,7 +65,7 @@ public:
     SampleSummary row;
   };
 
-  void look() {
+  void update() {
     std::error_code ignored;
     for (std::uint64_t i = 0; i < n_samples(); ++i) {
       const fs::path file = io::sample_path(folder_, i);
@@ -200,13 +200,13 @@ Standing standing(const Folder& folder, const input::Parameters& parameters, con
   const auto n_done = folder.count(SampleStatus::done, n_needed);
   const auto n_failed = folder.count(SampleStatus::failed, n_needed);
   const auto n_left = n_needed - n_done - n_failed;
-  std::string text = fmt::format("{}: {} done, {} failed, {} left of {}\n", folder.path().string(), n_done,
+  std::string text = fmt::format("{}: {} done, {} failed, {} pending of {}\n", folder.path().string(), n_done,
                                  n_failed, n_left, n_needed);
   if (n_needed < folder.n_samples())
-    text += fmt::format("stopped early: these are enough, of {}\n", folder.n_samples());
+    text += fmt::format("stopped early: these samples suffice, {} were planned\n", folder.n_samples());
   const auto owners = ensemble::owners_at_work(folder.path());
-  if (owners.empty()) text += "no run is at work here\n";
-  for (const auto& owner : owners) text += fmt::format("at work: {}\n", owner);
+  if (owners.empty()) text += "no run is active here\n";
+  for (const auto& owner : owners) text += fmt::format("active: {}\n", owner);
   if (const auto means = progress.means(); !means.empty()) text += means + "\n";
   for (const auto& [number, age] : folder.checkpoints())
     text += fmt::format("sample {} has a checkpoint, {} old\n", number, ensemble::format_duration(age));
@@ -259,7 +259,7 @@ void watch(const WatchOptions& options, const input::Parameters& parameters) {
   Folder folder(options.folder, parameters);
   const int width = terminal_width(STDOUT_FILENO);
   for (;;) {
-    folder.look();
+    folder.update();
     const auto [text, is_over] = standing(folder, parameters, options, terminal_height());
     // On a terminal each output replaces the previous one.
     fmt::print("{}{}", width > 0 && !options.once ? "\033[H\033[2J" : "", cut(text, width));
@@ -275,16 +275,17 @@ void watch(const WatchOptions& options, const input::Parameters& parameters) {
 void add_watch_command(CLI::App& app, Action& run) {
   auto options = std::make_shared<WatchOptions>();
   auto* command = app.add_subcommand(
-      "watch", "Show how a running ensemble stands, again and again: its samples, means and last log lines");
+      "watch",
+      "Show the progress of a running ensemble, updated regularly: its samples, means and last log lines");
   command->add_option("folder", options->folder, "output folder of crackle run, or the ensemble.h5 in it")
       ->required();
-  command->add_option("--interval", options->interval, "seconds between two looks")
+  command->add_option("--interval", options->interval, "seconds between two updates")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
   command->add_option("--log", options->log_lines, "last lines of the run's log to show")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  command->add_flag("--once", options->once, "look once");
+  command->add_flag("--once", options->once, "update once");
   command->footer("Reads only, and ends with the ensemble. Ctrl-C ends it at any time; the run goes on.");
   command->callback([options, &run] {
     run = [options](const parallel::Communicator& world) {

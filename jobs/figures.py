@@ -1,18 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An example of the Python package: `python3 jobs/figures.py out/demo` draws four pictures of an ensemble into figures.png."""
+"""An example of the Python package: `PYTHONPATH=tools jobs/figures.py out/demo` draws four pictures of an ensemble into figures.png."""
 import sys
-from pathlib import Path
 
+import crackle
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-
-# Where the package is not installed.
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tools"))
-
-import crackle
 
 plates = crackle.open(sys.argv[1])
 print(plates.samples[["onset_force", "peak_load", "work_of_fracture", "crack_speed_max"]].describe())

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import math
 import re
 import shutil
 import signal
 import subprocess
 import sys
-import tomllib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Callable, Iterable
 
-import h5py
+import crackle
 import numpy as np
-
+from crackle.files import ENSEMBLE_KIND, results as opened
 from crackle_launch import environment, mpirun
+
 ROOT = Path(__file__).resolve().parents[1]
 JOBS = ROOT / "jobs" / "verification"
 
@@ -54,36 +52,14 @@ def markdown(titles: Iterable[str], lines: Iterable[Iterable[str]]) -> str:
     return "".join([rows[0], "|" + "---|" * len(titles) + "\n", *rows[1:]])
 
 
-def mean_interval(values: np.ndarray) -> tuple[float, float]:
-    """Mean and half width of its 95 % interval (Student's); NaN with fewer than two values."""
-    from scipy import stats  # not needed for a run
-    present = values[np.isfinite(values)]
-    n = len(present)
-    if n < 2:
-        return math.nan, math.nan
-    return float(present.mean()), float(stats.t.ppf(0.975, n - 1) * stats.sem(present))
-
-
-def median_range(values: list[float | None], form: str, unit: str = "") -> str:
+def median_range(values: Iterable[float | None], form: str, unit: str = "") -> str:
     """Median and range of those that are there, and how many when some are not."""
-    there = [value for value in values if value is not None and not math.isnan(value)]
+    values = list(values)
+    there = [value for value in values if value is not None and not np.isnan(value)]
     if not there:
         return "none"
     text = f"{np.median(there):{form}}{unit} ({min(there):{form}} to {max(there):{form}})"
     return text if len(there) == len(values) else f"{text}, {len(there)} of {len(values)}"
-
-
-FRONT_WINDOW = 2e-3  # [m] along a crack, over which its speed where it forks is measured
-
-
-def front_speed(advance: np.ndarray, time: np.ndarray, at: float) -> float:
-    """Speed of a crack on the last FRONT_WINDOW before `at` [m/s]: slope of a line through the facets that opened there.
-
-    @param advance of each facet along the crack's way [m], time at which it opened [s]
-    """
-    here = (advance > at - FRONT_WINDOW) & (advance <= at)
-    slope = np.polyfit(advance[here], time[here], 1)[0] if here.sum() > 10 else math.nan
-    return 1 / slope if slope > 0 else math.nan
 
 
 def with_keys(text: str, keys: dict[str, str]) -> str:
@@ -106,37 +82,11 @@ def with_keys(text: str, keys: dict[str, str]) -> str:
     return text
 
 
-@dataclass(frozen=True)
-class Sample:
-    """What one sample's file holds."""
-
-    summary: dict[str, float]
-    inputs: dict[str, float]  # the values of [[random]], by key; SI units
-    energy: dict[str, np.ndarray]
-    history: dict[str, np.ndarray]
-    facet_corners: np.ndarray  # n x 4 x 3 [m]
-    facet_time: np.ndarray  # [s]
-    facet_area: np.ndarray  # [m^2]
-    forks: dict[str, np.ndarray]  # as the group /forks has them
-    parameters: dict  # the input
-    wall_time: float  # that it took [s]
-
-    @property
-    def projected_forks(self) -> np.ndarray:
-        """Places in `forks` of those that show in the projection on the plate's plane."""
-        return np.flatnonzero(self.forks["in_projection"] == 1)
-
-    def passing_time(self, place: float) -> float | None:
-        """When the first facet beyond this y [m] opened [s]."""
-        times = self.facet_time[self.facet_corners[:, :, 1].mean(axis=1) > place]
-        return float(times.min()) if times.size else None
-
-
 SOME_FAILED = 2
 
 
-def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: int = 1) -> list[Sample]:
-    """All samples of an input, computed in `folder`; a run that was stopped goes on, finished ones are not computed again.
+def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: int = 1) -> crackle.Ensemble:
+    """The samples of an input, computed in `folder`; a run that was stopped goes on, finished ones are not computed again.
 
     @param may_fail: some samples may fail; without it that is a RunError
     @param ranks: of mpirun, a master and workers; 1 without mpirun
@@ -159,11 +109,11 @@ def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: i
         (folder / "done").touch()
     else:
         _tell_other_commit(results / "ensemble.h5", program)
-    return [read(file) for file in sorted((results / "samples").glob("*.h5")) if not may_fail or _has_results(file)]
+    return crackle.open(results)
 
 
 def status_of(command: list[str], log: IO) -> int:
-    """Runs the program, its lines in the log. At SIGINT and SIGTERM it is asked to park what is under way, and waited for.
+    """Runs the program, its lines in the log. At SIGINT and SIGTERM it is asked to suspend what is under way, and waited for.
 
     @raise RunError: one of them came
     """
@@ -193,36 +143,7 @@ def status_of(command: list[str], log: IO) -> int:
 def _tell_other_commit(ensemble: Path, program: Path) -> None:
     """Says so when results that are there come from another commit of the program; most commits change no figure."""
     version = subprocess.run([str(program), "--version"], capture_output=True, text=True, env=environment()).stdout
-    with h5py.File(ensemble) as root:
+    with opened(ensemble, ENSEMBLE_KIND) as root:
         commit = root.attrs["git_commit"]
     if commit not in version:
         print(f"{ensemble.parent} is kept from commit {commit[:7]}; remove it to compute it again", file=sys.stderr)
-
-
-def _has_results(file: Path) -> bool:
-    with h5py.File(file) as root:
-        return "crack_surface" in root
-
-
-def _datasets(group: h5py.Group) -> dict[str, np.ndarray]:
-    """By their paths in the group, such as "load" and "probes/gauge/displacement"."""
-    found: dict[str, np.ndarray] = {}
-
-    def add(name: str, item: h5py.Dataset | h5py.Group) -> None:
-        if isinstance(item, h5py.Dataset):
-            found[name] = item[...]
-
-    group.visititems(add)
-    return found
-
-
-def read(file: Path) -> Sample:
-    with h5py.File(file) as root:
-        summary = {name: values[()] for name, values in root["summary"].items() if isinstance(values, h5py.Dataset)}
-        inputs = {name: float(values[()]) for name, values in root["summary"].get("inputs", {}).items()}
-        energy = {name: values[...] for name, values in root["energy"].items()}
-        history = _datasets(root["history"])
-        surface = root["crack_surface"]
-        return Sample(summary, inputs, energy, history, surface["corners"][...], surface["time"][...], surface["area"][...],
-                      {name: values[...] for name, values in root["forks"].items()}, tomllib.loads(root.attrs["input"]),
-                      float(root["timing/wall_time"][()]))

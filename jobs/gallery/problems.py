@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Iterator, Sequence
 
 import numpy as np
-
+import pandas as pd
+import xarray as xr
+from crackle import Ensemble, Sample
 from crackle_report.style import MILLIMETRE
-from crackle_runs import ROOT, Sample, mean_interval, median_range, with_keys
+from crackle_runs import ROOT, median_range, with_keys
 
 
 @dataclass(frozen=True)
 class Figure:
     quantity: str
-    find: Callable[[list[Sample]], str]
-    reference: Callable[[list[Sample]], str]
+    find: Callable[[Ensemble], str]
+    reference: Callable[[Ensemble], str]
 
 
-def _always(text: str) -> Callable[[list[Sample]], str]:
-    return lambda samples: text
+def _always(text: str) -> Callable[[Ensemble], str]:
+    return lambda _: text
 
 
 @dataclass(frozen=True)
@@ -39,47 +42,48 @@ class Problem:
         return with_keys(self.file.read_text(), {**self.keys, **(self.coarse if coarse else {})})
 
 
-def _mean(values: list[float]) -> str:
-    """With the 95 % interval of the mean."""
-    middle, half_width = mean_interval(np.array(values))
-    return f"{middle:.2f} ± {half_width:.2f}"
+def _mean(values: Sequence[float]) -> str:
+    """With the 95 % interval of the mean, Student's."""
+    from scipy import stats  # not needed for a run
+    half_width = stats.t.ppf(0.975, len(values) - 1) * stats.sem(values) if len(values) > 1 else math.nan
+    return f"{np.mean(values):.2f} ± {half_width:.2f}"
 
 
-def _forked(samples: list[Sample]) -> str:
-    count = sum(sample.projected_forks.size > 0 for sample in samples)
-    return f"{count} of {len(samples)}"
+def _branched(ensemble: Ensemble) -> str:
+    points = ensemble.samples.bifurcations_projected
+    return f"{(points > 0).sum()} of {len(points)}"
 
 
-LONG_ARM = 2 * MILLIMETRE
+def projected_branching(sample: Sample) -> pd.DataFrame:
+    """Those that show in the projection on the plate's plane."""
+    return sample.forks[sample.forks["in_projection"] == 1]
 
 
-def _fork_angle(samples: list[Sample]) -> str:
-    """Between the arms of each sample's first fork along the strip, of those with long arms."""
-    def angle(sample: Sample) -> float | None:
-        seen = sample.projected_forks
-        seen = seen[sample.forks["length"][seen] >= LONG_ARM]
-        if not seen.size:
-            return None
-        return math.degrees(sample.forks["angle"][seen[np.argmin(sample.forks["position"][seen, 0])]])
-
-    return median_range([angle(sample) for sample in samples], ".0f", "°")
+LONG_BRANCH = 2 * MILLIMETRE
 
 
-def _branching_time(samples: list[Sample]) -> str:
-    """When the fork with the longest arm comes."""
-    def time(sample: Sample) -> float | None:
-        seen = sample.projected_forks
-        return 1e6 * sample.forks["time"][seen[np.argmax(sample.forks["length"][seen])]] if seen.size else None
-
-    return median_range([time(sample) for sample in samples], ".0f", " µs")
+def _branching_angle(ensemble: Ensemble) -> str:
+    """Between the branches of each sample's first branching point along the strip, of those with long branches."""
+    found = [points[points.length >= LONG_BRANCH] for points in map(projected_branching, ensemble)]
+    return median_range((math.degrees(points.angle[points.y.idxmin()]) if len(points) else None for points in found), ".0f", "°")
 
 
-def _passing_time(place: float) -> Callable[[list[Sample]], str]:
-    """When the crack has come to this y [m]."""
-    def find(samples: list[Sample]) -> str:
-        times = [sample.passing_time(place) for sample in samples]
-        return median_range([None if time is None else 1e6 * time for time in times], ".0f", " µs")
-    return find
+def _branching_time(ensemble: Ensemble) -> str:
+    """When the branching point with the longest branch comes."""
+    found = map(projected_branching, ensemble)
+    return median_range((1e6 * points.time[points.length.idxmax()] if len(points) else None for points in found), ".0f", " µs")
+
+
+def _passing_time(place: float) -> Callable[[Ensemble], str]:
+    """When the first facet beyond this y [m] opened."""
+    def times(ensemble: Ensemble) -> Iterator[float]:
+        for surface in (sample.crack_surface for sample in ensemble):
+            yield 1e6 * surface.time.values[surface.corners.values[:, :, 1].mean(axis=1) > place].min(initial=math.inf)
+    return lambda ensemble: median_range((time if time < math.inf else None for time in times(ensemble)), ".0f", " µs")
+
+
+def _range_of(result: str, form: str, unit: str = "") -> Callable[[Ensemble], str]:
+    return lambda ensemble: median_range(ensemble.samples[result], form, unit)
 
 
 def srawley(share: float) -> float:
@@ -88,19 +92,20 @@ def srawley(share: float) -> float:
     return float((2 + share) / (1 - share) ** 1.5 * polynomial)
 
 
-def _compact_tension(samples: list[Sample]) -> str:
+def _compact_tension(ensemble: Ensemble) -> str:
     """K at the onset over that which the toughness takes in plane stress."""
     width, slot, thickness = 40 * MILLIMETRE, 20 * MILLIMETRE, 4 * MILLIMETRE
-    ratios = []
-    for sample in samples:
-        toughness = _value(sample, "fracture", "toughness") * _value(sample, "material", "youngs_modulus") * 1e6
-        k = float(sample.summary["onset_force"]) / (thickness * math.sqrt(width)) * srawley(slot / width)
-        ratios.append(k / math.sqrt(toughness))
-    return _mean(ratios)
+    toughness = _value(ensemble, "fracture", "toughness") * _value(ensemble, "material", "youngs_modulus") * 1e6
+    return _mean(onset_loads(ensemble) / (thickness * math.sqrt(width)) * srawley(slot / width) / math.sqrt(toughness))
 
 
-def _value(sample: Sample, table: str, name: str) -> float:
-    return float(str(sample.parameters[table][name]).split()[0])
+def _value(ensemble: Ensemble, table: str, name: str) -> float:
+    """A number of the input, without its unit."""
+    return float(str(tomllib.loads(ensemble.input)[table][name]).split()[0])
+
+
+def onset_loads(ensemble: Ensemble) -> np.ndarray:
+    return ensemble.samples.onset_force.to_numpy()
 
 
 DISK_RADIUS, DISK_THICKNESS = 25 * MILLIMETRE, 5 * MILLIMETRE
@@ -108,10 +113,9 @@ PLATEN = 0.4 * MILLIMETRE  # height of the arc that it holds
 DISK_ARC = math.acos(1 - PLATEN / DISK_RADIUS)  # half of that
 
 
-def disk_loads(samples: list[Sample]) -> list[float]:
+def disk_loads(ensemble: Ensemble) -> np.ndarray:
     """Load at the onset over strength × π D t / 2, by which the standard takes the strength from the load."""
-    return [float(sample.summary["onset_force"]) / (1e6 * _value(sample, "fracture", "strength") * math.pi * DISK_RADIUS * DISK_THICKNESS)
-            for sample in samples]
+    return onset_loads(ensemble) / (1e6 * _value(ensemble, "fracture", "strength") * math.pi * DISK_RADIUS * DISK_THICKNESS)
 
 
 def disk_reference() -> float:
@@ -130,14 +134,11 @@ def bar_stiffness(modulus: float, poisson_ratio: float) -> float:
     return 1 / (bending + shear)
 
 
-def _bar_stiffness(samples: list[Sample]) -> str:
+def _bar_stiffness(ensemble: Ensemble) -> str:
     """Before anything breaks, over the beam's."""
-    def ratio(sample: Sample) -> float:
-        load = -sum(sample.history["reaction"][1, roller, 1] for roller in BAR_ROLLERS)
-        way = -np.mean([sample.history["displacement"][1, roller, 1] for roller in BAR_ROLLERS])
-        return load / way / bar_stiffness(_value(sample, "material", "youngs_modulus") * 1e9,
-                                          float(sample.parameters["material"]["poisson_ratio"]))
-    return _mean([ratio(sample) for sample in samples])
+    beam = bar_stiffness(_value(ensemble, "material", "youngs_modulus") * 1e9, _value(ensemble, "material", "poisson_ratio"))
+    pushed = [sample.history.isel(moment=1, condition=list(BAR_ROLLERS), component=1) for sample in ensemble]
+    return _mean([float(one.reaction.sum() / one.displacement.mean()) / beam for one in pushed])
 
 
 def disk_widening(load: float, modulus: float, poisson_ratio: float) -> float:
@@ -145,23 +146,24 @@ def disk_widening(load: float, modulus: float, poisson_ratio: float) -> float:
     return load / (modulus * DISK_THICKNESS) * (4 / math.pi - 1 + poisson_ratio)
 
 
-def _disk_widening(samples: list[Sample]) -> str:
+def _disk_widening(ensemble: Ensemble) -> str:
     """Before anything breaks, over the exact one."""
-    def ratio(sample: Sample) -> float:
-        ends = [sample.history[f"probes/{end}/displacement"][1, 1] for end in ("left", "right")]
-        exact = disk_widening(-sample.history["reaction"][1, 1, 2], _value(sample, "material", "youngs_modulus") * 1e9,
-                              float(sample.parameters["material"]["poisson_ratio"]))
-        return (ends[1] - ends[0]) / exact
-    return _mean([ratio(sample) for sample in samples])
+    elastic = _value(ensemble, "material", "youngs_modulus") * 1e9, _value(ensemble, "material", "poisson_ratio")
+
+    def ratio(history: xr.Dataset) -> float:
+        ends = history.probe_displacement.sel(component="y")
+        exact = disk_widening(-float(history.reaction.isel(condition=1).sel(component="z")), *elastic)
+        return float(ends.sel(probe="right") - ends.sel(probe="left")) / exact
+    return _mean([ratio(sample.history.isel(moment=1)) for sample in ensemble])
 
 
 STRIP_WIDTH, STRIP_THICKNESS = 20 * MILLIMETRE, 1 * MILLIMETRE
 TOUGHNESS, MODULUS, DEPTH = "fracture.toughness", "material.youngs_modulus", "specimen.notch[0].depth"
 
 
-def drawn(samples: list[Sample], key: str) -> np.ndarray:
+def drawn(ensemble: Ensemble, key: str) -> np.ndarray:
     """The values of a random input."""
-    return np.array([sample.inputs[key] for sample in samples])
+    return ensemble.samples[key].to_numpy()
 
 
 def notch_factor(share: float) -> float:
@@ -175,54 +177,53 @@ def handbook_load(toughness: float, modulus: float, depth: float) -> float:
     return stress * STRIP_WIDTH * STRIP_THICKNESS
 
 
-def _handbook_loads(samples: list[Sample]) -> np.ndarray:
-    return np.array([handbook_load(*values) for values in zip(*(drawn(samples, key) for key in (TOUGHNESS, MODULUS, DEPTH)))])
+def _handbook_loads(ensemble: Ensemble) -> np.ndarray:
+    return np.array([handbook_load(*values) for values in zip(*(drawn(ensemble, key) for key in (TOUGHNESS, MODULUS, DEPTH)))])
 
 
-def onset_loads(samples: list[Sample]) -> np.ndarray:
-    return np.array([float(sample.summary["onset_force"]) for sample in samples])
-
-
-def exponents(samples: list[Sample], load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def exponents(ensemble: Ensemble, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Exponents of a load in toughness, modulus and depth, by least squares, and half of their 95 % intervals."""
     from scipy import stats  # not needed for a run
-    design = np.column_stack([np.ones(len(load)), *(np.log(drawn(samples, key)) for key in (TOUGHNESS, MODULUS, DEPTH))])
+    design = np.column_stack([np.ones(len(load)), *(np.log(drawn(ensemble, key)) for key in (TOUGHNESS, MODULUS, DEPTH))])
     solution, *_ = np.linalg.lstsq(design, np.log(load), rcond=None)
     variance = float(((np.log(load) - design @ solution) ** 2).sum()) / (len(load) - 4)
     error = np.sqrt(variance * np.diag(np.linalg.inv(design.T @ design)))
     return solution[1:], stats.t.ppf(0.975, len(load) - 4) * error[1:]
 
 
-def _exponent(place: int) -> Callable[[list[Sample]], str]:
-    def find(samples: list[Sample]) -> str:
-        found, half_width = exponents(samples, onset_loads(samples))
+def _exponent(place: int) -> Callable[[Ensemble], str]:
+    def find(ensemble: Ensemble) -> str:
+        found, half_width = exponents(ensemble, onset_loads(ensemble))
         return f"{found[place]:.2f} ± {half_width[place]:.2f}"
     return find
 
 
-def _depth_reference(samples: list[Sample]) -> str:
+def _depth_reference(ensemble: Ensemble) -> str:
     """The handbook has no single exponent: the same least squares on its loads."""
-    return f"{exponents(samples, _handbook_loads(samples))[0][2]:.2f}"
+    return f"{exponents(ensemble, _handbook_loads(ensemble))[0][2]:.2f}"
 
 
 PROBLEMS = {
-    "paper-plate": Problem("paper.toml", (Figure("samples with a fork in the projection", _forked, _always("4 of the paper's 8 typical samples, no share")),),
+    "paper-plate": Problem("paper.toml", (Figure("samples with branching in the projection", _branched, _always("4 of the paper's 8 typical samples, no share")),),
                            {"ensemble.samples": "8", "time.integrator": '"verlet"', "time.step": '"auto"'},
                            {"ensemble.samples": "2", "mesh.notch_spacing": '"0.6 mm"', "mesh.growth": "0.1", "mesh.spacing": '"2 mm"'}),
     "pmma-strip": Problem("verification/pmma-strip.toml", (
-        Figure("samples with a fork in the projection", _forked, _always("all")),
-        Figure("angle between the arms of the first fork with arms of 2 mm", _fork_angle, _always("some 30°"))),
+        Figure("samples with branching in the projection", _branched, _always("all")),
+        Figure("angle between the branches of the first branching point with branches of 2 mm", _branching_angle, _always("some 30°"))),
         {}, {"ensemble.samples": "2"}),
     "glass-plate": Problem("verification/glass-plate.toml", (
         Figure("the crack has grown by 1 mm after", _passing_time(51 * MILLIMETRE), _always("about 10 µs")),
         Figure("it branches after", _branching_time, _always("about 33 µs")),
-        Figure("it is 1 mm before the far edge after", _passing_time(99 * MILLIMETRE), _always("about 75 µs"))),
+        Figure("it is 1 mm before the far edge after", _passing_time(99 * MILLIMETRE), _always("about 75 µs")),
+        Figure("branching points in the projection", _range_of("bifurcations_projected", ".0f"), _always("1")),
+        Figure("largest speed / c_R (2125 m/s)", _range_of("crack_speed_ratio", ".2f"), _always("below 0.6")),
+        Figure("energy of broken tetrahedra per traced area", _range_of("effective_toughness", ".2f", " J/m²"), _always("some 2 J/m², 0.7 of 3"))),
         {"ensemble.samples": "4"}, {"ensemble.samples": "1", "mesh.spacing": '"0.5 mm"'}),
     "compact-tension": Problem("gallery/compact-tension.toml", (
         Figure("K at the onset over that of the toughness", _compact_tension, _always("1")),),
         {}, {"ensemble.samples": "2", "mesh.notch_spacing": '"1 mm"', "specimen.notch.height": '"1 mm"'}),
     "brazilian-disk": Problem("gallery/brazilian-disk.toml", (
-        Figure("load at failure over strength × π D t / 2", lambda samples: _mean(disk_loads(samples)),
+        Figure("load at failure over strength × π D t / 2", lambda ensemble: _mean(disk_loads(ensemble)),
                _always(f"{disk_reference():.2f} on these arcs; 1 at points")),),
         {}, {"ensemble.samples": "2", "mesh.spacing": '"2.5 mm"'}),
     "bend-bar": Problem("gallery/bend-bar.toml", (
@@ -235,6 +236,6 @@ PROBLEMS = {
         Figure("exponent of the notch's depth in the load", _exponent(2), _depth_reference),
         Figure("exponent of the toughness", _exponent(0), _always("0.5")),
         Figure("exponent of the modulus", _exponent(1), _always("0.5")),
-        Figure("load over the handbook's", lambda samples: _mean(list(onset_loads(samples) / _handbook_loads(samples))), _always("1"))),
+        Figure("load over the handbook's", lambda ensemble: _mean(onset_loads(ensemble) / _handbook_loads(ensemble)), _always("1"))),
         {}, {"ensemble.samples": "16", "time.duration": '"1 us"'}),
 }

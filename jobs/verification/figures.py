@@ -10,7 +10,7 @@ import numpy as np
 
 from crackle_runs import ROOT, RunError, markdown
 
-MILLIMETRE, MICROSECOND = 1e-3, 1e-6
+MILLIMETRE = 1e-3
 
 
 @dataclass(frozen=True)

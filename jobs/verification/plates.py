@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
+from typing import Sequence
 
-import h5py
 import numpy as np
+from crackle import Ensemble, Sample
 
 from crackle_report.photoelasticity import Grid, Optics, make_fringes
 from crackle_report.stress import element_stress
-from crackle_runs import JOBS, Sample, run, with_keys
+from crackle_runs import JOBS, run, with_keys
 from figures import MILLIMETRE, Figure, mean, output_of
-from problems import DISK_ARC, DISK_RADIUS, DISK_THICKNESS, PLATEN, PROBLEMS, disk_loads, disk_reference
+from problems import DISK_ARC, DISK_RADIUS, DISK_THICKNESS, PLATEN, PROBLEMS, onset_loads
 
 GALLERY = JOBS.parent / "gallery"
 
@@ -30,15 +31,25 @@ KINK_RANGE = (0.5, 2)  # from the slot's tip, in which a crack's direction is me
 
 def kinks(folder: Path, program: Path) -> list[Figure]:
     """Directions in which cracks leave the tips of an inclined slot, and of a level one under the loads of an inclined one."""
-    figures = []
-    for degrees in INCLINATIONS:
-        samples = run(inclined_slot(degrees), folder / f"inclined-slot-{degrees}", program)
-        figures.append(_kink_figure("Inclined slot under tension", f"slot inclined by {degrees}°", samples, degrees, degrees))
-    for degrees in INCLINATIONS:
-        samples = run(level_slot(degrees), folder / f"level-slot-{degrees}", program)
-        figures.append(_kink_figure("Level slot, its edges under stresses with the same K and no stress along the slot",
-                                    f"K_II / K_I = tan {degrees}°", samples, 0, degrees))
-    return figures
+    at = ", ".join(map(str, INCLINATIONS))
+    inclined = [run(inclined_slot(degrees), folder / f"inclined-slot-{degrees}", program) for degrees in INCLINATIONS]
+    level = [run(level_slot(degrees), folder / f"level-slot-{degrees}", program) for degrees in INCLINATIONS]
+    expected = ", ".join(f"{kink(degrees):.1f}" for degrees in INCLINATIONS) + "°, Erdogan and Sih 1963"
+    with_stress = ", ".join(f"{kink_at_one_spacing(degrees):.1f}" for degrees in INCLINATIONS[1:])
+    where = f"mean angle of cracks to the slot, {KINK_RANGE[0]} to {KINK_RANGE[1]} mm from its tip"
+    return [Figure(f"Inclined slot under tension: {where}", f"inclined by {at}°; {len(inclined[0])} samples each", _kinks(inclined, INCLINATIONS),
+                   f"{expected}; with the stress along the slot, from {INCLINATIONS[1]}° on, {with_stress}°"),
+            Figure("The same, level, its edges under stresses with the same K and no stress along the slot",
+                   f"K_II / K_I = tan of {at}°; {len(level[0])} samples each", _kinks(level, [0] * len(level)), expected)]
+
+
+def _kinks(ensembles: list[Ensemble], slopes: Sequence[float]) -> str:
+    """Mean and 95 % interval of each [degrees]; `slopes` of the slots."""
+    texts = []
+    for ensemble, slope in zip(ensembles, slopes):
+        found = [angle for sample in ensemble for angle in kink_angles(sample, slope)]
+        texts.append(f"{np.mean(found):.1f} ± {1.96 * np.std(found, ddof=1) / math.sqrt(len(found)):.1f}")
+    return ", ".join(texts) + "°"
 
 
 def inclined_slot(degrees: float) -> str:
@@ -65,17 +76,6 @@ def _stress_without_t(normal: float, shear: float) -> str:
     # Reactions vanish: the loads are balanced.
     return text + ('[[boundary]]\non = "z-min"\nregion = { y = ["0 mm", "1 mm"] }\nfix = ["x", "y", "z"]\n'
                    '[[boundary]]\non = "z-min"\nregion = { y = ["39 mm", "40 mm"] }\nfix = ["z"]\n')
-
-
-def _kink_figure(case: str, quantity: str, samples: list[Sample], slope: float, mixing: float) -> Figure:
-    """`slope` of the slot; K_II / K_I = tan `mixing` [degrees]."""
-    found = [angle for sample in samples for angle in kink_angles(sample, slope)]
-    error = 1.96 * np.std(found, ddof=1) / math.sqrt(len(found))
-    expected = f"{kink(mixing):.1f}°, Erdogan and Sih 1963"
-    if slope:
-        expected += f"; {kink_at_one_spacing(slope):.1f}° with the stress along the slot"
-    return Figure(f"{case}: mean angle of cracks to the slot, {KINK_RANGE[0]} to {KINK_RANGE[1]} mm from its tip",
-                  f"{quantity}, {len(found)} cracks in {len(samples)} samples", f"{np.mean(found):.1f}° ± {error:.1f}°", expected)
 
 
 def kink(mixing: float) -> float:
@@ -105,7 +105,8 @@ def largest_hoop_stress(k1: float, k2: float, t: float = 0) -> float:
 def kink_angles(sample: Sample, inclination: float) -> list[float]:
     """Angles of the cracks at both tips to the slot, positive as the slot's inclination [degrees]."""
     slope = math.radians(inclination)
-    place = sample.facet_corners.mean(axis=1)[:, 1:] / MILLIMETRE
+    surface = sample.crack_surface
+    place, time, area = surface.corners.values.mean(axis=1)[:, 1:] / MILLIMETRE, surface.time.values, surface.area.values
     angles = []
     for side in (1, -1):
         out = side * np.array([math.cos(slope), math.sin(slope)])
@@ -113,11 +114,11 @@ def kink_angles(sample: Sample, inclination: float) -> list[float]:
         distance = np.hypot(*ahead.T)
         near = distance < KINK_RANGE[1]
         # Later ones are branches, and what breaks behind the front.
-        leaves = sample.facet_time[~near & (distance < 2 * KINK_RANGE[1])].min(initial=math.inf)
-        here = near & (distance > KINK_RANGE[0]) & (sample.facet_time <= leaves)
+        leaves = time[~near & (distance < 2 * KINK_RANGE[1])].min(initial=math.inf)
+        here = near & (distance > KINK_RANGE[0]) & (time <= leaves)
         if here.any() and distance[here].max() > 0.9 * KINK_RANGE[1]:
             along, across = ahead[here] @ out, ahead[here] @ np.array([-out[1], out[0]])
-            weight = sample.facet_area[here]
+            weight = area[here]
             along, across = (v - np.average(v, weights=weight) for v in (along, across))
             # The axis along which the facets lie.
             moment = np.array([[np.sum(weight * a * b) for b in (along, across)] for a in (along, across)])
@@ -139,8 +140,8 @@ def offset_notch(folder: Path, program: Path) -> list[Figure]:
     for offset in OFFSETS:
         samples = run(beam(offset), folder / f"offset-notch-{offset}", program)
         # Rows: the notch, then the free surface; sections at 0.4 and 0.66 of the depth.
-        crossed = [np.isfinite(sample.summary["position"][:, 1]) for sample in samples]
-        shares.append((offset, sum(bool(c[0]) for c in crossed), sum(bool(c[1]) for c in crossed), len(samples)))
+        notch, middle = np.isfinite(samples.paths.position.values[:, :2, 1]).sum(axis=0)
+        shares.append((offset, notch, middle, len(samples)))
     from_notch = [offset for offset, notch, middle, n in shares if notch == n and middle == 0]
     from_middle = [offset for offset, notch, middle, n in shares if middle == n and notch == 0]
     at = ", ".join(f"{offset:g}" for offset in OFFSETS)
@@ -167,13 +168,10 @@ def blunt_notch(folder: Path, program: Path) -> list[Figure]:
     """The load at which a bar with semicircular notches fails, beside strength over stress concentration."""
     text = (JOBS / "blunt-notch.toml").read_text()
     expected = 35e6 * 20e-6 / semicircular_notches(0.2)
-    figures = []
-    for law, keys in BLUNT_LAWS.items():
-        samples = run(with_keys(text, keys), folder / f"blunt-notch-{law.split()[0]}-{law.split()[-2]}", program)
-        loads = [float(sample.summary["onset_force"]) / expected for sample in samples]
-        figures.append(Figure("Bar with semicircular notches of 2 mm in a width of 20 mm",
-                              f"load at failure over that at which the root reaches the strength, {law}", mean(loads, ".3f"), "1"))
-    return figures
+    found = [mean(onset_loads(run(with_keys(text, keys), folder / f"blunt-notch-{law.split()[0]}-{law.split()[-2]}", program)) / expected, ".3f")
+             for law, keys in BLUNT_LAWS.items()]
+    return [Figure("Bar with semicircular notches of 2 mm in a width of 20 mm",
+                   f"load at failure over that at which the root reaches the strength; {', '.join(BLUNT_LAWS)}", ", ".join(found), "1")]
 
 
 def semicircular_notches(depth: float) -> float:
@@ -189,13 +187,11 @@ PRESSURE = 20e6  # on the arcs of disk.toml, which are those of the gallery's pl
 
 def diameter_fringes(text: str, folder: Path, program: Path) -> np.ndarray:
     """Fringe order over Hondros' at places on the middle 60 % of the loaded diameter of each sample, before it breaks."""
-    run(text, folder, program)
     z = DISK_RADIUS * np.linspace(0.4, 1.6, 61)
     ratio = []
-    for file in sorted((folder / "out" / "samples").glob("*.h5")):
-        with h5py.File(file) as root:
-            nodes, tetrahedra, boundary = (root[f"mesh/{name}"][...] for name in ("nodes", "tetrahedra", "boundary"))
-            stress = element_stress(nodes, tetrahedra, root["frames/displacement"][0], 15e9, 0.2)
+    for sample in run(text, folder, program):
+        nodes, tetrahedra, boundary = (sample.mesh[name] for name in ("nodes", "tetrahedra", "boundary"))
+        stress = element_stress(nodes, tetrahedra, sample.frames.displacement[0].values, 15e9, 0.2)
         order = make_fringes(nodes, tetrahedra, stress, Grid(np.array([DISK_RADIUS]), z)).order[:, 0]
         # The program presses on the triangles whose centroids are in the region.
         corner = nodes[boundary]
@@ -214,8 +210,7 @@ def disk(folder: Path, program: Path) -> list[Figure]:
     return [Figure(case, "fringe order on the middle 60 % of the loaded diameter over Hondros', mean and each place of each sample",
                    f"{np.mean(ratio):.3f} ± {np.std(ratio):.3f}", "1"),
             Figure(case, f"distance from the diameter of the first {FIRST} facets that open there, rms, over the radius",
-                   f"{np.sqrt(np.mean((split - DISK_RADIUS) ** 2)) / DISK_RADIUS:.3f}", "0"),
-            Figure(case, "load at failure over strength × π D t / 2", mean(disk_loads(samples), ".2f"), f"{disk_reference():.2f}, Hondros 1959")]
+                   f"{np.sqrt(np.mean((split - DISK_RADIUS) ** 2)) / DISK_RADIUS:.3f}", "0")]
 
 
 FIRST = 200  # facets, of some 1000 of the split; what breaks later are the halves
@@ -223,9 +218,9 @@ FIRST = 200  # facets, of some 1000 of the split; what breaks later are the halv
 
 def _first_on_the_diameter(sample: Sample) -> np.ndarray:
     """y of the first facets that open on the middle 60 % of the disk's height [m]."""
-    place = sample.facet_corners.mean(axis=1)
+    place = sample.crack_surface.corners.values.mean(axis=1)
     middle = np.flatnonzero(np.abs(place[:, 2] / DISK_RADIUS - 1) < 0.6)
-    return place[middle[np.argsort(sample.facet_time[middle], kind="stable")[:FIRST]], 1]
+    return place[middle[np.argsort(sample.crack_surface.time.values[middle], kind="stable")[:FIRST]], 1]
 
 
 def hondros(load: float, place: np.ndarray) -> np.ndarray:
@@ -248,16 +243,18 @@ WINKLER_PEAK = (0.208, 7.22)
 
 def l_panel(folder: Path, program: Path) -> list[Figure]:
     """Load and crack of the L-shaped panel; the loads are those to which it rose before something gave way."""
-    peaks, curves, rises = [], [], []
-    for sample in run((GALLERY / "l-panel.toml").read_text(), folder / "l-panel", program):
+    peaks, curves = [], []
+    samples = run((GALLERY / "l-panel.toml").read_text(), folder / "l-panel", program)
+    for sample in samples:
         thickness = 0.04
         history = sample.history
-        risen = (history["phase"] == 0) & (np.diff(history["time"], prepend=0) > 0)
-        deflection = history["time"][risen] * 1e-3  # [mm]
-        load = history["governing_load"][risen] * 1e-3 * REAL_THICKNESS / thickness  # [kN]
+        time = history.time.values
+        risen = (history.phase.values == 0) & (np.diff(time, prepend=0) > 0)
+        deflection = time[risen] * 1e-3  # [mm]
+        load = history.governing_load.values[risen] * 1e-3 * REAL_THICKNESS / thickness  # [kN]
         peaks.append((deflection[load.argmax()], load.max()))
         curves.append([float(np.interp(d, deflection, load)) for d, _ in WINKLER])
-        rises.append((sample.summary["position"][0][::-1] - CORNER) / MILLIMETRE)
+    rises = (samples.paths.position.values[:, 0, ::-1] - CORNER) / MILLIMETRE
     case = "L-shaped panel, Winkler 2001; loads of 100 mm"
     at = ", ".join(f"{d:g}" for d, _ in WINKLER)
     return [Figure(case, "largest load", mean([load for _, load in peaks], ".2f") + " kN", f"{WINKLER_PEAK[1]} kN"),
@@ -272,13 +269,16 @@ def l_panel(folder: Path, program: Path) -> list[Figure]:
 def test_programs() -> list[Figure]:
     """Figures that the test programs of plates print."""
     hole, stress_intensity = output_of("verification.plates"), output_of("verification.plate_stress_intensity")
-    figures = [Figure("Hole of a fifth of the width, Howland 1930", f"largest stress over 3.14 times that far away, spacing {spacing} of the radius",
-                      f"{1 + float(error) / 100:.3f}", "1") for spacing, error in re.findall(r"spacing ([\d.]+) of the radius: .*?, ([+-][\d.]+) %", hole)]
-    errors = [abs(float(figure.found) - 1) for figure in figures]
-    figures.append(Figure(figures[0].case, "order of convergence", f"{math.log(errors[0] / errors[-1]) / math.log(4):.2f}", "at least 1"))
-    for where, ratio in re.findall(r"compact tension, (.*?): K over Srawley's ([\d.]+)", stress_intensity):
-        figures.append(Figure("Compact tension specimen, K from the energies of two slots; Srawley 1976", f"K over Srawley's, {where}", ratio, "1"))
-    for degrees, *k in re.findall(r"slot inclined by (\d+) degrees: K_I (\S+), K_II (\S+) of .*? plate (\S+), (\S+)", stress_intensity):
-        figures.append(Figure("Slot of a tenth of the width, by the interaction integral", f"K_I, K_II over σ √(π a), inclined by {degrees}°",
-                              f"{k[0]}, {k[1]}", f"{k[2]}, {k[3]}, a crack in an endless plate"))
-    return figures
+    spacings, errors = zip(*re.findall(r"spacing ([\d.]+) of the radius: .*?, ([+-][\d.]+) %", hole))
+    order = math.log(float(errors[0]) / float(errors[-1])) / math.log(4)
+    case = "Hole of a fifth of the width, Howland 1930"
+    figures = [Figure(case, f"largest stress over 3.14 times that far away, spacings {', '.join(spacings)} of the radius",
+                      ", ".join(f"{1 + float(error) / 100:.3f}" for error in errors), "1"),
+               Figure(case, "order of convergence", f"{order:.2f}", "at least 1")]
+    wheres, ratios = zip(*re.findall(r"compact tension, (.*?): K over Srawley's ([\d.]+)", stress_intensity))
+    figures.append(Figure("Compact tension specimen, K from the energies of two slots; Srawley 1976",
+                          f"K over Srawley's, spacings {', '.join(re.findall('[0-9.]+', ' '.join(wheres)))} mm at the tip, extrapolated to zero",
+                          ", ".join(ratios), "1"))
+    degrees, *k = zip(*re.findall(r"slot inclined by (\d+) degrees: K_I (\S+), K_II (\S+) of .*? plate (\S+), (\S+)", stress_intensity))
+    return figures + [Figure("Slot of a tenth of the width, by the interaction integral", f"{name} over σ √(π a), inclined by {', '.join(degrees)}°",
+                             ", ".join(k[i]), f"{', '.join(k[i + 2])}, a crack in an endless plate") for i, name in enumerate(("K_I", "K_II"))]

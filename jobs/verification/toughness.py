@@ -7,8 +7,8 @@ import statistics
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
+from crackle import Sample
 
 from crackle_runs import JOBS, markdown, run, with_keys
 from figures import MILLIMETRE
@@ -84,21 +84,16 @@ ROWS = [Row(body, law, state, spacing) for law in LAWS for body in BODIES for st
 
 def ratios(row: Row, nu: float, folder: Path, program: Path) -> list[float]:
     """Load at instability over the predicted one, of each sample that has not failed."""
-    run(row.input_text(nu), folder / row.name(nu), program, may_fail=True)
     body = BODIES[row.body]
-    times = [_time(file, body.crossed) for file in sorted((folder / row.name(nu) / "out" / "samples").glob("*.h5"))]
-    return [time / body.predicted(nu, row.state) for time in times if time is not None]
+    samples = run(row.input_text(nu), folder / row.name(nu), program, may_fail=True)
+    return [_time(sample, body.crossed) / body.predicted(nu, row.state) for sample in samples if sample.is_done]
 
 
-def _time(file: Path, crossed: float) -> float | None:
-    """Load time at which the crack got beyond this y, the last break's where it did not [s]; nothing of a sample that failed."""
-    with h5py.File(file) as root:
-        if "breaks" not in root:
-            return None
-        nodes = root["mesh/tetrahedra"][:][root["breaks/tetrahedron"][:]]
-        is_beyond = root["mesh/nodes"][:][nodes].mean(axis=1)[:, 1] > crossed
-        times = root["breaks/load_time"][:]
-        return float(times[is_beyond].min() if is_beyond.any() else times.max())
+def _time(sample: Sample, crossed: float) -> float:
+    """Load time at which the crack got beyond this y, the last break's where it did not [s]."""
+    mesh, times = sample.mesh, sample.breaks.load_time.to_numpy()
+    is_beyond = mesh["nodes"][mesh["tetrahedra"][sample.breaks.tetrahedron], 1].mean(axis=1) > crossed
+    return float(times[is_beyond].min() if is_beyond.any() else times.max())
 
 
 def table(folder: Path, program: Path) -> str:
@@ -107,8 +102,8 @@ def table(folder: Path, program: Path) -> str:
     for row in ROWS:
         cells = [ratios(row, nu, folder, program) for nu in RATIOS]
         found += [statistics.mean(cell) for cell in cells]
-        lines.append([row.law, row.body, row.state, f"{row.spacing:g} mm", *map(_cell, cells)])
-    text = markdown(["law", "body", "", "spacing", *(f"ν = {nu:g}" for nu in RATIOS)], lines)
+        lines.append([row.law, f"{row.body}, {row.state}", f"{row.spacing:g} mm", *map(_cell, cells)])
+    text = markdown(["law", "body", "spacing", *(f"ν = {nu:g}" for nu in RATIOS)], lines)
     return text + f"\nMean {np.mean(found):.3f}, {min(found):.3f} to {max(found):.3f}\n"
 
 

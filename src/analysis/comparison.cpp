@@ -26,7 +26,7 @@ std::vector<std::string> settings_of_bodies(const input::Parameters& parameters)
   for (std::string& line : input::sample_settings(parameters))
     if (line.starts_with("random[") || line.starts_with("ensemble.")) settings.push_back(std::move(line));
   if (!parameters.mesh.points_digest.empty())
-    settings.push_back("mesh.points of digest " + parameters.mesh.points_digest);
+    settings.push_back("mesh.points with digest " + parameters.mesh.points_digest);
   return settings;
 }
 
@@ -126,9 +126,9 @@ std::vector<ComparedResult> compare_results(const Compared& first, const Compare
 std::vector<double> leading_path(const LeaderFrame& frame, const SampleSummary& row, int reference) {
   std::vector<double> path(index(frame.n_sections()), not_a_number);
   for (int s = 0; s < frame.n_sections(); ++s) {
-    const auto source = frame.source(row.leading_notch, reference, s);
+    const auto source = frame.source(row.leading_start, reference, s);
     if (!source) continue;
-    const double position = row.position[index(source->notch * frame.n_sections() + source->section)];
+    const double position = row.position[index(source->start * frame.n_sections() + source->section)];
     path[index(s)] = source->extent ? *source->extent - position : position;
   }
   return path;
@@ -139,27 +139,27 @@ std::vector<ComparedPaths> compare_paths(const Compared& first, const Compared& 
   const auto body = geometry::make_body(first.parameters->specimen);
   const LeaderFrame frame(*body, first.parameters->sections);
   std::vector<ComparedPaths> all;
-  for (int notch = 0; notch < frame.n_notches(); ++notch) {
-    if (frame.reference()[index(notch)] != notch) continue;
+  for (int start = 0; start < frame.n_starts(); ++start) {
+    if (frame.reference()[index(start)] != start) continue;
     const auto leads = [&](const SampleSummary& row) {
-      return is_done(row) && row.leading_notch >= 0 && frame.reference()[index(row.leading_notch)] == notch;
+      return is_done(row) && row.leading_start >= 0 && frame.reference()[index(row.leading_start)] == start;
     };
     TwoGroupsOfPaths paths{{}, {}, are_paired};
     if (are_paired) {
       for (std::size_t i = 0; i < std::min(first.rows.size(), second.rows.size()); ++i) {
         if (!leads(first.rows[i]) || !leads(second.rows[i])) continue;
-        paths.first.push_back(leading_path(frame, first.rows[i], notch));
-        paths.second.push_back(leading_path(frame, second.rows[i], notch));
+        paths.first.push_back(leading_path(frame, first.rows[i], start));
+        paths.second.push_back(leading_path(frame, second.rows[i], start));
       }
     } else {
       for (const auto& row : first.rows)
-        if (leads(row)) paths.first.push_back(leading_path(frame, row, notch));
+        if (leads(row)) paths.first.push_back(leading_path(frame, row, start));
       for (const auto& row : second.rows)
-        if (leads(row)) paths.second.push_back(leading_path(frame, row, notch));
+        if (leads(row)) paths.second.push_back(leading_path(frame, row, start));
     }
     if (paths.first.empty() && paths.second.empty()) continue;
     ComparedPaths& found = all.emplace_back();
-    found.leading_notch = notch;
+    found.leading_start = start;
     found.n_first = static_cast<int>(paths.first.size());
     found.n_second = static_cast<int>(paths.second.size());
     found.distance = energy_distance(paths);
@@ -185,7 +185,7 @@ void adjust(Comparison& comparison) {
   for (const auto& result : comparison.results) probabilities.push_back(result.probability);
   for (const auto& paths : comparison.paths)
     probabilities.push_back(std::isnan(paths.distance.value) ? not_a_number : paths.distance.probability);
-  const std::vector<double> adjusted = adjusted_for_looks(probabilities);
+  const std::vector<double> adjusted = adjusted_for_comparisons(probabilities);
   std::size_t i = 0;
   for (auto& result : comparison.results) result.adjusted = adjusted[i++];
   for (auto& paths : comparison.paths) paths.adjusted = adjusted[i++];
@@ -223,15 +223,15 @@ Comparison compare(const Compared& first, const Compared& second, double confide
     comparison.note += comparison.note.empty() ? text : "; " + text;
   };
   if (!comparison.are_paired)
-    note(fmt::format("not paired, as the bodies differ: {} in one, {} in the other",
-                     in_one.value_or("nothing of the kind"), in_other.value_or("nothing of the kind")));
+    note(fmt::format("not paired, because the bodies differ: {} in one, {} in the other",
+                     in_one.value_or("no such setting"), in_other.value_or("no such setting")));
   const int replicates =
       std::max(first.parameters->ensemble.replicates, second.parameters->ensemble.replicates);
   if (replicates > 1)
-    note(fmt::format(
-        "samples with the same draw are not independent: intervals take them for it and are up to {:.2f} "
-        "times too narrow, and p is too small",
-        std::sqrt(replicates)));
+    note(
+        fmt::format("samples with the same draw are not independent, as intervals and p assume: intervals "
+                    "are up to {:.2f} times too narrow, and p is too small",
+                    std::sqrt(replicates)));
   for (std::size_t i = 0; i < std::min(first.rows.size(), second.rows.size()); ++i)
     comparison.n_pairs += comparison.are_paired && is_done(first.rows[i]) && is_done(second.rows[i]) ? 1 : 0;
   comparison.results = compare_results(first, second, comparison.are_paired, confidence);
@@ -239,9 +239,9 @@ Comparison compare(const Compared& first, const Compared& second, double confide
     return line && line->starts_with("specimen.");
   };
   if (first.parameters->sections.all() != second.parameters->sections.all()) {
-    note("paths are not compared, as the sections differ");
+    note("paths are not compared, because the sections differ");
   } else if (is_of_the_specimen(in_one) || is_of_the_specimen(in_other)) {
-    note("paths are not compared, as they are in other bodies");
+    note("paths are not compared, because the bodies differ");
   } else {
     comparison.paths = compare_paths(first, second, comparison.are_paired, confidence);
   }
@@ -251,16 +251,16 @@ Comparison compare(const Compared& first, const Compared& second, double confide
 
 std::string to_text(const Comparison& comparison, const std::string& first, const std::string& second,
                     const input::Sections& sections) {
-  std::string text = fmt::format("{} less {}\n", second, first);
+  std::string text = fmt::format("{} minus {}\n", second, first);
   const double percent = 100 * comparison.confidence;
   if (comparison.are_paired)
     fmt::format_to(std::back_inserter(text),
-                   "{} pairs of samples with the same bodies; differences are those within pairs\n",
+                   "{} pairs of samples with the same bodies; differences are within pairs\n",
                    comparison.n_pairs);
   if (!comparison.note.empty()) text += comparison.note + "\n";
   std::vector<std::array<std::string, 8>> table{{"", "samples", "first", "second", "difference",
                                                  fmt::format("{:g} % interval", percent), "p",
-                                                 "of all looks"}};
+                                                 "of all comparisons"}};
   for (const ComparedResult& result : comparison.results) {
     const ResultInfo& info = result.info;
     const bool is_share = !result.share_of.empty();
@@ -287,7 +287,7 @@ std::string to_text(const Comparison& comparison, const std::string& first, cons
   for (const ComparedPaths& paths : comparison.paths) {
     const std::string n = fmt::format("{}, {}", paths.n_first, paths.n_second);
     table.push_back(
-        {fmt::format("paths led by notch {}: energy distance [mm]", paths.leading_notch), n, "", "",
+        {fmt::format("paths led by start {}: energy distance [mm]", paths.leading_start), n, "", "",
          shown(1e3 * paths.distance.value, ".4f"), "",
          shown_probability(std::isnan(paths.distance.value) ? not_a_number : paths.distance.probability),
          shown_probability(paths.adjusted)});
@@ -307,7 +307,8 @@ std::string to_text(const Comparison& comparison, const std::string& first, cons
     text += line + "\n";
   }
   text +=
-      "p: by permutations, of a difference as large were there none. Of all looks: Holm's adjustment, so "
+      "p: by permutations, of a difference as large were there none. Of all comparisons: Holm's adjustment, "
+      "so "
       "that one "
       "below 0.05 is by chance in 5 % of such comparisons at most.\n";
   return text;
@@ -343,7 +344,7 @@ std::string to_json(std::span<const Comparison> comparisons, std::span<const std
       one["results"].push_back(std::move(entry));
     }
     for (const ComparedPaths& paths : comparison.paths) {
-      Json entry{{"leading_notch", paths.leading_notch}, {"n_first", paths.n_first},
+      Json entry{{"leading_notch", paths.leading_start}, {"n_first", paths.n_first},
                  {"n_second", paths.n_second},           {"energy_distance", paths.distance.value},
                  {"p", paths.distance.probability},      {"p_adjusted", paths.adjusted},
                  {"difference_of_means", Json::array()}};

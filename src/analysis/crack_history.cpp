@@ -100,13 +100,13 @@ std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurfac
                                    const std::vector<CrackLine>& lines) {
   std::vector<TipCourse> courses(body.crack_starts().size());
   for (const CrackLine& line : lines) {
-    if (line.notch < 0 || line.parent >= 0 || index(line.notch) >= courses.size()) continue;
-    const geometry::CrackStart& start = body.crack_starts()[index(line.notch)];
+    if (line.start < 0 || line.parent >= 0 || index(line.start) >= courses.size()) continue;
+    const geometry::CrackStart& start = body.crack_starts()[index(line.start)];
     const double first = start.is_straight && !line.points.empty()
                              ? std::hypot(line.points[0].y - start.tip[1], line.points[0].z - start.tip[2])
                              : 0;
-    TipCourse course(line, first, mean_spacing(surface, facets_from(surface, line.notch)));
-    TipCourse& longest = courses[index(line.notch)];
+    TipCourse course(line, first, mean_spacing(surface, facets_from(surface, line.start)));
+    TipCourse& longest = courses[index(line.start)];
     if (course.length() > longest.length()) longest = std::move(course);
   }
   return courses;
@@ -122,13 +122,13 @@ std::vector<std::vector<Release>> releases_of(const CrackSurface& surface, std::
   };
   add(result.breaks);
   add(result.bridge_releases);
-  add(result.tooth_falls);
+  add(result.stiffness_reductions);
   std::vector<std::vector<Release>> releases(n_starts);
   for (const CrackFacet& facet : surface.facets) {
     const auto found = energy.find(facet.tetrahedron);
-    const auto notch = surface.cracks[index(facet.crack)].notch;
-    if (found == energy.end() || notch < 0) continue;
-    releases[index(notch)].push_back({facet.time, found->second});
+    const auto origin = surface.cracks[index(facet.crack)].start;
+    if (found == energy.end() || origin < 0) continue;
+    releases[index(origin)].push_back({facet.time, found->second});
     energy.erase(found);
   }
   return releases;
@@ -159,8 +159,8 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
           facet == 0 || surface.facets[facet].tetrahedron != surface.facets[facet - 1].tetrahedron;
       if (is_next && n_open == index(row.energy.broken)) break;
       if (is_next) ++n_open;
-      const auto notch = surface.cracks[index(surface.facets[facet].crack)].notch;
-      if (notch >= 0) area[index(notch)] += surface.facets[facet].area;
+      const auto origin = surface.cracks[index(surface.facets[facet].crack)].start;
+      if (origin >= 0) area[index(origin)] += surface.facets[facet].area;
     }
     const bool is_dynamic = row.phase > 0 && row.phase == result.counts.dynamic_phases;
     // On the time axis of the facets.

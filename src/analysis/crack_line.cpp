@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_line.h"
 
+#include "crackle/analysis/crack_ligaments.h"
 #include "crackle/analysis/crack_path.h"
-#include "crackle/analysis/crack_ways.h"
 #include "crackle/common/index.h"
 
 #include "crossings.h"
@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
+#include <map>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -20,33 +22,12 @@ namespace {
 
 /// A connected piece of a crack in one slab, with the pieces of the next slab that share a facet with it.
 struct Piece {
-  std::vector<std::size_t> facets;  ///< ascending
-  std::vector<std::size_t> next;    ///< indices into the next slab, ascending
+  Numbers facets;
+  Numbers next;  ///< indices into the next slab
 };
 using Slab = std::vector<Piece>;
 
-/// A continuation: the pieces of the next slabs that it passes, over min_branch_length slabs.
-using Way = std::vector<std::vector<std::size_t>>;
-
-/// The pieces of slabs k, k + 1, ... on ways from piece `start` of slab k, over at most min_branch_length
-/// slabs.
-Way pieces_ahead(const std::vector<Slab>& slabs, std::size_t k, std::size_t start) {
-  Way levels{{start}};
-  while (levels.size() < min_branch_length && k + levels.size() < slabs.size()) {
-    const Slab& slab = slabs[k + levels.size() - 1];
-    std::vector<std::size_t> reached;
-    for (const std::size_t piece : levels.back()) {
-      reached.insert(reached.end(), slab[piece].next.begin(), slab[piece].next.end());
-    }
-    if (reached.empty()) break;
-    sort_out(reached);
-    levels.push_back(std::move(reached));
-  }
-  return levels;
-}
-
-/// The crack from a crack start, cut into slabs of thickness `spacing` along its advance, starting at the
-/// tip.
+/// Facets of a crack, cut into slabs of thickness `spacing` along its advance, starting at the tip.
 std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std::size_t> facets,
                                const geometry::CrackStart& start, double spacing, double thickness) {
   const auto n_slabs = static_cast<std::size_t>(std::ceil(start.ligament / spacing));
@@ -77,29 +58,37 @@ std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std:
   return slabs;
 }
 
-/// The continuations of a piece of slab k that are long enough and have no piece in common.
-std::vector<Way> separate_ways(const std::vector<Slab>& slabs, std::size_t k, const Piece& piece) {
-  std::vector<Way> ways;
-  for (const std::size_t j : piece.next) {
-    Way way = pieces_ahead(slabs, k + 1, j);
-    if (way.size() < min_branch_length) continue;
-    // A way that soon meets an earlier one is the same branch; it may connect several earlier ones.
-    for (std::size_t i = 0; i < ways.size();) {
-      bool meet = false;
-      for (std::size_t level = 0; level < min_branch_length; ++level) {
-        meet = meet || have_common(ways[i][level], way[level]);
-      }
-      if (!meet) {
-        ++i;
-        continue;
-      }
-      for (std::size_t level = 0; level < min_branch_length; ++level) add(way[level], ways[i][level]);
-      ways.erase(ways.begin() + static_cast<std::ptrdiff_t>(i));
-      i = 0;
-    }
-    ways.push_back(std::move(way));
+/// The facets of a line in one slab.
+struct Place {
+  std::size_t slab;
+  Numbers facets;
+};
+
+/// The longest chain of connected pieces; among equals the one nearest to the tip.
+/// @param from_first start in the first slab that has pieces
+std::vector<Place> longest_chain(std::vector<Slab> slabs, bool from_first) {
+  std::vector<std::vector<std::size_t>> n_ahead(slabs.size());  // slabs of the longest chain from each piece
+  const auto longest = [&](std::size_t slab, const Numbers& pieces) {
+    return *std::ranges::max_element(pieces, {}, [&](std::size_t piece) { return n_ahead[slab][piece]; });
+  };
+  std::size_t slab = slabs.size(), first = 0;
+  for (std::size_t k = slabs.size(); k-- > 0;) {
+    for (const Piece& piece : slabs[k])
+      n_ahead[k].push_back(1 + (piece.next.empty() ? 0 : n_ahead[k + 1][longest(k + 1, piece.next)]));
+    if (slabs[k].empty()) continue;
+    const auto best = std::ranges::max_element(n_ahead[k]);
+    if (!from_first && slab < slabs.size() && *best < n_ahead[slab][first]) continue;
+    slab = k;
+    first = static_cast<std::size_t>(best - n_ahead[k].begin());
   }
-  return ways;
+  std::vector<Place> chain;
+  for (std::size_t piece = first; slab < slabs.size(); ++slab) {
+    Piece& here = slabs[slab][piece];
+    chain.push_back({slab, std::move(here.facets)});
+    if (here.next.empty()) break;
+    piece = longest(slab + 1, here.next);
+  }
+  return chain;
 }
 
 /// Stations per slab at which a path's direction is measured; the middle one is the line's point.
@@ -113,14 +102,14 @@ public:
     double across;   ///< [m]
   };
 
-  explicit Polyline(std::vector<Place> places) : places_(std::move(places)), way_{0} {
+  explicit Polyline(std::vector<Place> places) : places_(std::move(places)), arc_length_{0} {
     for (std::size_t i = 1; i < places_.size(); ++i) {
-      way_.push_back(way_.back() + std::hypot(places_[i].advance - places_[i - 1].advance,
-                                              places_[i].across - places_[i - 1].across));
+      arc_length_.push_back(arc_length_.back() + std::hypot(places_[i].advance - places_[i - 1].advance,
+                                                            places_[i].across - places_[i - 1].across));
     }
   }
 
-  double length() const { return way_.back(); }
+  double length() const { return arc_length_.back(); }
 
   /// Angle to the advance of the straight line fitted to a part of the path by total least squares [rad].
   /// @param from,to arc lengths along the path
@@ -133,7 +122,7 @@ public:
     double product = 0;
     double across_square = 0;
     for (std::size_t i = segment(from); from < to; ++i) {
-      const double end = i + 1 < places_.size() ? std::min(way_[i], to) : to;
+      const double end = i + 1 < places_.size() ? std::min(arc_length_[i], to) : to;
       const Place b{at(end).advance - start.advance, at(end).across - start.across};
       const double share = (end - from) / length;
       mean.advance += share * (a.advance + b.advance) / 2;
@@ -159,112 +148,75 @@ public:
 
 private:
   /// The segment that contains an arc length, by the index of its end.
-  std::size_t segment(double way) const {
-    const auto end = std::upper_bound(way_.begin() + 1, way_.end() - 1, way);
-    return static_cast<std::size_t>(end - way_.begin());
+  std::size_t segment(double length) const {
+    const auto end = std::upper_bound(arc_length_.begin() + 1, arc_length_.end() - 1, length);
+    return static_cast<std::size_t>(end - arc_length_.begin());
   }
 
-  Place at(double way) const {
-    const std::size_t i = segment(way);
-    const double share = (way - way_[i - 1]) / (way_[i] - way_[i - 1]);
+  Place at(double length) const {
+    const std::size_t i = segment(length);
+    const double share = (length - arc_length_[i - 1]) / (arc_length_[i] - arc_length_[i - 1]);
     return {places_[i - 1].advance + share * (places_[i].advance - places_[i - 1].advance),
             places_[i - 1].across + share * (places_[i].across - places_[i - 1].across)};
   }
 
   std::vector<Place> places_;
-  std::vector<double> way_;  ///< arc length at each point [m]
+  std::vector<double> arc_length_;  ///< arc length at each point [m]
 };
 
 /// The angle from one direction to another, in [-pi, pi] [rad].
-double turn(double from, double to) {
+double deflection(double from, double to) {
   return std::remainder(to - from, 2 * std::numbers::pi);
 }
 
-struct Place {
-  std::size_t slab;
-  std::size_t piece;
-};
-
-/// Divides the crack on one way into slabs and traces lines through them.
+/// Traces the lines of the branches of the crack on one ligament.
 class Tracer {
 public:
-  Tracer(const geometry::Body& body, const CrackSurface& surface, const CrackWay& way)
+  Tracer(const geometry::Body& body, const CrackSurface& surface, const CrackLigament& ligament)
       : surface_(surface),
-        number_(way.notch),
-        start_(way.line),
-        spacing_(mean_spacing(surface, way.facets)),
-        thickness_(body.size()[0]),
-        slabs_(cut_in_slabs(surface, way.facets, start_, spacing_, thickness_)),
-        n_ahead_(slabs_.size()),
-        taken_(slabs_.size()) {
-    for (std::size_t k = slabs_.size(); k-- > 0;) {
-      taken_[k].assign(slabs_[k].size(), false);
-      for (const Piece& piece : slabs_[k]) {
-        int longest = 0;
-        for (const std::size_t j : piece.next) longest = std::max(longest, n_ahead_[k + 1][j]);
-        n_ahead_[k].push_back(1 + longest);
-      }
-    }
-  }
+        ligament_(ligament),
+        start_(ligament.line),
+        spacing_(mean_spacing(surface, ligament.facets)),
+        thickness_(body.size()[0]) {}
 
   /// Adds the main line and its branches to `lines`.
-  void trace(std::vector<CrackLine>& lines) {
-    std::size_t first = 0;
-    while (first < slabs_.size() && slabs_[first].empty()) ++first;
-    if (first == slabs_.size()) return;
-    std::vector<std::size_t> all(slabs_[first].size());
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
-    std::vector<Place> places;
-    follow({first, longest(first, all)}, places);
-    const std::size_t main = lines.size();
-    add(lines, -1, places);
-    // Branches of branches are found in turn: the list grows while it is processed.
-    std::vector<std::pair<std::size_t, std::vector<Place>>> open{{main, places}};
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      const auto [parent, along] = open[i];
-      for (const Place& place : along) {
-        const auto ways = separate_ways(slabs_, place.slab, slabs_[place.slab][place.piece]);
-        if (ways.size() < 2) continue;
-        for (const Way& way : ways) {
-          const auto is_taken = [&](std::size_t j) { return taken_[place.slab + 1][j]; };
-          if (std::any_of(way.front().begin(), way.front().end(), is_taken)) continue;
-          std::vector<Place> branch{place};
-          follow({place.slab + 1, longest(place.slab + 1, way.front())}, branch);
-          open.emplace_back(lines.size(), branch);
-          add(lines, static_cast<std::int32_t>(parent), branch);
-        }
+  void trace(std::vector<CrackLine>& lines, const CrackBranches& branches) const {
+    std::map<std::int32_t, Numbers> facets_of;
+    for (const std::size_t i : ligament_.facets) facets_of[branches.branch[i]].push_back(i);
+    struct Traced {
+      std::size_t line;
+      std::vector<Place> places;
+    };
+    std::map<std::int32_t, Traced> traced;
+    // A branch has a higher number than the one it leaves.
+    for (const auto& [branch, facets] : facets_of) {
+      std::vector<Place> places =
+          longest_chain(cut_in_slabs(surface_, facets, start_, spacing_, thickness_), branch == 0);
+      if (places.empty()) continue;
+      auto parent = traced.end();
+      for (std::int32_t left = branch; left > 0 && parent == traced.end();)
+        parent = traced.find(left = branches.points[index(left - 1)].parent);
+      std::int32_t parent_line = -1;
+      if (parent != traced.end()) {
+        parent_line = static_cast<std::int32_t>(parent->second.line);
+        const auto& along = parent->second.places;
+        const auto beyond = std::ranges::lower_bound(along, places.front().slab, {}, &Place::slab);
+        if (beyond != along.begin()) places.insert(places.begin(), *std::prev(beyond));
       }
+      add(lines, parent_line, places);
+      traced[branch] = {lines.size() - 1, std::move(places)};
     }
   }
 
 private:
-  std::size_t longest(std::size_t slab, const std::vector<std::size_t>& pieces) const {
-    return *std::max_element(pieces.begin(), pieces.end(), [&](std::size_t a, std::size_t b) {
-      return n_ahead_[slab][a] < n_ahead_[slab][b];
-    });
-  }
-
-  /// Follows the crack from a piece until its end, or up to a piece already taken by another line.
-  void follow(Place place, std::vector<Place>& places) {
-    for (;;) {
-      places.push_back(place);
-      if (taken_[place.slab][place.piece]) return;
-      taken_[place.slab][place.piece] = true;
-      const Piece& piece = slabs_[place.slab][place.piece];
-      if (piece.next.empty()) return;
-      place = {place.slab + 1, longest(place.slab + 1, piece.next)};
-    }
-  }
-
   void add(std::vector<CrackLine>& lines, std::int32_t parent, const std::vector<Place>& places) const {
-    CrackLine line{number_, parent, {}, 0, 0};
+    CrackLine line{ligament_.start, parent, {}, 0, 0};
     std::vector<Polyline::Place> path;
     for (const Place& place : places) {
-      const auto& facets = slabs_[place.slab][place.piece].facets;
       for (int i = 0; i < n_stations_per_slab; ++i) {
         const double advance = (static_cast<double>(place.slab) + (i + 0.5) / n_stations_per_slab) * spacing_;
         const geometry::CrossPlane plane = start_.plane_at(advance);
-        const auto traces = intersect(surface_, facets, plane);
+        const auto traces = intersect(surface_, place.facets, plane);
         const auto crossing = main_crossing(traces, thickness_);
         if (!crossing) continue;  // the rough edges of a piece can leave gaps
         path.push_back({advance, crossing->mean});
@@ -273,45 +225,43 @@ private:
         line.points.push_back({p[1], p[2], crossing->spread, crossing->arrival});
       }
     }
-    if (path.size() > 1) measure_turns(line, Polyline(std::move(path)));
+    if (path.size() > 1) measure_deflections(line, Polyline(std::move(path)));
     lines.push_back(std::move(line));
   }
 
-  void measure_turns(CrackLine& line, const Polyline& path) const {
+  void measure_deflections(CrackLine& line, const Polyline& path) const {
     const double window = std::max(kink_window_share * start_.ligament, kink_window_spacings * spacing_);
     if (path.length() < 2 * window) return;
-    line.bend = turn(path.direction(0, window), path.direction(path.length() - window, path.length()));
+    line.bend = deflection(path.direction(0, window), path.direction(path.length() - window, path.length()));
 
     constexpr std::ptrdiff_t n_steps = 16;  // per window
-    std::vector<double> turns;
+    std::vector<double> deflections;
     for (double place = window; place <= path.length() - window; place += window / n_steps) {
-      turns.push_back(
-          std::abs(turn(path.direction(place - window, place), path.direction(place, place + window))));
+      deflections.push_back(
+          std::abs(deflection(path.direction(place - window, place), path.direction(place, place + window))));
     }
-    for (auto here = turns.begin(); here != turns.end(); ++here) {
+    for (auto here = deflections.begin(); here != deflections.end(); ++here) {
       if (*here < kink_angle) continue;
-      const auto low = here - std::min(n_steps, here - turns.begin());
-      const auto high = here + std::min(n_steps + 1, turns.end() - here);
+      const auto low = here - std::min(n_steps, here - deflections.begin());
+      const auto high = here + std::min(n_steps + 1, deflections.end() - here);
       if (std::max_element(low, high) == here) ++line.kinks;
     }
   }
 
   const CrackSurface& surface_;
-  std::int32_t number_;
+  const CrackLigament& ligament_;
   const geometry::CrackStart& start_;
   double spacing_;
   double thickness_;
-  std::vector<Slab> slabs_;
-  std::vector<std::vector<int>> n_ahead_;  ///< slabs on the longest way from each piece
-  std::vector<std::vector<bool>> taken_;   ///< pieces on a line
 };
 
 }  // namespace
 
-std::vector<CrackLine> crack_lines(const geometry::Body& body, const CrackSurface& surface) {
+std::vector<CrackLine> crack_lines(const geometry::Body& body, const CrackSurface& surface,
+                                   const CrackBranches& branches) {
   std::vector<CrackLine> lines;
-  for (const CrackWay& way : crack_ways(body, surface))
-    if (!way.facets.empty()) Tracer(body, surface, way).trace(lines);
+  for (const CrackLigament& ligament : crack_ligaments(body, surface))
+    if (!ligament.facets.empty()) Tracer(body, surface, ligament).trace(lines, branches);
   return lines;
 }
 

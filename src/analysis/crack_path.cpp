@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
 
-#include "crackle/analysis/crack_ways.h"
+#include "crackle/analysis/crack_ligaments.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/common/vector.h"
@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 namespace crackle::analysis {
@@ -21,9 +22,9 @@ constexpr int n_stations = 50;  // of crossed_shares and path_overlap
 
 using geometry::CrackStart;
 
-/// Advance of a crack along its way.
+/// Advance of a crack along its ligament.
 struct Advance {
-  double share = 0;        ///< of the way, up to the farthest station with a crossing
+  double share = 0;        ///< of the ligament, up to the farthest station with a crossing
   double time = infinity;  ///< when it first opened there [s]
 };
 
@@ -31,22 +32,22 @@ geometry::CrossPlane station(const CrackStart& start, int i) {
   return start.plane_at(start.ligament * (i + 0.5) / n_stations);
 }
 
-Advance advance(const geometry::Body& body, const CrackSurface& surface, const CrackWay& way) {
-  for (int i = n_stations - 1; i >= 0 && !way.facets.empty(); --i) {
-    const std::vector<Trace> traces = intersect(surface, way.facets, station(way.line, i));
+Advance advance(const geometry::Body& body, const CrackSurface& surface, const CrackLigament& ligament) {
+  for (int i = n_stations - 1; i >= 0 && !ligament.facets.empty(); --i) {
+    const std::vector<Trace> traces = intersect(surface, ligament.facets, station(ligament.line, i));
     if (const auto crossing = main_crossing(traces, body.size()[0]))
       return {(i + 1.0) / n_stations, crossing->time};
   }
   return {};
 }
 
-/// For each crack start, the way on which its crack advanced farthest; among equals the one where it arrived
-/// first.
+/// For each crack start, the ligament on which its crack advanced farthest; among equals the one where it
+/// arrived first.
 std::vector<Advance> advances_of_starts(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<Advance> farthest(body.crack_starts().size());
-  for (const CrackWay& way : crack_ways(body, surface)) {
-    const Advance found = advance(body, surface, way);
-    Advance& of_start = farthest[index(way.notch)];
+  for (const CrackLigament& ligament : crack_ligaments(body, surface)) {
+    const Advance found = advance(body, surface, ligament);
+    Advance& of_start = farthest[index(ligament.start)];
     if (std::pair(-found.share, found.time) < std::pair(-of_start.share, of_start.time)) of_start = found;
   }
   return farthest;
@@ -81,7 +82,8 @@ std::vector<double> offsets_from_ligament(const geometry::Body& body, const Crac
 }  // namespace
 
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
-                                               const CrackArms& arms, const input::Sections& sections) {
+                                               const CrackBranches& branches,
+                                               const input::Sections& sections) {
   std::vector<SectionCrossing> crossings;
   for (std::size_t number = 0; number < body.crack_starts().size(); ++number) {
     const std::vector<std::size_t> facets = facets_from(surface, static_cast<std::int32_t>(number));
@@ -90,9 +92,9 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
       const CrackStart& start = body.crack_starts()[number];
       std::optional<Crossing> crossing;
       if (!start.is_straight || start.advance_to(plane))
-        crossing = main_crossing(intersect(surface, facets, plane), body.size()[0], arms.arm, &plane);
+        crossing = main_crossing(intersect(surface, facets, plane), body.size()[0], branches.branch, &plane);
       crossings.push_back(
-          crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arrival, crossing->arms}
+          crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arrival, crossing->branches}
                    : SectionCrossing{not_a_number, not_a_number, not_a_number, {}});
     }
   }
@@ -105,7 +107,7 @@ std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurfac
   return shares;
 }
 
-int leading_notch(const geometry::Body& body, const CrackSurface& surface) {
+int leading_start(const geometry::Body& body, const CrackSurface& surface) {
   int leading = -1;
   Advance farthest{started_share};
   const std::vector<Advance> advances = advances_of_starts(body, surface);
@@ -117,38 +119,6 @@ int leading_notch(const geometry::Body& body, const CrackSurface& surface) {
     farthest = found;
   }
   return leading;
-}
-
-std::optional<int> leading_notch(const geometry::Body& body, const input::Sections& sections,
-                                 std::span<const double> position) {
-  struct Bounds {
-    double arrived = 0;  // share of the ligament at the farthest section with a crossing
-    double missing = 1;  // at the next section beyond
-  };
-  const std::vector<input::Section> planes = sections.all();
-  std::vector<Bounds> bounds(body.crack_starts().size());
-  for (std::size_t number = 0; number < bounds.size(); ++number) {
-    const CrackStart& start = body.crack_starts()[number];
-    if (!start.is_straight) return std::nullopt;
-    const auto share = [&](std::size_t i) {
-      return start.advance_to(geometry::plane_of(planes[i])).value_or(not_a_number) / start.ligament;
-    };
-    Bounds& found = bounds[number];
-    for (std::size_t i = 0; i < planes.size(); ++i)
-      if (!std::isnan(position[number * planes.size() + i]))
-        found.arrived = std::max(found.arrived, share(i));
-    for (std::size_t i = 0; i < planes.size(); ++i)
-      if (share(i) > found.arrived) found.missing = std::min(found.missing, share(i));
-  }
-  constexpr double rounding = 1e-9;  // of shares at sections that lie symmetrically
-  for (std::size_t number = 0; number < bounds.size(); ++number) {
-    if (!(bounds[number].arrived > 0)) continue;
-    bool leads = true;
-    for (std::size_t other = 0; other < bounds.size(); ++other)
-      leads = leads && (other == number || bounds[number].arrived >= bounds[other].missing - rounding);
-    if (leads) return static_cast<int>(number);
-  }
-  return std::nullopt;
 }
 
 double path_overlap(const geometry::Body& body, const CrackSurface& surface, int one, int other) {
@@ -186,13 +156,13 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface) {
   if (share_from_elsewhere(body, surface) >= developed_share) return Pattern::other;
   int n_developed = 0;
   double largest = 0;
-  for (const CrackWay& way : crack_ways(body, surface)) {
-    const double share = advance(body, surface, way).share;
+  for (const CrackLigament& ligament : crack_ligaments(body, surface)) {
+    const double share = advance(body, surface, ligament).share;
     largest = std::max(largest, share);
     if (share >= developed_share) ++n_developed;
   }
   if (n_developed == 1 && largest >= through_share) return Pattern::one_crack;
-  // A start with a developed way is one of the two whose cracks run farthest.
+  // A start with a developed crack is one of the two whose cracks run farthest.
   if (n_developed == 2 && !(pattern_overlap(body, surface) < min_overlap)) return Pattern::two_cracks;
   return largest < started_share ? Pattern::none : Pattern::other;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
 
-#include "crackle/analysis/crack_ways.h"
+#include "crackle/analysis/crack_ligaments.h"
 #include "crackle/common/real.h"
 
 #include "crossings.h"
@@ -205,7 +205,7 @@ std::vector<Opened> opened_by(const CrackSurface& surface, std::span<const std::
   return all;
 }
 
-/// A front's course over a stretch of its way, averaged over the columns that passed all of it.
+/// A front's course over a stretch of its ligament, averaged over the columns that passed all of it.
 struct Stretch {
   double start;              ///< [m]
   double length;             ///< [m]
@@ -262,7 +262,7 @@ double time_over(const Stretch& stretch, std::size_t degree, double start, doubl
   return time;
 }
 
-/// All windows of a front's way, and the accuracy of their times.
+/// All windows of a front's ligament, and the accuracy of their times.
 class Windows {
 public:
   /// @param stretches in ascending order of length, starting with those of one window
@@ -352,8 +352,8 @@ double fastest(const History& history, double window, double spacing) {
 
 double max_crack_speed(const geometry::Body& body, const CrackSurface& surface) {
   double largest = 0;
-  for (const CrackWay& way : crack_ways(body, surface)) {
-    const auto& [number, start, facets] = way;
+  for (const CrackLigament& ligament : crack_ligaments(body, surface)) {
+    const auto& [number, start, facets] = ligament;
     if (facets.empty()) continue;
     const double spacing = mean_spacing(surface, facets);
     const double window = std::max(speed_window_share * start.ligament, speed_window_spacings * spacing);

@@ -24,7 +24,7 @@ bool are_near(const Trace& a, const Trace& b) {
   if (gap(a.x[0], a.x[1], b.x[0], b.x[1]) > hole_size * spacing) return false;
   const auto [a_low, a_high] = std::minmax(a.across[0], a.across[1]);
   const auto [b_low, b_high] = std::minmax(b.across[0], b.across[1]);
-  return gap(a_low, a_high, b_low, b_high) <= branch_gap * spacing;
+  return gap(a_low, a_high, b_low, b_high) <= crossing_gap * spacing;
 }
 
 /// The ends of all traces, ascending: between two of them the set of traces is constant.
@@ -84,7 +84,7 @@ Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> 
 std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t start) {
   std::vector<std::size_t> facets;
   for (std::size_t i = 0; i < surface.facets.size(); ++i) {
-    if (surface.cracks[index(surface.facets[i].crack)].notch == start) facets.push_back(i);
+    if (surface.cracks[index(surface.facets[i].crack)].start == start) facets.push_back(i);
   }
   return facets;
 }
@@ -181,19 +181,21 @@ void add(Numbers& to, const Numbers& from) {
 }
 
 std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,
-                                      std::span<const std::int32_t> arm, const geometry::CrossPlane* plane) {
+                                      std::span<const std::int32_t> branch,
+                                      const geometry::CrossPlane* plane) {
   struct Part {
-    ArmCrossing crossing;
+    BranchCrossing crossing;
     double spread;
     double time;
     double arrival;
   };
   std::vector<Part> parts;
-  std::map<std::int32_t, double> largest;  // share of each arm
+  std::map<std::int32_t, double> largest;  // share of each branch
   for (const auto& group_members : group(traces, thickness)) {
-    std::map<std::int32_t, std::vector<std::size_t>> arms;
-    for (const std::size_t i : group_members) arms[arm.empty() ? 0 : arm[traces[i].facet]].push_back(i);
-    for (const auto& [number, members] : arms) {
+    std::map<std::int32_t, std::vector<std::size_t>> branches;
+    for (const std::size_t i : group_members)
+      branches[branch.empty() ? 0 : branch[traces[i].facet]].push_back(i);
+    for (const auto& [number, members] : branches) {
       const Integrals found = integrate(traces, members);
       if (!(found.length > 0)) continue;
       const double mean = found.first / found.length;
@@ -207,19 +209,21 @@ std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thic
       largest[number] = std::max(largest[number], share);
     }
   }
-  // Remains of an arm next to another one are not a separate crossing.
+  // Remains of a branch next to another one are not a separate crossing.
   std::erase_if(parts, [&](const Part& part) {
     const double share = part.crossing.share;
-    return share < (share == largest[part.crossing.arm] ? min_arm_share : min_thickness_share);
+    return share < (share == largest[part.crossing.branch] ? min_branch_share : min_thickness_share);
   });
   if (parts.empty()) return std::nullopt;
   // Traces are in order of breaking and groups in order of their first trace, so among parts of equal
   // coverage the earliest is the main one.
-  const auto rank = [](const Part& part) { return std::pair(part.crossing.arm == 0, part.crossing.share); };
+  const auto rank = [](const Part& part) {
+    return std::pair(part.crossing.branch == 0, part.crossing.share);
+  };
   const Part& main = *std::ranges::max_element(parts, {}, rank);
   Crossing crossing{main.crossing.position, main.spread, main.time, main.arrival, {}};
-  for (const Part& part : parts) crossing.arms.push_back(part.crossing);
-  std::ranges::stable_sort(crossing.arms, {}, &ArmCrossing::position);
+  for (const Part& part : parts) crossing.branches.push_back(part.crossing);
+  std::ranges::stable_sort(crossing.branches, {}, &BranchCrossing::position);
   return crossing;
 }
 

@@ -56,14 +56,14 @@ struct Crossing {
   /// Mean over the covered x of the first opening time; if part of it opened in the last dynamic phase,
   /// earlier openings count as at its start [s].
   double arrival;
-  std::vector<ArmCrossing> arms;  ///< all separate crossings, ascending
+  std::vector<BranchCrossing> branches;  ///< all separate crossings, ascending
 };
 
 /// The main crossing (see section_crossings); empty if no group counts.
-/// @param arm of each facet; if empty, all belong to the main arm
+/// @param branch of each facet; if empty, all belong to the main branch
 /// @param plane crossings beyond its ends do not count
 std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,
-                                      std::span<const std::int32_t> arm = {},
+                                      std::span<const std::int32_t> branch = {},
                                       const geometry::CrossPlane* plane = nullptr);
 
 }  // namespace crackle::analysis

@@ -315,7 +315,7 @@ EnergyDistance energy_distance(const TwoGroupsOfPaths& paths) {
   return {statistic(observed), share_as_large(n_first, n_second, false, statistic)};
 }
 
-std::vector<double> adjusted_for_looks(std::span<const double> probabilities) {
+std::vector<double> adjusted_for_comparisons(std::span<const double> probabilities) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < probabilities.size(); ++i)
     if (!std::isnan(probabilities[i])) order.push_back(i);

@@ -92,37 +92,37 @@ LeaderFrame::LeaderFrame(const geometry::Body& body, const input::Sections& sect
   for (std::size_t leading = 0; leading < body.crack_starts().size(); ++leading) {
     const geometry::Symmetry& symmetry = *std::ranges::min_element(
         symmetries, {}, [&](const geometry::Symmetry& some) { return some.crack_start[leading]; });
-    Turn turn{};
-    turn.axes = reflected_by(symmetry, body.bounds());
-    turn.notch.resize(body.crack_starts().size());
-    for (std::size_t start = 0; start < turn.notch.size(); ++start)
-      turn.notch[index(symmetry.crack_start[start])] = static_cast<int>(start);
+    Mapping mapping{};
+    mapping.axes = reflected_by(symmetry, body.bounds());
+    mapping.start.resize(body.crack_starts().size());
+    for (std::size_t start = 0; start < mapping.start.size(); ++start)
+      mapping.start[index(symmetry.crack_start[start])] = static_cast<int>(start);
     for (std::size_t section = 0; section < planes.size(); ++section) {
       const Preimage found = preimage_of(body, symmetry, section, planes);
-      turn.section.push_back(found.section);
-      turn.extent.push_back(found.extent);
+      mapping.section.push_back(found.section);
+      mapping.extent.push_back(found.extent);
     }
     reference_.push_back(symmetry.crack_start[leading]);
-    turns_.push_back(std::move(turn));
+    symmetries_.push_back(std::move(mapping));
   }
 }
 
-LeaderFrame::LeaderFrame(int n_notches, int n_sections)
-    : n_sections_(n_sections), reference_(static_cast<std::size_t>(n_notches)) {
+LeaderFrame::LeaderFrame(int n_starts, int n_sections)
+    : n_sections_(n_sections), reference_(static_cast<std::size_t>(n_starts)) {
   std::iota(reference_.begin(), reference_.end(), 0);
   const auto n = static_cast<std::size_t>(n_sections);
-  Turn none{0, std::vector<int>(reference_.size()), std::vector<int>(n),
-            std::vector<std::optional<double>>(n)};
-  std::iota(none.notch.begin(), none.notch.end(), 0);
+  Mapping none{0, std::vector<int>(reference_.size()), std::vector<int>(n),
+               std::vector<std::optional<double>>(n)};
+  std::iota(none.start.begin(), none.start.end(), 0);
   std::iota(none.section.begin(), none.section.end(), 0);
-  turns_.assign(reference_.size(), none);
+  symmetries_.assign(reference_.size(), none);
 }
 
-std::optional<LeaderFrame::Source> LeaderFrame::source(int leading, int notch, int section) const {
-  const Turn& turn = turns_[index(leading)];
-  const int there = turn.section[index(section)];
+std::optional<LeaderFrame::Source> LeaderFrame::source(int leading, int start, int section) const {
+  const Mapping& mapping = symmetries_[index(leading)];
+  const int there = mapping.section[index(section)];
   if (there < 0) return std::nullopt;
-  return Source{turn.notch[index(notch)], there, turn.extent[index(section)]};
+  return Source{mapping.start[index(start)], there, mapping.extent[index(section)]};
 }
 
 }  // namespace crackle::analysis

@@ -38,7 +38,7 @@ double student_quantile(int n, double confidence) {
 }
 
 void check_row(const SampleSummary& row, std::size_t sample, const Statistics& shape) {
-  const auto n_positions = static_cast<std::size_t>(shape.n_notches * shape.n_sections);
+  const auto n_positions = static_cast<std::size_t>(shape.n_starts * shape.n_sections);
   if (row.position.size() != n_positions || row.z_spread.size() != n_positions) {
     fail<std::invalid_argument>("sample {}: {} crack positions instead of {}", sample, row.position.size(),
                                 n_positions);
@@ -47,9 +47,9 @@ void check_row(const SampleSummary& row, std::size_t sample, const Statistics& s
     fail<std::invalid_argument>("sample {}: pattern {} is not one of 0 to {}", sample, row.pattern,
                                 n_patterns - 1);
   }
-  if (row.leading_notch < -1 || row.leading_notch >= shape.n_notches) {
-    fail<std::invalid_argument>("sample {}: leading notch {} of {}", sample, row.leading_notch,
-                                shape.n_notches);
+  if (row.leading_start < -1 || row.leading_start >= shape.n_starts) {
+    fail<std::invalid_argument>("sample {}: leading start {} of {}", sample, row.leading_start,
+                                shape.n_starts);
   }
 }
 
@@ -57,12 +57,12 @@ void check_row(const SampleSummary& row, std::size_t sample, const Statistics& s
 RankStatistics empty_ranks(const LeaderFrame& frame, bool leaders) {
   RankStatistics ranks;
   const std::vector<std::int32_t>& reference = frame.reference();
-  for (std::int32_t leading = 0; leading < frame.n_notches(); ++leading) {
+  for (std::int32_t leading = 0; leading < frame.n_starts(); ++leading) {
     if (reference[static_cast<std::size_t>(leading)] != leading) continue;
-    for (std::int32_t notch = 0; notch < frame.n_notches(); ++notch) {
-      if ((notch == leading) != leaders) continue;
-      ranks.leading_notch.push_back(leading);
-      ranks.notch.push_back(notch);
+    for (std::int32_t start = 0; start < frame.n_starts(); ++start) {
+      if ((start == leading) != leaders) continue;
+      ranks.leading_start.push_back(leading);
+      ranks.start.push_back(start);
     }
   }
   return ranks;
@@ -72,12 +72,12 @@ Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, dou
   if (!(confidence > 0 && confidence < 1))
     fail<std::invalid_argument>("confidence {}: must lie between 0 and 1", confidence);
   Statistics statistics;
-  statistics.n_notches = frame.n_notches();
+  statistics.n_starts = frame.n_starts();
   statistics.n_sections = frame.n_sections();
   statistics.n_samples = static_cast<int>(n_samples);
   statistics.n_needed = statistics.n_samples;
   statistics.confidence = confidence;
-  statistics.reference_notch = frame.reference();
+  statistics.reference_start = frame.reference();
   statistics.leader = statistics.leader_one_crack = statistics.leader_two_cracks = empty_ranks(frame, true);
   statistics.follower = empty_ranks(frame, false);
   return statistics;
@@ -95,13 +95,13 @@ Position ranked_position(const LeaderFrame& frame, const RankStatistics& ranks, 
                          std::size_t index) {
   const auto n_sections = static_cast<std::size_t>(frame.n_sections());
   const std::size_t rank = index / n_sections;
-  if (row.leading_notch < 0 ||
-      frame.reference()[static_cast<std::size_t>(row.leading_notch)] != ranks.leading_notch[rank])
+  if (row.leading_start < 0 ||
+      frame.reference()[static_cast<std::size_t>(row.leading_start)] != ranks.leading_start[rank])
     return {};
   const auto source =
-      frame.source(row.leading_notch, ranks.notch[rank], static_cast<int>(index % n_sections));
+      frame.source(row.leading_start, ranks.start[rank], static_cast<int>(index % n_sections));
   if (!source) return {};
-  const auto i = static_cast<std::size_t>(source->notch * frame.n_sections() + source->section);
+  const auto i = static_cast<std::size_t>(source->start * frame.n_sections() + source->section);
   return {true, source->extent ? *source->extent - row.position[i] : row.position[i], row.z_spread[i]};
 }
 
@@ -161,7 +161,7 @@ void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statist
 /// @param pattern of the samples that count; all if empty
 void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optional<Pattern> pattern,
                    const Statistics& shape, std::span<const SampleSummary> rows, Running running_values) {
-  const std::size_t n_positions = ranks.notch.size() * static_cast<std::size_t>(frame.n_sections());
+  const std::size_t n_positions = ranks.start.size() * static_cast<std::size_t>(frame.n_sections());
   ranks.counted.assign(n_positions, 0);
   compute_paths(ranks, n_positions, shape, rows, running_values,
                 [&](const SampleSummary& row, std::size_t p) {
@@ -199,7 +199,7 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
 Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows,
                    Running running_values) {
   Statistics statistics = shape;
-  compute_paths(statistics, static_cast<std::size_t>(shape.n_notches * shape.n_sections), shape, rows,
+  compute_paths(statistics, static_cast<std::size_t>(shape.n_starts * shape.n_sections), shape, rows,
                 running_values, [](const SampleSummary& row, std::size_t p) {
                   return Position{true, row.position[p], row.z_spread[p]};
                 });
@@ -258,11 +258,11 @@ double Moments::standard_deviation() const {
 RunningStatistics::RunningStatistics(std::size_t n_samples, LeaderFrame frame, double confidence)
     : frame_(std::move(frame)),
       statistics_(empty_statistics(n_samples, frame_, confidence)),
-      rows_(n_samples, empty_summary(frame_.n_notches(), frame_.n_sections(), SampleStatus::pending)),
-      leader_moments_(statistics_.leader.notch.size() * static_cast<std::size_t>(frame_.n_sections())) {}
+      rows_(n_samples, empty_summary(frame_.n_starts(), frame_.n_sections(), SampleStatus::pending)),
+      leader_moments_(statistics_.leader.start.size() * static_cast<std::size_t>(frame_.n_sections())) {}
 
-RunningStatistics::RunningStatistics(std::size_t n_samples, int n_notches, int n_sections, double confidence)
-    : RunningStatistics(n_samples, LeaderFrame(n_notches, n_sections), confidence) {}
+RunningStatistics::RunningStatistics(std::size_t n_samples, int n_starts, int n_sections, double confidence)
+    : RunningStatistics(n_samples, LeaderFrame(n_starts, n_sections), confidence) {}
 
 RunningStatistics::RunningStatistics(const input::Parameters& parameters)
     : RunningStatistics(

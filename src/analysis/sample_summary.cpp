@@ -39,17 +39,17 @@ void set_crossings(const std::vector<SectionCrossing>& crossings, SampleSummary&
     row.position.push_back(crossing.position);
     row.z_spread.push_back(crossing.spread);
     row.arrival_time.push_back(crossing.arrival);
-    row.branches.push_back(static_cast<std::int32_t>(crossing.arms.size()));
+    row.branches.push_back(static_cast<std::int32_t>(crossing.branches.size()));
   }
 }
 
 }  // namespace
 
-SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, std::string error) {
+SampleSummary empty_summary(int n_starts, int n_sections, SampleStatus status, std::string error) {
   SampleSummary row;
   row.status = status;
   row.error = std::move(error);
-  const std::size_t n = static_cast<std::size_t>(n_notches) * static_cast<std::size_t>(n_sections);
+  const std::size_t n = static_cast<std::size_t>(n_starts) * static_cast<std::size_t>(n_sections);
   for_each_position_result([&](const ResultInfo&, auto member) {
     using Value = typename std::remove_reference_t<decltype(row.*member)>::value_type;
     (row.*member)
@@ -60,7 +60,7 @@ SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, 
 
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        const CrackArms& arms, const std::vector<SectionCrossing>& crossings,
+                        const CrackBranches& branches, const std::vector<SectionCrossing>& crossings,
                         const input::Material& material) {
   SampleSummary row;
   row.status = SampleStatus::done;
@@ -80,10 +80,10 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   if (!std::isnan(result.phase_start)) row.crack_area_before_onset = surface.area_before_phase();
   row.outcome = static_cast<std::int32_t>(result.outcome);
   row.pattern = static_cast<std::int32_t>(classify(body, surface));
-  row.leading_notch = leading_notch(body, surface);
+  row.leading_start = leading_start(body, surface);
   row.overlap = pattern_overlap(body, surface);
-  row.bifurcations = arms.n_in_space();
-  row.bifurcations_projected = arms.n_projected();
+  row.branching_points = branches.n_in_space();
+  row.branching_points_projected = branches.n_projected();
   row.kinks = count_kinks(lines);
   row.breaks = static_cast<std::int64_t>(result.breaks.size());
   row.crack_area = surface.area();
@@ -104,7 +104,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
 
 void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
                        const input::Sections& sections, SampleSummary& row) {
-  set_crossings(section_crossings(body, surface, find_forks(body, surface), sections), row);
+  set_crossings(section_crossings(body, surface, find_branches(body, surface), sections), row);
 }
 
 std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
@@ -132,7 +132,7 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
 std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary) {
   if (summary.status != SampleStatus::done || !(summary.crack_speed_ratio > 1)) return std::nullopt;
   return fmt::format(
-      "warning: sample {}: a crack speed of {:.0f} m/s is {:.2f} times the Rayleigh speed, the limit of an "
+      "warning: sample {}: a crack speed of {:.0f} m/s is {:.2f} times the Rayleigh speed, the limit for an "
       "opening crack",
       sample, summary.crack_speed_max, summary.crack_speed_ratio);
 }

@@ -74,7 +74,7 @@ std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size
       if (member != &SampleSummary::position) return;
       for (std::size_t k = 0; k < n_positions; ++k) {
         Sensitivity of{.info = info};
-        of.notch = static_cast<int>(k / n_sections);
+        of.start = static_cast<int>(k / n_sections);
         of.section = static_cast<int>(k % n_sections);
         subjects.push_back({of, [k](const SampleSummary& row) { return row.position[k]; }});
       }
@@ -301,8 +301,8 @@ Exceedance exceedance(const std::string& condition, const input::Parameters& par
     value = [member](const SampleSummary& row) { return number_or_nan(row.*member); };
   });
   if (sign == std::string::npos)
-    fail("'{}' is no condition; give one such as \"peak_load > 500 N\"", condition);
-  if (!value) fail("there is no result '{}'; known are {}", name, fmt::join(names, ", "));
+    fail("'{}' is not a condition; give one such as \"peak_load > 500 N\"", condition);
+  if (!value) fail("there is no result '{}'; give one of {}", name, fmt::join(names, ", "));
   found.is_above = condition[sign] == '>';
   found.limit = input::read_value(trimmed(all.substr(sign + 1)), found.info.units);
 

@@ -14,8 +14,8 @@ namespace crackle::analysis {
 namespace {
 
 std::string name_of(const Sensitivity& result, const input::Sections& sections) {
-  if (result.notch >= 0)
-    return fmt::format("notch {}, {}", result.notch, input::name_of(sections.all()[index(result.section)]));
+  if (result.start >= 0)
+    return fmt::format("start {}, {}", result.start, input::name_of(sections.all()[index(result.section)]));
   if (!result.share_of.empty()) return fmt::format("{}: {}", result.info.label, result.share_of);
   const std::string units = result.info.shown_units;  // distinguishes results with the same label
   return units.empty() ? result.info.label : fmt::format("{} [{}]", result.info.label, units);
@@ -46,16 +46,16 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
                  sensitivities.n_samples);
   if (replicates > 1)
     fmt::format_to(out,
-                   "samples with the same draw are not independent: intervals of means and shares above take "
-                   "them for it, and are up to {:.2f} times too narrow\n",
+                   "samples with the same draw are not independent, as the intervals of means and shares "
+                   "above assume: these are up to {:.2f} times too narrow\n",
                    std::sqrt(replicates));
   if (sensitivities.results.empty()) {
-    text += "too few draws to tell what the results owe to them\n";
+    text += "too few draws for sensitivity indices\n";
     return text;
   }
   fmt::format_to(
       out,
-      "\nshares of the variance [%] ({:g} % intervals): of the mesh; of each random input, with its "
+      "\nshares of the variance [%] ({:g} % intervals) due to the mesh, and to each random input with its "
       "interactions (total Sobol' index); in brackets Spearman's rank correlation\n{:<30} {:>13}",
       100 * sensitivities.confidence, "", "mesh");
   for (std::size_t k = 0; k < random.size(); ++k) fmt::format_to(out, " {:>20}", fmt::format("input {}", k));

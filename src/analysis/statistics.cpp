@@ -9,9 +9,9 @@
 
 namespace crackle::analysis {
 
-Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches, int n_sections,
+Statistics make_statistics(std::span<const SampleSummary> samples, int n_starts, int n_sections,
                            double confidence) {
-  RunningStatistics running(samples.size(), n_notches, n_sections, confidence);
+  RunningStatistics running(samples.size(), n_starts, n_sections, confidence);
   for (std::size_t i = 0; i < samples.size(); ++i) running.add(i, samples[i]);
   return running.statistics();
 }
@@ -29,7 +29,7 @@ Statistics make_statistics(std::span<const SampleSummary> samples, const input::
 void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vector<SampleSummary>& rows) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (first + i < static_cast<std::size_t>(statistics.n_needed)) continue;
-    rows[i] = empty_summary(statistics.n_notches, statistics.n_sections, SampleStatus::pending);
+    rows[i] = empty_summary(statistics.n_starts, statistics.n_sections, SampleStatus::pending);
   }
 }
 

@@ -136,24 +136,24 @@ Json statistics_of(const Statistics& statistics, const input::Parameters& parame
       {"n_looks", statistics.n_looks},
       {"looks", stop ? look_schedule(statistics.n_samples, stop->min_samples) : std::vector<std::size_t>{}},
       {"precision", precision(statistics, parameters)}};
-  add_paths(group, statistics, static_cast<std::size_t>(statistics.n_notches), statistics);
+  add_paths(group, statistics, static_cast<std::size_t>(statistics.n_starts), statistics);
   group["pattern_share"] = statistics.pattern_share;
   group["pattern_half_width"] = statistics.pattern_half_width;
   group["pattern_lower"] = statistics.pattern_lower;
   group["pattern_upper"] = statistics.pattern_upper;
-  group["reference_notch"] = statistics.reference_notch;
+  group["reference_notch"] = statistics.reference_start;
   const LeaderFrame frame(body, parameters.sections);
-  for (int leading = 0; leading < frame.n_notches(); ++leading) {
+  for (int leading = 0; leading < frame.n_starts(); ++leading) {
     const unsigned axes = frame.reflected_axes(leading);
-    group["turns"].push_back({{"reflects_y", (axes & 2u) != 0},
-                              {"reflects_z", (axes & 4u) != 0},
-                              {"notch", frame.notches(leading)}});
+    group["symmetries"].push_back({{"reflects_y", (axes & 2u) != 0},
+                                   {"reflects_z", (axes & 4u) != 0},
+                                   {"notch", frame.starts(leading)}});
   }
   for_each_rank(statistics, [&](const char* name, const RankStatistics& ranks) {
-    const std::size_t n_rows = ranks.notch.size();
+    const std::size_t n_rows = ranks.start.size();
     Json of_rank{
-        {"leading_notch", ranks.leading_notch},
-        {"notch", ranks.notch},
+        {"leading_notch", ranks.leading_start},
+        {"notch", ranks.start},
         {"counted", table(ranks.counted, {n_rows, static_cast<std::size_t>(statistics.n_sections)})}};
     add_paths(of_rank, ranks, n_rows, statistics);
     group[name] = std::move(of_rank);
@@ -196,8 +196,8 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
                 {"share_of", one.share_of},   {"n_values", one.n_values},
                 {"mesh", estimate(one.mesh)}, {"degree", one.degree},
                 {"predicted", one.predicted}, {"inputs", inputs}};
-    if (one.notch >= 0) {
-      result["notch"] = one.notch;
+    if (one.start >= 0) {
+      result["notch"] = one.start;
       result["section"] = one.section;
     }
     results.push_back(std::move(result));
@@ -230,7 +230,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
   document["samples"] = samples_of(samples, origin);
   document["crack_path"] = crack_path(
       samples, parameters.sections,
-      {static_cast<std::size_t>(statistics.n_notches), static_cast<std::size_t>(statistics.n_sections)});
+      {static_cast<std::size_t>(statistics.n_starts), static_cast<std::size_t>(statistics.n_sections)});
   document["statistics"] =
       statistics_of(with_running_half_widths(statistics, samples, parameters), parameters, *body);
   if (!parameters.random.empty()) {

@@ -76,8 +76,8 @@ void append_ranks(std::string& text, const char* label, const RankStatistics& ra
   for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
     if (ranks.reached[p] == 0) continue;
     const std::size_t row = p / sections.size();
-    fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_notch[row],
-                   ranks.notch[row]);
+    fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_start[row],
+                   ranks.start[row]);
     sections.append_position(text, ranks, p);
     fmt::format_to(std::back_inserter(text), " {:>10}\n", ranks.counted[p]);
   }
@@ -86,28 +86,28 @@ void append_ranks(std::string& text, const char* label, const RankStatistics& ra
 /// "0 in 104 samples, 1 in 95, none in 1", over the completed samples.
 std::string leaders(const Statistics& statistics, std::span<const SampleSummary> samples) {
   std::string text;
-  for (int notch = 0; notch <= statistics.n_notches; ++notch) {
-    const bool is_none = notch == statistics.n_notches;
+  for (int start = 0; start <= statistics.n_starts; ++start) {
+    const bool is_none = start == statistics.n_starts;
     const auto n = std::ranges::count_if(samples, [&](const SampleSummary& row) {
-      return row.status == SampleStatus::done && row.leading_notch == (is_none ? -1 : notch);
+      return row.status == SampleStatus::done && row.leading_start == (is_none ? -1 : start);
     });
     if (is_none && n == 0) continue;
     fmt::format_to(std::back_inserter(text), "{}{} in {}", text.empty() ? "" : ", ",
-                   is_none ? "none" : fmt::to_string(notch), n);
-    if (notch == 0) text += n == 1 ? " sample" : " samples";
+                   is_none ? "none" : fmt::to_string(start), n);
+    if (start == 0) text += n == 1 ? " sample" : " samples";
   }
   return text;
 }
 
 /// Which samples are transformed.
-std::string turning(const Statistics& statistics) {
+std::string mapped_samples(const Statistics& statistics) {
   std::string text;
-  for (std::size_t notch = 0; notch < statistics.reference_notch.size(); ++notch) {
-    const auto reference = static_cast<std::size_t>(statistics.reference_notch[notch]);
-    if (reference != notch)
+  for (std::size_t start = 0; start < statistics.reference_start.size(); ++start) {
+    const auto reference = static_cast<std::size_t>(statistics.reference_start[start]);
+    if (reference != start)
       fmt::format_to(std::back_inserter(text),
-                     "; samples that notch {} leads are turned by the body's symmetry, as if notch {} did",
-                     notch, reference);
+                     "; samples led by start {} are mapped by the body's symmetry, as if start {} led", start,
+                     reference);
   }
   return text;
 }
@@ -127,26 +127,27 @@ void append_unreached(std::string& text, const Statistics& statistics, const Sec
 void append_positions(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples,
                       const SectionColumns& sections) {
   auto out = std::back_inserter(text);
-  if (statistics.n_notches > 0) fmt::format_to(out, "\nleading notch: {}\n", leaders(statistics, samples));
+  if (statistics.n_starts > 0)
+    fmt::format_to(out, "\nleading crack start: {}\n", leaders(statistics, samples));
   if (std::ranges::all_of(statistics.reached, [](auto n) { return n == 0; })) {
     fmt::format_to(out, "\n{}\n", interval_scope(statistics.base));
-    if (statistics.n_notches == 0)
-      text += "In a box without notches no crack is followed to the sections.\n";
+    if (statistics.n_starts == 0)
+      text += "Without crack starts no crack is followed to the sections.\n";
     else
       append_unreached(text, statistics, sections);
     return;
   }
   fmt::format_to(out, "\ncrack positions, through-thickness mean [{}]; +- at {:g} % confidence{}\n",
                  sections.unit(), 100 * statistics.confidence,
-                 statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
+                 statistics.n_looks > 1 ? fmt::format(" over {} tests", statistics.n_looks) : "");
   fmt::format_to(out, "{}\n", interval_scope(statistics.base));
-  fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", turning(statistics), "cracks", "leading",
-                 "notch", sections.heads(), "of samples");
+  fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", mapped_samples(statistics), "cracks",
+                 "leading", "start", sections.heads(), "of samples");
   append_ranks(text, "leader", statistics.leader, sections);
   append_ranks(text, "leader, one crack", statistics.leader_one_crack, sections);
   append_ranks(text, "leader, two cracks", statistics.leader_two_cracks, sections);
   append_ranks(text, "follower", statistics.follower, sections);
-  fmt::format_to(out, "\nall cracks of the notch, leading and following\nnotch{}\n", sections.heads());
+  fmt::format_to(out, "\nall cracks of the start, leading and following\nstart{}\n", sections.heads());
   for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
     if (statistics.reached[p] == 0) continue;
     fmt::format_to(out, "{:>5}", p / sections.size());
@@ -195,8 +196,8 @@ void append_counts(std::string& text, const std::vector<ResultStatistics>& resul
 
 /// @param with_places show results of type places
 void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results, bool with_places) {
-  fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
-                 "25 %", "median", "75 %", "greatest");
+  fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "min", "25 %",
+                 "median", "75 %", "max");
   for (const ResultStatistics& result : results) {
     const ResultInfo& info = result.info;
     const bool is_shown =
@@ -220,25 +221,25 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   });
   std::string text;
   for (const std::string& note : origin.notes) text += note + "\n";
-  text += fmt::format("{}: {} done, {} failed, {} left\n", plural(statistics.n_needed, "sample"),
+  text += fmt::format("{}: {} done, {} failed, {} pending\n", plural(statistics.n_needed, "sample"),
                       statistics.n_done, n_failed, statistics.n_needed - statistics.n_done - n_failed);
   if (statistics.n_needed < statistics.n_samples) {
-    fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
+    fmt::format_to(std::back_inserter(text), "stopped early: these samples suffice, {} were planned\n",
                    statistics.n_samples);
   }
   constexpr double least = 0.1;  // of positions, so that small deviations remain visible [mm]
   const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean), least);
   append_positions(text, statistics, samples, SectionColumns(sections.all(), unit));
-  if (statistics.n_notches > 0) append_patterns(text, statistics);
+  if (statistics.n_starts > 0) append_patterns(text, statistics);
   const auto results = result_statistics(samples, statistics.confidence, origin);
   append_shares(text, results);
   append_counts(text, results, statistics.confidence);
-  append_quantiles(text, results, statistics.n_notches == 0);
+  append_quantiles(text, results, statistics.n_starts == 0);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     auto out = std::back_inserter(text);
     if (!samples[i].error.empty())
       fmt::format_to(out, "\n{} {}: {}",
-                     samples[i].status == SampleStatus::failed ? "failed sample" : "left sample", i,
+                     samples[i].status == SampleStatus::failed ? "failed sample" : "pending sample", i,
                      samples[i].error);
     if (!samples[i].note.empty()) fmt::format_to(out, "\nsample {}: {}", i, samples[i].note);
   }

@@ -29,7 +29,7 @@ std::string other_kind(const fs::path& file) {
       return "a device";
     case fs::file_type::not_found:
     case fs::file_type::none:  // a loop of links
-      return link == fs::file_type::symlink ? "a link that leads nowhere" : std::string();
+      return link == fs::file_type::symlink ? "a broken link" : std::string();
     default:
       return {};
   }
@@ -51,10 +51,10 @@ std::string read_text_if_any(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) {
     if (errno == ENOENT || errno == ENOTDIR) return {};
-    fail("{} cannot be read: {}", file.string(), std::strerror(errno));
+    fail("cannot read '{}': {}", file.string(), std::strerror(errno));
   }
   std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) fail("{} cannot be read to its end", file.string());
+  if (stream.bad()) fail("cannot read '{}' to the end", file.string());
   return text;
 }
 

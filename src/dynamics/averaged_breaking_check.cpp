@@ -54,22 +54,22 @@ std::span<const std::int32_t> AveragedBreakingCheck::end_step(std::int64_t step)
 
 std::vector<AveragedBreakingCheck::Claim> AveragedBreakingCheck::find_claims(std::int64_t step) {
   for (auto& stresses : stresses_) stresses.clear();
-  const bool looks_at_all = step % free_interval == 1, looks_at_warm = step % warm_interval == 1;
-  if (looks_at_all) {
+  const bool checks_all = step % free_interval == 1, checks_warm = step % warm_interval == 1;
+  if (checks_all) {
     const auto overloaded = motion_->overloaded();
     warm_.assign(overloaded.begin(), overloaded.end());
   }
-  find_candidates(looks_at_warm ? warm_ : hot_);
-  if (looks_at_all) warm_.clear();
-  if (looks_at_warm) hot_.clear();
+  find_candidates(checks_warm ? warm_ : hot_);
+  if (checks_all) warm_.clear();
+  if (checks_warm) hot_.clear();
   std::vector<Claim> claims;
   for (auto begin = candidates_.begin(), end = begin; begin != candidates_.end(); begin = end) {
     const std::int32_t centre = begin->centre;
     end = std::find_if(begin, candidates_.end(), [&](const Candidate& one) { return one.centre != centre; });
     std::array<double, 3> loads{load(centre, 0), 0, 0};
     for (auto one = begin; one != end; ++one) {
-      if (looks_at_all && loads[0] >= warm_share) warm_.push_back(one->tetrahedron);
-      if (looks_at_warm && loads[0] >= hot_share) hot_.push_back(one->tetrahedron);
+      if (checks_all && loads[0] >= warm_share) warm_.push_back(one->tetrahedron);
+      if (checks_warm && loads[0] >= hot_share) hot_.push_back(one->tetrahedron);
     }
     if (loads[0] < steady_share) continue;
     for (int n = 1; n < 3; ++n) loads[index(n)] = load(centre, n);

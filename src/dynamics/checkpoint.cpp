@@ -14,7 +14,7 @@ namespace crackle::fracture {
 
 // Found by its argument.
 void for_each_field(std::derived_from<Releases> auto& releases, const auto& visit) {
-  visit(releases.breaks, releases.bridge_releases, releases.tooth_falls);
+  visit(releases.breaks, releases.bridge_releases, releases.stiffness_reductions);
 }
 
 }  // namespace crackle::fracture
@@ -38,9 +38,9 @@ void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit
 }
 
 void for_each_field(std::derived_from<RunningPhase> auto& phase, const auto& visit) {
-  visit(phase.load_time, phase.step, phase.last_break, phase.separation.looked_at, phase.separation.found,
-        phase.separation.unloaded, phase.releases, phase.motion, phase.history, phase.load_look.looked_at,
-        phase.load_look.broke_at, phase.ended_loads);
+  visit(phase.load_time, phase.step, phase.last_break, phase.separation.checked_at, phase.separation.found,
+        phase.separation.unloaded, phase.releases, phase.motion, phase.history, phase.load_check.checked_at,
+        phase.load_check.broke_at, phase.ended_loads);
 }
 
 void for_each_field(std::derived_from<Frame> auto& frame, const auto& visit) {
@@ -95,10 +95,10 @@ std::vector<fracture::BridgeRelease> gather_bridge_releases(const parallel::Comm
   return all;
 }
 
-std::vector<fracture::ToothFall> gather_tooth_falls(const parallel::Communicator& group,
-                                                    std::span<const fracture::ToothFall> local) {
+std::vector<fracture::StiffnessReduction> gather_stiffness_reductions(
+    const parallel::Communicator& group, std::span<const fracture::StiffnessReduction> local) {
   auto all = parallel::gather_on_root(group, local);
-  std::ranges::sort(all, {}, [](const fracture::ToothFall& fall) {
+  std::ranges::sort(all, {}, [](const fracture::StiffnessReduction& fall) {
     return std::tuple(fall.load_time, fall.phase_time, fall.tetrahedron, -fall.share);
   });
   return all;
@@ -107,7 +107,7 @@ std::vector<fracture::ToothFall> gather_tooth_falls(const parallel::Communicator
 fracture::Releases ReleasesSince::gather(const parallel::Communicator& group) const {
   return {gather_breaks(group, body_->breaks().subspan(n_breaks_)),
           gather_bridge_releases(group, body_->bridge_releases().subspan(n_bridge_releases_)),
-          gather_tooth_falls(group, body_->tooth_falls().subspan(n_tooth_falls_))};
+          gather_stiffness_reductions(group, body_->stiffness_reductions().subspan(n_stiffness_reductions_))};
 }
 
 parallel::NumberedRows gather_memory(const parallel::Communicator& group,
@@ -124,6 +124,16 @@ void restore_memory(const parallel::NumberedRows& memory, const geometry::Subdom
                     fracture::Criterion& criterion) {
   for (std::size_t t = 0; t < criterion.memory().size(); ++t)
     criterion.set_memory(t, memory.number_at(subdomain.tetrahedron_number[t]));
+}
+
+std::span<const std::int32_t> restore_releases(const fracture::Releases& releases,
+                                               fracture::BreakableBody& body, fracture::Criterion& criterion,
+                                               const std::function<double(double phase_time)>& remaining) {
+  const std::size_t n_changes = body.changes().size();
+  body.restore(releases, remaining);
+  const auto changes = body.changes().subspan(n_changes);
+  fracture::update_strengths(criterion, body, changes);
+  return changes;
 }
 
 }  // namespace crackle::dynamics

@@ -49,7 +49,7 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
   }
   std::vector<double> force(u.size()), external(displacement.owned().size());
   if (!loads.motions.empty()) {
-    body.force().evaluate(loads.held_tetrahedra, u, force);
+    body.force().evaluate(loads.constrained_tetrahedra, u, force);
     loads.add_forces(time, external);
   }
   for (const auto& motion : loads.motions) {
@@ -122,17 +122,17 @@ std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::si
   constexpr double blow_up = 10;
   if (rows.empty()) return {};
   const EnergyRow& last = rows.back();
-  const double held = last.kinetic + last.strain + last.released;
-  if (!std::isfinite(held) || !std::isfinite(last.external))
+  const double energy = last.kinetic + last.strain + last.released;
+  if (!std::isfinite(energy) || !std::isfinite(last.external))
     return fmt::format("the energies are not finite {:.4g} us after the start of the phase", 1e6 * last.time);
   if (rows.size() < 2 || 10 * rows.size() < n_rows) return {};
   double supplied = rows.front().kinetic + rows.front().strain + rows.front().released;
   for (const auto& row : rows) supplied = std::max(supplied, std::abs(row.external));
-  if (held <= std::max(blow_up * supplied, negligible)) return {};
+  if (energy <= std::max(blow_up * supplied, negligible)) return {};
   return fmt::format(
-      "the body has {:.3g} J {:.4g} us after the start of the phase, but was given no more than "
-      "{:.3g} J: the motion is unstable",
-      held, 1e6 * last.time, supplied);
+      "{:.4g} us after the start of the phase the energy, {:.3g} J, exceeds the supplied {:.3g} J: the time "
+      "integration is unstable",
+      1e6 * last.time, energy, supplied);
 }
 
 double energy_error(std::span<const EnergyRow> rows) {

@@ -63,7 +63,7 @@ NodeLists nodes_of(const auto& conditions) {
 void take_out(const MotionContext& context, const NodeLists& nodes,
               const std::vector<parallel::NumberedRows>& tables, std::vector<std::vector<double>>& values) {
   if (tables.size() != values.size())
-    throw std::runtime_error("the checkpoint has another number of boundary conditions");
+    throw std::runtime_error("the checkpoint has a different number of boundary conditions");
   for (std::size_t k = 0; k < values.size(); ++k) {
     for (std::size_t n = 0; n < values[k].size(); ++n) {
       const auto node = static_cast<std::size_t>((*nodes[k])[n]);

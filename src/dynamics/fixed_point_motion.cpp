@@ -139,6 +139,10 @@ public:
     n_contacts_ = context_.body->residual_stiffness().contacts().size();
   }
 
+  void update_strengths(std::span<const std::int32_t> tetrahedra) override {
+    for (const auto t : tetrahedra) take_over(t);
+  }
+
   void read(MotionState& state) const override { state_.read(state); }
 
   double external_work(double time, const MotionState& state) const override {
@@ -153,18 +157,17 @@ public:
 
   std::optional<std::string> failure() const override {
     const auto message = [&](const char* what, double quantum, const char* unit) {
-      return fmt::format(
-          "the {} left the range of +-{:.3g} {} that the {} number format has for this input; {}", what,
-          limit * quantum, unit, sizeof(Real) == 4 ? "mixed" : "double",
-          sizeof(Real) == 4 ? "set time.precision = \"double\""
-                            : "the motion is unstable, or its strains are not small");
+      return fmt::format("the {} exceeds the range of +-{:.3g} {} of the {} number format for this input; {}",
+                         what, limit * quantum, unit, sizeof(Real) == 4 ? "mixed" : "double",
+                         sizeof(Real) == 4 ? "set time.precision = \"double\""
+                                           : "the time integration is unstable, or strains are not small");
     };
     if (range_.strain < least_strain)
       return fmt::format("strains of {:.2g} are too small for the {} number format; set {}", range_.strain,
                          sizeof(Real) == 4 ? "mixed" : "double",
                          sizeof(Real) == 4
                              ? "time.precision = \"double\""
-                             : "time.engine = \"petsc\", or raise the loads: they barely strain the body");
+                             : "time.engine = \"petsc\", or raise the loads, which barely strain the body");
     if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
     // Edges are only checked once their ends may have separated that far.

@@ -60,7 +60,7 @@ template <class Real>
 void FixedPointState<Real>::restore(const parallel::NumberedRows& rows, bool with_force) {
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     const auto row = rows.find(subdomain_->layout.number[n]);
-    if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
+    if (row.empty()) throw std::runtime_error("the checkpoint belongs to another mesh");
     for (std::size_t c = 0; c < 3; ++c) {
       whole_[n][c] = row[c];
       nodes_[n].displacement[c] = low_digits<Real>(row[c]);

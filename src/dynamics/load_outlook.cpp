@@ -30,9 +30,8 @@ std::string too_late(const input::Parameters& parameters, const LoadOutlook& out
   const double reach = std::max(parameters.time.duration, transit);
   if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
   return fmt::format(
-      "the loads are far from breaking the body: in equilibrium they need {} to reach the first break, at "
-      "about {}, and the phase lasts {}; raise the loads or their rate, or take time.start = "
-      "\"quasi-static\"",
+      "the loads are far from breaking the body: in equilibrium they reach the first break after {}, at "
+      "about {}, but the phase lasts {}; raise the loads or their rate, or set time.start = \"quasi-static\"",
       quantity_text(outlook.time, "s"), text_of_load(outlook.load),
       quantity_text(parameters.time.duration, "s"));
 }
@@ -77,14 +76,14 @@ std::string weak_load_warning(const input::Parameters& parameters, const LoadOut
   if (outlook.breaks) return at_rest ? too_late(parameters, outlook) : std::string();
   if (at_rest && (outlook.share == 0 || wave_amplification * outlook.share >= 1)) return {};
   if (outlook.share == 0)
-    return fmt::format("the loads break nothing{}: they put no part of the body in tension",
-                       outlook.grows ? ", however far they rise" : "");
+    return fmt::format("the loads do not break the body{}: no part of it is in tension",
+                       outlook.grows ? ", however high they rise" : "");
   if (outlook.load == 0)
-    return fmt::format("the loads break nothing: stresses reach {:.2g} % of those of the first break",
+    return fmt::format("the loads do not break the body: stresses reach {:.2g} % of those at the first break",
                        100 * outlook.share);
   return fmt::format(
-      "the loads break nothing: they reach {}, {:.2g} % of the roughly {} needed for the first break; raise "
-      "them, or give a rate",
+      "the loads do not break the body: they reach {}, {:.2g} % of the roughly {} needed for the first "
+      "break; raise them, or give a rate",
       text_of_load(outlook.load), 100 * outlook.share, text_of_load(outlook.load / outlook.share));
 }
 

@@ -19,16 +19,16 @@ namespace crackle::dynamics {
 namespace {
 
 /// Maximum number of checks in a phase.
-constexpr std::int64_t looks_per_phase = 200;
+constexpr std::int64_t checks_per_phase = 200;
 /// One in this many checks also considers breaks away from the loads.
-constexpr std::int64_t near_looks_per_far_look = 10;
+constexpr std::int64_t near_checks_per_far_check = 10;
 
 /// The share of a condition or support that acts on a piece.
 struct OnPiece {
   std::int64_t condition;
   std::int64_t piece;
-  std::int64_t share;  // of the loaded area that is still active, in units of 2^-48
-  std::int64_t held;   // bit mask of the components in which the piece is held
+  std::int64_t share;        // of the loaded area that is still active, in units of 2^-48
+  std::int64_t constrained;  // bit mask of the components in which the piece is constrained
 };
 
 /// Represents supports, drives and absorbing faces.
@@ -56,9 +56,9 @@ std::vector<OnPiece> pieces_of_rank(const mechanics::BoundaryLoads& loads,
         on_piece(c, condition.nodes[i]).share += std::llrint(std::ldexp(condition.share[i], 48));
   }
   for (const auto& motion : loads.motions)
-    for (const auto node : motion.nodes) on_piece(any_condition, node).held |= 1 << motion.component;
+    for (const auto node : motion.nodes) on_piece(any_condition, node).constrained |= 1 << motion.component;
   for (const auto& absorber : loads.absorbers)
-    for (const auto node : absorber.nodes) on_piece(any_condition, node).held = 7;
+    for (const auto node : absorber.nodes) on_piece(any_condition, node).constrained = 7;
   std::vector<OnPiece> list;
   for (const auto& [place, one] : found) list.push_back(one);
   return list;
@@ -93,15 +93,15 @@ Pieces sound_pieces(const parallel::Communicator& group, const fracture::Breakab
   return sound;
 }
 
-/// The pieces on which each condition continues to act: those that are held, and the one with the largest
-/// share.
+/// The pieces on which each condition continues to act: those that are supported, and the one with the
+/// largest share.
 std::map<std::int64_t, Pieces> bearing_pieces(const mechanics::BoundaryLoads& loads,
                                               const std::vector<OnPiece>& all, const Pieces& sound) {
-  std::map<std::int64_t, std::int64_t> held;
+  std::map<std::int64_t, std::int64_t> constrained;
   std::map<std::int64_t, std::map<std::int64_t, std::int64_t>> shares;  // by condition and piece
   for (const OnPiece& one : all) {
     if (one.condition == any_condition)
-      held[one.piece] |= one.held;
+      constrained[one.piece] |= one.constrained;
     else
       shares[one.condition][one.piece] += one.share;
   }
@@ -110,8 +110,9 @@ std::map<std::int64_t, Pieces> bearing_pieces(const mechanics::BoundaryLoads& lo
     std::int64_t largest = 0;
     std::optional<std::int64_t> main;
     for (const auto& [piece, share] : shares[condition]) {
-      const auto holds = held.find(piece);
-      if (holds != held.end() && (holds->second & components) == components) bearing[condition].insert(piece);
+      const auto components_of = constrained.find(piece);
+      if (components_of != constrained.end() && (components_of->second & components) == components)
+        bearing[condition].insert(piece);
       if (share <= largest || !sound.contains(piece)) continue;
       largest = share;
       main = piece;
@@ -182,7 +183,7 @@ LoadWatch::LoadWatch(const fracture::BreakableBody& body, const mechanics::Bound
                      std::int64_t n_steps)
     : body_(&body),
       is_loaded_(body.subdomain().nodes.size()),
-      interval_(std::max<std::int64_t>(1, n_steps / looks_per_phase)),
+      interval_(std::max<std::int64_t>(1, n_steps / checks_per_phase)),
       has_loads_(!loads.forces.empty()) {
   for (const auto& pattern : loads.forces)
     for (const auto node : pattern.nodes) is_loaded_[index(node)] = 1;
@@ -196,17 +197,17 @@ void LoadWatch::note(std::span<const std::int32_t> changed, std::int64_t step) {
       state_.broke_at = step;
 }
 
-bool LoadWatch::must_look(const parallel::Communicator& group, std::int64_t step, std::int64_t last_break) {
+bool LoadWatch::must_check(const parallel::Communicator& group, std::int64_t step, std::int64_t last_break) {
   std::array<std::int64_t, 2> last{state_.broke_at, last_break};
   parallel::all_reduce(group, last, MPI_MAX);
-  const bool is_far_look = step % (near_looks_per_far_look * interval_) == 0;
-  if (last[0] <= state_.looked_at && !(is_far_look && last[1] > state_.looked_at)) return false;
-  state_.looked_at = step;
+  const bool is_far_check = step % (near_checks_per_far_check * interval_) == 0;
+  if (last[0] <= state_.checked_at && !(is_far_check && last[1] > state_.checked_at)) return false;
+  state_.checked_at = step;
   return true;
 }
 
-LoadLook LoadWatch::state(const parallel::Communicator& group) const {
-  LoadLook agreed = state_;
+LoadCheck LoadWatch::state(const parallel::Communicator& group) const {
+  LoadCheck agreed = state_;
   agreed.broke_at = parallel::all_reduce(group, agreed.broke_at, MPI_MAX);
   return agreed;
 }

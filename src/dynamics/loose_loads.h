@@ -17,8 +17,8 @@ namespace crackle::dynamics {
 
 /// Finds the nodes where forces, tractions and pressures still act although their fragment has come loose:
 /// gas vents past it, and a platen does not follow it. A piece is loose if no support, drive or absorbing
-/// face holds it against the load, unless it has the largest share of the condition's loaded area and is not
-/// a splinter (see separated_share). Collective.
+/// face supports it against the load, unless it has the largest share of the condition's loaded area and is
+/// not a splinter (see separated_share). Collective.
 /// @param labels of the pieces, see fracture::piece_labels()
 /// @return empty on every rank if there is no such node on any rank
 std::optional<mechanics::NodesOfConditions> nodes_of_loose_pieces(const parallel::Communicator& group,
@@ -48,17 +48,17 @@ public:
   void note(std::span<const std::int32_t> changed, std::int64_t step);
   /// True if a check is due now. Collective; does not agree() before.
   /// @param last_break step, as known to this rank
-  bool must_look(const parallel::Communicator& group, std::int64_t step, std::int64_t last_break);
+  bool must_check(const parallel::Communicator& group, std::int64_t step, std::int64_t last_break);
   /// Agreed state for a checkpoint. Collective; does not agree() before.
-  LoadLook state(const parallel::Communicator& group) const;
-  void restore(const LoadLook& state) { state_ = state; }
+  LoadCheck state(const parallel::Communicator& group) const;
+  void restore(const LoadCheck& state) { state_ = state; }
 
 private:
   const fracture::BreakableBody* body_;
   std::vector<std::uint8_t> is_loaded_;  // per local node, set on its owner
   std::int64_t interval_;
   bool has_loads_;
-  LoadLook state_;
+  LoadCheck state_;
 };
 
 }  // namespace crackle::dynamics

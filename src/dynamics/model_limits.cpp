@@ -59,22 +59,14 @@ bool covers(const Boundary& condition, const geometry::Box& box, std::size_t axi
 }
 
 bool prescribes_motion(const Boundary& condition, std::size_t axis) {
-  const bool is_motion = condition.kind == BoundaryKind::fix || condition.kind == BoundaryKind::velocity ||
-                         condition.kind == BoundaryKind::displacement;
-  return is_motion && condition.components[axis];
+  return input::prescribes_motion(condition.kind) && condition.components[axis];
 }
 
 /// True if a condition acts across the thickness of the plate.
 bool acts_across(const Boundary& condition) {
-  switch (condition.kind) {
-    case BoundaryKind::pressure:
-      return is_side(condition) && (condition.value[0] != 0 || condition.rate[0] != 0);
-    case BoundaryKind::fix:
-    case BoundaryKind::absorbing:
-      return false;
-    default:
-      return condition.value[0] != 0 || condition.rate[0] != 0;
-  }
+  if (!input::has_quantity(condition.kind)) return false;
+  const bool is_along_normal = input::traits(condition.kind).form == input::QuantityForm::scalar;
+  return (!is_along_normal || is_side(condition)) && (condition.value[0] != 0 || condition.rate[0] != 0);
 }
 
 /// True if the same pressure acts on both sides of the plate, so that it does not bend.
@@ -135,7 +127,7 @@ std::string locking_warning(const input::Parameters& parameters) {
       "with 10 cells over its height",
       nu, locking_stiffness_ratio(nu));
   if (parameters.fracture.strength > 0)
-    text += fmt::format(", and with a strength given a smooth beam breaks at about {:.2g} times its load",
+    text += fmt::format(", and with fracture.strength a smooth beam breaks at about {:.2g} times its load",
                         locking_load_ratio(nu));
   return text + fmt::format("; use a material.poisson_ratio of at most {:.2g}", compressible);
 }
@@ -189,8 +181,9 @@ std::string symmetry_warning(const input::Parameters& parameters, const geometry
     });
     if (!is_alone) continue;
     return fmt::format(
-        "boundary[{}] holds {:.0f} % of an end along {} alone, as a plane of symmetry does ahead of a crack: "
-        "along such a plane a crack needs about 1.4 times its load inside the body; model both halves",
+        "boundary[{}] constrains {:.0f} % of an end along {} only, like a symmetry plane ahead of a crack: a "
+        "crack along such a plane needs about 1.4 times the load that it needs inside the body; model both "
+        "halves",
         i, 100 * share, "xyz"[normal]);
   }
   return {};
@@ -230,8 +223,8 @@ std::string fast_loading_warning(const input::Parameters& parameters, double fir
       std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material);
   if (!(first_break_time < few_transits * transit)) return {};
   return fmt::format(
-      "quasi-static loading reaches the first break after {}, but a wave takes {} along the body: equilibria "
-      "leave out inertia that matters; set time.start = \"rest\"",
+      "quasi-static loading reaches the first break after {}, but a wave takes {} along the body, so inertia "
+      "cannot be neglected; set time.start = \"rest\"",
       quantity_text(first_break_time, "s"), quantity_text(transit, "s"));
 }
 

@@ -174,7 +174,7 @@ public:
     const auto v = state_->velocity.owned();
     for (std::size_t i = 0; i < u.size(); ++i) {
       const auto row = checkpoint.nodes.find(context_.body->subdomain().layout.number[i / 3]);
-      if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
+      if (row.empty()) throw std::runtime_error("the checkpoint belongs to another mesh");
       u[i] = std::bit_cast<double>(row[i % 3]);
       before_[0][i] = std::bit_cast<double>(row[6 + i % 3]);
       if (i < v.size()) v[i] = std::bit_cast<double>(row[3 + i % 3]);

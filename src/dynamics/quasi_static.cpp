@@ -33,20 +33,20 @@ constexpr double mechanism_displacement = 0.2;
 /// A body with such displacements and less than this share of its intact stiffness is a mechanism.
 constexpr double weak_share = 1e-3;
 
-/// Softening tetrahedra whose load is at least this share of the largest load soften together.
-constexpr double together = 0.9995;
+/// Softening tetrahedra whose load is at least this share of the largest load soften at the same time.
+constexpr double simultaneous_share = 0.9995;
 /// Softening counts as unstable after this many equilibria at constant load, or above this load relative to
 /// the threshold.
-constexpr int patient_looks = 20;
+constexpr int max_overloads = 20;
 constexpr double slight_overload = 1.2;
 
 /// Accuracy of the equilibria between softening events. The largest load is then accurate to 2e-4, less than
-/// the spread of loads that soften together, in a tenth of the iterations.
+/// the spread of loads that soften at the same time, in a tenth of the iterations.
 constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-5, .of_displacement = 1e-3};
 
-mechanics::HeldComponents held_components(const parallel::Communicator& group,
-                                          const geometry::Subdomain& subdomain,
-                                          const mechanics::BoundaryLoads& loads) {
+mechanics::HeldComponents constrained_components(const parallel::Communicator& group,
+                                                 const geometry::Subdomain& subdomain,
+                                                 const mechanics::BoundaryLoads& loads) {
   using OfNode = std::array<std::uint8_t, 3>;
   std::vector<OfNode> marks(subdomain.nodes.size());
   for (const auto& motion : loads.motions) {
@@ -57,10 +57,10 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
   parallel::GhostExchange<OfNode> exchange(group, subdomain.layout);
   parallel::agree(group);
   exchange.update(marks);
-  mechanics::HeldComponents held;
-  held.reserve(3 * marks.size());
-  for (const OfNode& mark : marks) held.insert(held.end(), mark.begin(), mark.end());
-  return held;
+  mechanics::HeldComponents constrained;
+  constrained.reserve(3 * marks.size());
+  for (const OfNode& mark : marks) constrained.insert(constrained.end(), mark.begin(), mark.end());
+  return constrained;
 }
 
 }  // namespace
@@ -68,16 +68,18 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
 QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                                        const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion,
                                        double patience, fracture::StressAverage* average,
-                                       mechanics::BoundaryLoads* ending_loads)
+                                       mechanics::BoundaryLoads* ending_loads,
+                                       fracture::CrackVicinity* vicinity)
     : group_(&group),
       body_(&body),
       loads_(&loads),
       ending_loads_(ending_loads),
       criterion_(&criterion),
       average_(average),
+      vicinity_(vicinity),
       patience_(patience),
       solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(),
-              body.residual_stiffness(), held_components(group, body.subdomain(), loads)),
+              body.residual_stiffness(), constrained_components(group, body.subdomain(), loads)),
       displacement_(group, body.subdomain().layout) {
   const geometry::Box box = mechanics::box_of_all(group, body.subdomain());
   extent_ = std::ranges::max(box.upper - box.lower);
@@ -136,6 +138,10 @@ void QuasiStaticLoading::combine(double time, parallel::NodeField& displacement)
 }
 
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
+  if (vicinity_ != nullptr) {
+    const auto weakened = vicinity_->update(*group_);
+    if (average_ != nullptr) average_->forget(weakened);
+  }
   const auto changes = body_->changes();
   solver_.release(changes.subspan(n_changes_solved_));
   n_changes_solved_ = changes.size();
@@ -144,7 +150,7 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
     if (ending_loads_ != nullptr)
       if (const auto nodes = nodes_of_loose_pieces(*group_, *body_, *loads_, labels))
         ending_loads_->end_loads(*group_, *nodes);
-    if (!loads_are_held(*group_, *body_, *loads_, labels)) return false;
+    if (!loads_are_supported(*group_, *body_, *loads_, labels)) return false;
   }
   parallel::NodeField last(*group_, body_->subdomain().layout);
   last.assign(displacement_);
@@ -176,7 +182,7 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   const double share = carried_share_->at(time_, unit_);
   if (share < least_share || (share < weak_share && is_far(displacement_))) return true;
   // Without an equilibrium, hinges keep the body together but allow it to move.
-  return !is_equilibrium && !loads_are_held_by_faces(*group_, *body_, *loads_);
+  return !is_equilibrium && !loads_are_supported_by_faces(*group_, *body_, *loads_);
 }
 
 bool QuasiStaticLoading::is_far(const parallel::NodeField& displacement) const {
@@ -287,7 +293,7 @@ std::vector<std::int32_t> QuasiStaticLoading::all_breaking(const Critical& criti
   }
   // All ranks that hold a tetrahedron reach the same decision.
   const auto u = displacement_.local();
-  const double share = n_overloads_ > 0 ? 1 : together;
+  const double share = n_overloads_ > 0 ? 1 : simultaneous_share;
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t)
     if (!body_->is_broken(t) &&
         criterion_->stress().exceeds(body_->stress(t, u), share * criterion_->strength(index(t))))
@@ -327,28 +333,26 @@ void QuasiStaticLoading::refuse_overload() const {
   const double load = largest_load(*loads_, measure_loads(*group_, *body_, *loads_, displacement_, time_));
   throw parallel::AgreedError(
       0,
-      fmt::format(
-          "the load at time 0, {:.6g} N, is above the first break, which comes at {:.6g} N: quasi-static "
-          "loading has to begin below it; lower the loads at time 0, or take start = \"equilibrium\", which "
-          "begins the dynamic phase at time 0",
-          load, load / most.value));
+      fmt::format("the load at time 0, {:.6g} N, exceeds that of the first break, {:.6g} N; lower the loads "
+                  "at time 0, or set time.start = \"equilibrium\" to start the dynamic phase at time 0",
+                  load, load / most.value));
 }
 
 QuasiStaticEnd QuasiStaticLoading::advance(
-    EnergyAccount& account, const std::function<bool()>& is_asked_to_park,
+    EnergyAccount& account, const std::function<bool()>& must_suspend,
     const std::function<void(const LoadState& loads)>& on_equilibrium) {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   for (;;) {
-    if (is_asked_to_park) {
-      const bool is_requested = is_asked_to_park();
+    if (must_suspend) {
+      const bool is_requested = must_suspend();
       parallel::agree(*group_);
-      if (parallel::any_of_all(*group_, is_requested)) return QuasiStaticEnd::parked;
+      if (parallel::any_of_all(*group_, is_requested)) return QuasiStaticEnd::suspended;
     }
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
     load_ = machine_load(*loads_, state).force;
     if (next.value <= 1) n_overloads_ = 0;
-    const bool may_settle = body_->softens() && next.value <= slight_overload && n_overloads_ < patient_looks;
+    const bool may_settle = body_->softens() && next.value <= slight_overload && n_overloads_ < max_overloads;
     if (next.value > 1 && !may_settle && breaks_soon(breaking(next), next.value)) {
       n_overloads_ = 0;
       return QuasiStaticEnd::unstable;

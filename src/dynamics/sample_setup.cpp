@@ -15,10 +15,9 @@ namespace {
 /// The trapezoidal rule reproduces the decay up to 1; from 2 on it would reverse velocities.
 void refuse_overdamping(double rate, const TimeGrid& grid) {
   if (rate * grid.step <= 1) return;
-  throw parallel::AgreedError(
-      0, fmt::format("damping.mass = {:.3g} 1/s times the time step of {:.4g} ns is over 1; give less than "
-                     "{:.3g} 1/s, or a shorter time.step",
-                     rate, 1e9 * grid.step, 1 / grid.step));
+  throw parallel::AgreedError(0, fmt::format("damping.mass = {:.3g} 1/s times the time step of {:.4g} ns "
+                                             "exceeds 1; give less than {:.3g} 1/s, or a shorter time.step",
+                                             rate, 1e9 * grid.step, 1 / grid.step));
 }
 
 }  // namespace
@@ -38,6 +37,7 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
       average(fracture::make_stress_average(input.fracture, body, criterion->strengths())) {
   refuse_overdamping(input.damping_rate(), grid);
   fracture::soften_by_input(ranks, input, sample, body);
+  vicinity = fracture::make_crack_vicinity(ranks, input, sample, body, *criterion);
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {
@@ -48,9 +48,8 @@ void SampleSetup::refuse_free_body() const {
   const std::vector<std::string> free = free_motions();
   if (free.empty()) return;
   throw parallel::AgreedError(
-      0, fmt::format("the conditions leave the body free to {}, and in equilibrium it must be held; fix more "
-                     "of it, or start from rest",
-                     fmt::join(free, " and to ")));
+      0, fmt::format("rigid-body motion is not constrained ({}): add supports, or use start = \"rest\"",
+                     fmt::join(free, ", ")));
 }
 
 }  // namespace crackle::dynamics

@@ -64,10 +64,10 @@ std::vector<Pieces> face_pieces_of_conditions(const parallel::Communicator& grou
                                               const fracture::BreakableBody& body,
                                               const mechanics::BoundaryLoads& loads) {
   const auto labels = fracture::face_piece_labels(group, body);
-  const auto round_node =
+  const auto node_to_cell =
       parallel::agree(group, [&] { return mechanics::node_tetrahedra(body.subdomain()); });
   return pieces_of_conditions(group, loads, [&](std::int32_t node, const auto& see) {
-    for (const auto t : round_node[node])
+    for (const auto t : node_to_cell[node])
       if (labels[index(t)] >= 0) see(labels[index(t)]);
   });
 }
@@ -90,14 +90,14 @@ bool act_apart(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>&
   return false;
 }
 
-/// True if each condition acts on a piece held by a motion, or fixed if any motion is a fix.
-bool are_held(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
+/// True if each condition acts on a piece with a prescribed motion, or with a fix if there is any.
+bool are_supported(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
   const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
-  Pieces held;
+  Pieces supported;
   for (std::size_t m = 0; m < loads.motions.size(); ++m)
-    if (loads.motions[m].is_fixed || !any_fixed) held.merge(Pieces(conditions[loads.forces.size() + m]));
+    if (loads.motions[m].is_fixed || !any_fixed) supported.merge(Pieces(conditions[loads.forces.size() + m]));
   return std::ranges::all_of(conditions,
-                             [&](const Pieces& pieces) { return have_common_piece(pieces, held); });
+                             [&](const Pieces& pieces) { return have_common_piece(pieces, supported); });
 }
 
 /// Volume of the second largest piece, as a share of the body's. Collective.
@@ -149,16 +149,16 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
          second_largest_share(group, body, labels) >= separated_share;
 }
 
-bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels) {
+bool loads_are_supported(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                         const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels) {
   if (loads.motions.empty()) return !is_separated(group, body, loads, labels);
-  return are_held(loads, pieces_of_conditions(group, loads, labels));
+  return are_supported(loads, pieces_of_conditions(group, loads, labels));
 }
 
-bool loads_are_held_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                             const mechanics::BoundaryLoads& loads) {
+bool loads_are_supported_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                                  const mechanics::BoundaryLoads& loads) {
   if (loads.motions.empty()) return !is_separated(group, body, loads);
-  return are_held(loads, face_pieces_of_conditions(group, body, loads));
+  return are_supported(loads, face_pieces_of_conditions(group, body, loads));
 }
 
 }  // namespace crackle::dynamics

@@ -84,7 +84,7 @@ double stable_step(const input::Parameters& parameters, const geometry::Realizat
 
 TimeGrid choose_time_grid(const input::Time& time, double stable_step) {
   if (!(stable_step > 0) || !std::isfinite(stable_step))
-    fail("the stable time step of the mesh is {} s; no step can be chosen", stable_step);
+    fail("the stable time step of the mesh is {} s, too small to compute with", stable_step);
   const int cycle = splitting(time.integrator).steps_per_cycle;
   const auto whole_cycles = [cycle](double steps) {
     return cycle * static_cast<std::int64_t>(std::ceil(steps / cycle * (1 - 1e-12)));
@@ -95,8 +95,8 @@ TimeGrid choose_time_grid(const input::Time& time, double stable_step) {
   }
   if (*time.step > stable_step) {
     fail(
-        "time.step: {:.4g} ns is above the stable step of this mesh, {:.4g} ns; give a smaller "
-        "one, or \"auto\"",
+        "time.step: {:.4g} ns exceeds the stable step of this mesh, {:.4g} ns; give a smaller one, or "
+        "\"auto\"",
         1e9 * *time.step, 1e9 * stable_step);
   }
   return {*time.step, whole_cycles(time.duration / *time.step)};

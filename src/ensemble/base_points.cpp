@@ -27,7 +27,7 @@ double placing_seconds(double n_mother_points) {
 std::string waiting_notice(double n_mother_points) {
   const double seconds = placing_seconds(n_mother_points);
   if (seconds < unnoticed_wait) return {};
-  return fmt::format("placing some {:.2g} million mother points takes about {}", n_mother_points / 1e6,
+  return fmt::format("generating about {:.2g} million mother points takes about {}", n_mother_points / 1e6,
                      format_duration(seconds));
 }
 
@@ -37,7 +37,7 @@ geometry::MotherPoints make_base_points(const geometry::Body& body, const input:
   Heartbeat heartbeat(say);
   const auto expects = [&](double n_points) {
     if (const std::string notice = waiting_notice(n_points); !notice.empty()) heartbeat.say(notice);
-    heartbeat.begin(fmt::format("placing some {:.0f} mother points", n_points));
+    heartbeat.begin(fmt::format("generating about {:.0f} mother points", n_points));
   };
   heartbeat.begin("counting the mother points");
   auto points =
@@ -51,7 +51,7 @@ geometry::MotherPoints make_shared_points(const geometry::Body& body, const inpu
   if (parameters.mesh.base == input::Base::own) {
     const double n_points = geometry::checked_n_points(body, parameters.mesh);
     if (say)
-      say(fmt::format("base mesh: each sample has its own, of some {:.0f} mother points, placed in about {}",
+      say(fmt::format("base mesh: one for each sample, about {:.0f} mother points, generated in about {}",
                       n_points, format_duration(placing_seconds(n_points))));
     return {};
   }

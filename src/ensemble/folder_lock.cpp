@@ -107,7 +107,7 @@ void require_lock(const fs::path& file) {
   std::error_code ignored;
   const bool is_link = fs::is_symlink(fs::symlink_status(file, ignored));
   const std::string kind = is_link ? "a symbolic link" : other_kind(file);
-  if (!kind.empty()) fail("{} is {}, not a lock; remove it if no run is at work here", file.string(), kind);
+  if (!kind.empty()) fail("{} is {}, not a lock; remove it if no run is active here", file.string(), kind);
 }
 
 /// The text of a lock; empty if there is none.
@@ -162,7 +162,7 @@ std::string beside(const std::string& lock, const char* mark, const LockOwner& s
 [[noreturn]] void refuse(const std::string& taken, const std::string& text, const fs::path& file) {
   const auto owner = LockOwner::parse(text);
   fail("{}: {}; wait until it ends, or remove {} if it is no longer running", taken,
-       owner ? owner->describe() : "its lock names no owner", file.string());
+       owner ? owner->describe() : "its lock does not name its owner", file.string());
 }
 
 /// Removes a stale lock. It is renamed first and then checked again: if two runs find it, only one succeeds,
@@ -251,16 +251,16 @@ std::optional<std::string> why_stale(const std::optional<LockOwner>& owner, cons
     return fmt::format("{} has ended without removing it", owner->describe());
   }
   if (owner && owner->job != "-" && owner->job == self.job && owner->restart < self.restart)
-    return fmt::format("{} was an earlier start of this job", owner->describe());
+    return fmt::format("{} is an earlier start of this job", owner->describe());
   if (seconds_untouched > LockFile::lifetime)
-    return fmt::format("{} has not touched it for {:.0f} min", owner ? owner->describe() : "its owner",
+    return fmt::format("{} has not updated it for {:.0f} min", owner ? owner->describe() : "its owner",
                        seconds_untouched / 60);
   return std::nullopt;
 }
 
 void LockMark::require() const {
   const auto refuse = [this](const char* state) {
-    fail("{} is {}: it or its folder was moved or removed during the run", file.string(), state);
+    fail("the lock {} is {}: it or its folder was moved or removed during the run", file.string(), state);
   };
   const fs::path parent = file.parent_path();
   // Opening the folder for reading makes a network file system refresh it. Other errors do not indicate a
@@ -377,7 +377,7 @@ MadeFolder::MadeFolder(fs::path folder) : folder_(std::move(folder)) {
        missing = missing.parent_path())
     made_.push_back(missing);
   fs::create_directories(folder_, error);
-  if (error) fail("{}: the folder cannot be made: {}", folder_.string(), error.message());
+  if (error) fail("cannot make the folder '{}': {}", folder_.string(), error.message());
 }
 
 MadeFolder::~MadeFolder() {
@@ -388,7 +388,7 @@ MadeFolder::~MadeFolder() {
 FolderLock::FolderLock(const fs::path& folder, SampleRange range)
     : folder_(folder),
       lock_(folder / fmt::format("lock-{}-{}", range.first, range.last),
-            fmt::format("another run is at work in {}", folder.string()), patience) {
+            fmt::format("another run is active in {}", folder.string()), patience) {
   std::vector<fs::path> others;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const auto other = range_of(entry.path());
@@ -396,7 +396,7 @@ FolderLock::FolderLock(const fs::path& folder, SampleRange range)
     if (other->first <= range.last && range.first <= other->last) others.push_back(entry.path());
   }
   for (const auto& other : others)
-    lock_.clear(other, fmt::format("another run is at work on some of these samples in {}", folder.string()));
+    lock_.clear(other, fmt::format("another run is computing some of these samples in {}", folder.string()));
 }
 
 std::vector<std::string> owners_at_work(const fs::path& folder) {

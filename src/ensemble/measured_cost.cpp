@@ -86,14 +86,14 @@ public:
     options.request = [&] {
       measured = loop.seconds();
       ++n_polls;
-      return measured < seconds ? dynamics::Request::go_on : dynamics::Request::park;
+      return measured < seconds ? dynamics::Request::go_on : dynamics::Request::suspend;
     };
     options.save = [](const auto&...) {};
     try {
       const auto result = dynamics::run_explicit_phase(context, *motion, setup_.splitting, account_,
                                                        load_time_, options, state_);
-      cost.n_steps = result.parked ? n_polls * dynamics::steps_per_poll : result.n_steps;
-      if (!result.parked) measured = loop.seconds();
+      cost.n_steps = result.suspended ? n_polls * dynamics::steps_per_poll : result.n_steps;
+      if (!result.suspended) measured = loop.seconds();
     } catch (const std::runtime_error&) {
       // For example fragments that fly away; the steps up to there are valid measurements.
       cost.n_steps = n_polls * dynamics::steps_per_poll;

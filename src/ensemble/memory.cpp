@@ -108,10 +108,6 @@ double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) 
 
 }  // namespace
 
-GroupLayout one_group(int n_ranks) {
-  return {.n_ranks = n_ranks, .ranks_per_group = n_ranks, .n_groups = 1, .n_left_over = 0};
-}
-
 MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout) {
   const double each = computed + (parameters.fracture.length > 0 ? averaged : 0);

@@ -80,9 +80,9 @@ double Progress::time_left(double now) const {
 
 std::string Progress::line(double now) const {
   std::string text =
-      fmt::format("{} done, {} failed, {} running, {} left", n_done_, n_failed_, n_running(), n_left());
+      fmt::format("{} done, {} failed, {} running, {} pending", n_done_, n_failed_, n_running(), n_left());
   if (const double rest = time_left(now); std::isfinite(rest) && rest > 0) {
-    text += fmt::format(", {} to go", format_duration(rest));
+    text += fmt::format(", about {} remaining", format_duration(rest));
   }
   if (running_.size() == 1 && !where_.empty())
     text += fmt::format("; sample {}: {}", running_.begin()->first, where_);
@@ -95,7 +95,7 @@ std::string Progress::means() const {
   if (const double mean = mean_position(); std::isfinite(mean)) {
     const input::Section& section = sections_[watched_];
     const ShownUnit unit = shown_unit({"mm", 1e3}, "m", std::abs(mean));
-    text = fmt::format("mean {} of leaders at {}: {:.3f} {}", input::coordinate_of(section),
+    text = fmt::format("mean {} of leading cracks at {}: {:.3f} {}", input::coordinate_of(section),
                        input::name_of(section), mean * unit.factor, unit.name);
   }
   if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {

@@ -6,12 +6,12 @@
 #include "crackle/common/packing.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/ensemble/folder_lock.h"
-#include "crackle/ensemble/sample_inputs.h"
 #include "crackle/geometry/body.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/uncertainty/random_inputs.h"
 
 #include <fmt/format.h>
 
@@ -48,8 +48,8 @@ void check_sample_files(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder / "samples", ignored))
     if (entry.path().extension() == ".h5") return;
   fail(
-      "'{}' holds no sample files; crossings at other sections follow from the crack surfaces in "
-      "these, ensemble.h5 alone has only those of its own sections",
+      "'{}' holds no sample files, from which crossings at other sections are computed; ensemble.h5 has only "
+      "its own sections",
       folder.string());
 }
 
@@ -151,7 +151,7 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
                           [&] { results.statistics = analysis::make_statistics(results.rows, parameters); });
   analysis::Statistics& statistics = results.statistics;
   statistics.n_needed = parallel::share(world, statistics.n_needed);
-  statistics.n_notches = parallel::share(world, statistics.n_notches);
+  statistics.n_starts = parallel::share(world, statistics.n_starts);
   statistics.n_sections = parallel::share(world, statistics.n_sections);
   analysis::leave_out_surplus(results.statistics, 0, results.rows);
   analysis::leave_out_surplus(results.statistics, block.first, block.rows);
@@ -173,16 +173,17 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
   std::vector<analysis::SampleSummary> stored, measured;  // this rank's
   parallel::agree(world, [&] {
     const auto body = geometry::make_body(parameters.specimen);
-    const SampleInputs inputs(parameters, *body);
     const auto [first, end] = share_of_samples(world, parameters);
     for (std::size_t sample = first; sample < end; ++sample) {
       io::StoredSample found = io::read_stored_sample(folder, parameters, sample);
       const bool is_done = found.summary.status == analysis::SampleStatus::done;
       // Other samples may have no body.
-      const auto own = is_done ? inputs.of(sample)->body : nullptr;
+      const auto own = is_done && !parameters.random.empty()
+                           ? geometry::make_body(uncertainty::sample_parameters(parameters, sample))
+                           : nullptr;
       const geometry::Body& of_sample = own ? *own : *body;
       if (is_done)  // not stored in files of version 2
-        found.summary.leading_notch = analysis::leading_notch(of_sample, found.surface);
+        found.summary.leading_start = analysis::leading_start(of_sample, found.surface);
       stored.push_back(found.summary);
       measured.push_back(found.summary);
       analysis::measure_crossings(of_sample, found.surface, sections.sections, measured.back());

@@ -113,12 +113,11 @@ std::string advice(const fs::path& folder, const std::vector<Difference>& found,
   }
   if (has_lines) options += line_options(wanted);
   std::string text =
-      fmt::format("keep the folder's {}, or use another folder", !has_sections ? "frames"
-                                                                 : !has_frames ? "sections"
-                                                                               : "sections and frames");
+      fmt::format("keep the {} of the folder, or use another folder", !has_sections ? "frames"
+                                                                      : !has_frames ? "sections"
+                                                                                    : "sections and frames");
   if (!options.empty())
-    text +=
-        fmt::format("; look at other sections afterwards, with crackle stats {}{}", folder.string(), options);
+    text += fmt::format("; use other sections later, with crackle stats {}{}", folder.string(), options);
   if (has_frames) text += "; frames cannot be changed afterwards";
   return text;
 }
@@ -180,15 +179,15 @@ void check_same_input(const fs::path& folder, const input::Parameters& parameter
   const fs::path file = input_copy(folder);
   if (!is_taken(file)) return;
   if (const auto found = difference(folder, read_text_if_any(file), file, parameters)) {
-    fail("{} holds an ensemble made from another input: compared with {}, {}", folder.string(), file.string(),
+    fail("{} holds an ensemble of another input: compared with {}, {}", folder.string(), file.string(),
          *found);
   }
   const fs::path points = points_copy(folder);
   if (!parameters.mesh.points || !is_taken(points)) return;
   if (const auto found =
           first_difference(read_text_if_any(points), read_text_if_any(*parameters.mesh.points)))
-    fail("{} holds an ensemble made from another input: compared with {}, {}; {}", folder.string(),
-         points.string(), *found, advice_for_others);
+    fail("{} holds an ensemble of another input: compared with {}, {}; {}", folder.string(), points.string(),
+         *found, advice_for_others);
 }
 
 SummaryReader summary_reader(const input::Parameters& parameters) {
@@ -199,7 +198,7 @@ SummaryReader summary_reader(const input::Parameters& parameters) {
 
 SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::uint64_t n_samples) {
   if (n_parts > n_samples)
-    fail("there are no {} parts: ensemble.samples = {}, so there can be as many at most", n_parts, n_samples);
+    fail("{} parts are more than ensemble.samples = {}; give at most as many", n_parts, n_samples);
   return {n_samples * number / n_parts, n_samples * (number + 1) / n_parts - 1};
 }
 
@@ -207,8 +206,8 @@ namespace {
 
 [[noreturn]] void refuse_older(const fs::path& folder, const io::OlderFormat& error) {
   fail(
-      "{}: {}; continue with the program that began this ensemble, or start again in another folder; crackle "
-      "stats and the report still read this one",
+      "{}: {}; continue with the program that started this ensemble, or start again in another folder; "
+      "crackle stats and the report can still read this one",
       folder.string(), error.what());
 }
 
@@ -217,13 +216,12 @@ namespace {
 void check_folder(const fs::path& folder, const input::Parameters& parameters, const PlanOptions& options) {
   std::error_code error;
   if (is_taken(folder) && !fs::is_directory(folder, error)) {
-    throw std::runtime_error(folder.string() +
-                             " is not a folder; give a folder, or a name that is not in use");
+    throw std::runtime_error(folder.string() + " is not a folder; give a folder, or a new name");
   }
   if (is_taken(folder / "sweep.toml")) fail("{} holds a sweep; use another folder", folder.string());
   if (!options.resume && holds_ensemble(folder)) {
     throw std::runtime_error(folder.string() +
-                             " holds an ensemble already; continue it with --resume, or use another folder");
+                             " already holds an ensemble; continue it with --resume, or use another folder");
   }
   check_results(folder);
   check_same_input(folder, parameters);
@@ -272,10 +270,56 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
     if (!is_taken(checkpoint)) continue;
     try {
       io::read_checkpoint(checkpoint, parameters, sample);
-      plan.parked.push_back(sample);
+      plan.suspended.push_back(sample);
     } catch (const std::exception& error) {
       plan.invalid.push_back({checkpoint, error.what()});
     }
+  }
+  return plan;
+}
+
+namespace {
+
+/// Refuses to replace an existing file of the sample.
+void check_is_free(const fs::path& file, const input::Parameters& parameters, std::uint64_t sample) {
+  if (!fs::exists(fs::symlink_status(file))) return;
+  bool has_failed = false;
+  try {
+    has_failed = summary_reader(parameters)(file, sample).status == analysis::SampleStatus::failed;
+  } catch (const std::exception&) {
+    // Damaged files are not silently replaced either.
+  }
+  fail("{} already holds this sample{}; keep it with --resume, or compute it again with {}--overwrite",
+       file.string(), has_failed ? ", as one that failed" : "", has_failed ? "--retry-failed or " : "");
+}
+
+}  // namespace
+
+SamplePlan plan_sample(const fs::path& folder, const input::Parameters& parameters,
+                       const PlanOptions& options) {
+  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+  const std::uint64_t sample = options.single.value();
+  if (sample >= n_samples) {
+    fail("there is no sample {}: ensemble.samples = {} has samples 0 to {}", sample, n_samples,
+         n_samples - 1);
+  }
+  const PlanOptions as_range{
+      .resume = true, .retry_failed = options.retry_failed, .range = SampleRange{sample, sample}};
+  if (options.resume) return make_plan(folder, parameters, as_range, summary_reader(parameters));
+  check_folder(folder, parameters, as_range);
+  SamplePlan plan;
+  plan.range = {sample, sample};
+  plan.to_do = {sample};
+  if (options.overwrite) {
+    plan.anew = {sample};
+    return plan;
+  }
+  check_is_free(io::sample_path(folder, sample), parameters, sample);
+  const auto checkpoint = io::checkpoint_path(folder, sample);
+  if (fs::exists(fs::symlink_status(checkpoint))) {
+    throw std::runtime_error(
+        checkpoint.string() +
+        " is a checkpoint of this sample; continue with --resume, or start again with --overwrite");
   }
   return plan;
 }
@@ -308,7 +352,7 @@ void remove_partial_files(const fs::path& folder, const input::Parameters& param
 void make_sample_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(sample_folder(folder), error);
-  if (error) fail("{}: the folder cannot be made: {}", sample_folder(folder).string(), error.message());
+  if (error) fail("cannot make the folder '{}': {}", sample_folder(folder).string(), error.message());
 }
 
 bool restore_input(const fs::path& folder, const input::Parameters& parameters) {
@@ -330,14 +374,14 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   std::vector<std::string> lines;
   for (const auto& invalid : plan.invalid) {
     const fs::path name = set_aside(invalid.file);
-    lines.push_back(fmt::format("{} is set aside as {} and computed again: {}", invalid.file.string(),
-                                name.filename().string(), invalid.reason));
+    lines.push_back(fmt::format("{} is renamed to {} and the sample computed again: {}",
+                                invalid.file.string(), name.filename().string(), invalid.reason));
   }
   std::error_code ignored;
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
   for (const auto sample : plan.anew) {
     // The file is removed last, so that a kill in between leaves no checkpoint to continue from. Without the
-    // file the sample is pending; with a checkpoint it would be parked and --resume would continue it.
+    // file the sample is pending; with a checkpoint it would be suspended and --resume would continue it.
     fs::remove(io::checkpoint_path(folder, sample));
     fs::remove(io::sample_path(folder, sample));
   }

@@ -48,7 +48,7 @@ std::string loads_text(const analysis::SampleSummary& summary) {
 /// The crack pattern or, for a body without notches, where it broke first.
 std::string pattern_text(const analysis::SampleSummary& summary) {
   const std::string pattern = word_of(summary, &analysis::SampleSummary::pattern);
-  if (pattern == "none") return "no crack across";
+  if (pattern == "none") return "no main crack";
   if (pattern != "other") return pattern;
   if (!summary.position.empty() || std::isnan(summary.first_break_y)) return "other pattern";
   return fmt::format("from y = {}, z = {}", length_text(summary.first_break_y),
@@ -59,11 +59,11 @@ std::string pattern_text(const analysis::SampleSummary& summary) {
 
 std::string describe(const SampleReport& report) {
   const auto& summary = report.summary;
-  if (report.parked)
-    return fmt::format("sample {} parked after {:.1f} s{}", report.sample, report.seconds,
+  if (report.suspended)
+    return fmt::format("sample {} suspended after {:.1f} s{}", report.sample, report.seconds,
                        report.checkpoint_error.empty()
                            ? ""
-                           : ", but its checkpoint could not be kept: " + report.checkpoint_error);
+                           : ", but its checkpoint could not be written: " + report.checkpoint_error);
   if (summary.status != analysis::SampleStatus::done) {
     return fmt::format("sample {} failed after {:.1f} s: {}", report.sample, report.seconds, summary.error);
   }
@@ -72,7 +72,7 @@ std::string describe(const SampleReport& report) {
       word_of(summary, &analysis::SampleSummary::outcome), loads_text(summary), pattern_text(summary),
       shown_quantity(summary.crack_area, {"mm^2", 1e6}, "m^2"), summary.breaks, summary.energy_error,
       report.seconds,
-      report.mesh_attempt == 0 ? "" : fmt::format(", mesh made at attempt {}", report.mesh_attempt + 1),
+      report.mesh_attempt == 0 ? "" : fmt::format(", mesh from attempt {}", report.mesh_attempt + 1),
       summary.note.empty() ? "" : "; " + summary.note);
 }
 
@@ -94,10 +94,9 @@ std::vector<std::string> describe(const dynamics::SampleResult& result) {
            fmt::format("{} steps of {:.3f} ns (stable up to {:.3f} ns), {} force evaluations", counts.steps,
                        result.time_step * 1e9, result.stable_step * 1e9, counts.force_evaluations),
            std::isnan(result.equilibrium_residual)
-               ? fmt::format("energy error {:.2e} of the work done", result.energy_error)
-               : fmt::format(
-                     "energy error {:.2e} of the work done; residual of the equilibria {:.1e} of their loads",
-                     result.energy_error, result.equilibrium_residual),
+               ? fmt::format("energy error {:.2e} of the work", result.energy_error)
+               : fmt::format("energy error {:.2e} of the work; equilibrium residual {:.1e} of the loads",
+                             result.energy_error, result.equilibrium_residual),
            fmt::format("mesh {:.1f} s, setup {:.1f} s, quasi-static {:.1f} s, dynamic {:.1f} s", timings.mesh,
                        timings.setup, timings.quasi_static, timings.dynamic),
            fmt::format("{:.3e} element updates per second", timings.element_updates_per_second),

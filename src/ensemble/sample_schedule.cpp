@@ -73,12 +73,12 @@ void send_no_work(const parallel::Communicator& world, int rank) {
   parallel::send_array(world, std::vector<std::byte>{}, rank, work_tag);
 }
 
-/// Master: asks a busy group to park its sample.
+/// Master: asks a busy group to suspend its sample.
 void send_stop(const parallel::Communicator& world, int rank) {
   parallel::check_mpi(MPI_Send(nullptr, 0, MPI_BYTE, rank, stop_tag, world.get()), "MPI_Send");
 }
 
-/// Root of a group: true if the master has asked it to park.
+/// Root of a group: true if the master has asked it to suspend.
 bool is_asked_to_stop(const parallel::Communicator& world) {
   return parallel::poll_message(world, master, stop_tag).has_value();
 }
@@ -104,15 +104,14 @@ std::optional<std::string> poll_progress(const parallel::Communicator& world) {
 }
 
 /// Root of a group: sleeps until the answer comes; empty when the work has ended.
-/// @param make for samples without a realization from the master
-std::optional<PreparedSample> receive_work(const parallel::Communicator& world,
-                                           const RealizationMaker& make) {
+/// @param source makes the realization of a sample that comes without one
+std::optional<PreparedSample> receive_work(const parallel::Communicator& world, SampleSource& source) {
   const auto bytes = parallel::receive_array<std::byte>(world, master, work_tag);
   if (bytes.empty()) return std::nullopt;
   Unpacker header(bytes);
   PreparedSample prepared;
   prepared.sample = header.get<std::uint64_t>();
-  if (header.empty()) return prepare(make, prepared.sample);
+  if (header.empty()) return prepare(source, prepared.sample);
   prepared.seconds = header.get<double>();
   prepared.realization.report = header.get<geometry::RealizationReport>();
   prepared.realization.nodes = parallel::receive_array<geometry::Point>(world, master, work_tag);
@@ -122,105 +121,131 @@ std::optional<PreparedSample> receive_work(const parallel::Communicator& world,
   return prepared;
 }
 
-bool is_enough(const ScheduleEvents& events) {
-  return events.enough && events.enough();
-}
-
-bool is_needed(const ScheduleEvents& events, std::uint64_t sample) {
-  return !events.is_needed || events.is_needed(sample);
-}
-
 bool is_asked(const std::function<bool()>& stop) {
   return stop && stop();
 }
 
-void report_end(const ScheduleEvents& events, const SampleReport& report) {
-  if (!report.parked)
+void report_end(ScheduleEvents& events, const SampleReport& report) {
+  if (report.suspended)
+    events.suspended(report);
+  else
     events.finished(report);
-  else if (events.parked)
-    events.parked(report);
 }
 
-void serve_groups(const parallel::Communicator& world, int n_groups, RealizationQueue& queue,
-                  const SampleSteps& steps, const ScheduleEvents& events, bool groups_make) {
-  std::deque<int> waiting;  // roots waiting for work, in order of their requests
-  std::set<int> at_work;    // roots computing a sample
-  bool is_stopping = false;
-  int n_ended = 0;
-  parallel::BackOff back_off;
-  while (n_ended < n_groups) {
-    bool idle = true;
-    // Before the requests: a sample's progress must be handled before its report.
-    while (const auto line = poll_progress(world)) steps.progress(*line);
-    while (const auto request = poll_request(world)) {
+/// The master's part in a schedule: answers the groups until all have been told that no work is left.
+class Master {
+public:
+  Master(const parallel::Communicator& world, int n_groups, RealizationQueue& queue, SampleSource& source,
+         ScheduleEvents& events, bool groups_make)
+      : world_(world),
+        n_groups_(n_groups),
+        queue_(queue),
+        source_(source),
+        control_(source.control()),
+        events_(events),
+        groups_make_(groups_make) {}
+
+  void serve() {
+    parallel::BackOff back_off;
+    while (n_ended_ < n_groups_) {
+      // Before the requests: a sample's progress must be handled before its report.
+      while (const auto line = poll_progress(world_)) control_.progress(*line);
+      const bool has_news = receive_requests();
+      stop_if_asked();
+      const bool has_answered = answer();
+      events_.tick();
+      if (has_news || has_answered)
+        back_off.reset();
+      else
+        back_off.sleep();
+    }
+    // Progress overtaken by the last reports must not reach a later schedule.
+    while (poll_progress(world_)) {
+    }
+  }
+
+private:
+  /// @return true if there were any
+  bool receive_requests() {
+    bool is_any = false;
+    while (const auto request = poll_request(world_)) {
       if (request->report) {
-        report_end(events, *request->report);
-        // A parked group means that everyone stops.
-        is_stopping = is_stopping || request->report->parked;
+        report_end(events_, *request->report);
+        // When one group suspends its sample, everyone stops.
+        is_stopping_ = is_stopping_ || request->report->suspended;
       }
-      at_work.erase(request->rank);
-      waiting.push_back(request->rank);
-      idle = false;
+      at_work_.erase(request->rank);
+      waiting_.push_back(request->rank);
+      is_any = true;
     }
-    is_stopping = is_stopping || is_asked(steps.stop);
-    if (is_stopping) {
-      for (const int rank : at_work) send_stop(world, rank);
-      at_work.clear();
-    }
-    while (!waiting.empty()) {
-      if (is_stopping || queue.exhausted() || is_enough(events)) {
-        send_no_work(world, waiting.front());
-        waiting.pop_front();
-        ++n_ended;
-      } else if (const auto prepared = queue.try_take()) {
-        if (!is_needed(events, prepared->sample)) continue;
-        if (prepared->failed()) {
-          events.finished(report_failure(steps, prepared->sample, prepared->error, prepared->seconds));
-          continue;
-        }
-        send_work(world, waiting.front(), *prepared);
-        at_work.insert(waiting.front());
-        waiting.pop_front();
-        events.started(prepared->sample);
-      } else if (const auto sample = groups_make ? queue.pass_on() : std::nullopt) {
-        if (!is_needed(events, *sample)) continue;
-        send_sample(world, waiting.front(), *sample);
-        at_work.insert(waiting.front());
-        waiting.pop_front();
-        events.started(*sample);
+    return is_any;
+  }
+
+  void stop_if_asked() {
+    is_stopping_ = is_stopping_ || is_asked(control_.stop);
+    if (!is_stopping_) return;
+    for (const int rank : at_work_) send_stop(world_, rank);
+    at_work_.clear();
+  }
+
+  /// Answers waiting groups while there is something to answer. @return true if anything was done
+  bool answer() {
+    bool is_any = false;
+    for (; !waiting_.empty(); is_any = true) {
+      if (is_stopping_ || queue_.exhausted() || events_.is_enough()) {
+        send_no_work(world_, waiting_.front());
+        waiting_.pop_front();
+        ++n_ended_;
+      } else if (const auto prepared = queue_.try_take()) {
+        if (!events_.is_needed(prepared->sample)) continue;
+        if (prepared->failed())
+          events_.finished(report_failure(*source_.steps(prepared->sample), prepared->sample, prepared->error,
+                                          prepared->seconds));
+        else
+          hand_out(prepared->sample, [&](int rank) { send_work(world_, rank, *prepared); });
+      } else if (const auto sample = groups_make_ ? queue_.pass_on() : std::nullopt) {
+        if (events_.is_needed(*sample))
+          hand_out(*sample, [&](int rank) { send_sample(world_, rank, *sample); });
       } else {
         break;
       }
-      idle = false;
     }
-    events.tick();
-    if (idle) {
-      back_off.sleep();
-    } else {
-      back_off.reset();
-    }
+    return is_any;
   }
-  // Progress overtaken by the last reports must not reach a later schedule.
-  while (poll_progress(world)) {
-  }
-}
 
-SampleReport lead_or_report(SampleGroup& group, const SampleSteps& steps, PreparedSample prepared) {
-  if (prepared.failed()) return report_failure(steps, prepared.sample, prepared.error, prepared.seconds);
-  return lead_sample(group, steps, std::move(prepared));
-}
+  template <class Send>
+  void hand_out(std::uint64_t sample, const Send& send) {
+    send(waiting_.front());
+    at_work_.insert(waiting_.front());
+    waiting_.pop_front();
+    events_.started(sample);
+  }
+
+  const parallel::Communicator& world_;
+  int n_groups_;
+  RealizationQueue& queue_;
+  SampleSource& source_;
+  dynamics::SampleControl control_;
+  ScheduleEvents& events_;
+  bool groups_make_;
+  std::deque<int> waiting_;  ///< roots waiting for work, in order of their requests
+  std::set<int> at_work_;    ///< roots computing a sample
+  bool is_stopping_ = false;
+  int n_ended_ = 0;
+};
 
 /// @param tells_progress sends progress to the master
-void work_in_group(const parallel::Communicator& world, SampleGroup& group, SampleSteps steps,
+void work_in_group(const parallel::Communicator& world, SampleGroup& group, SampleSource& source,
                    bool tells_progress) {
+  dynamics::SampleControl control = source.control();
   if (!group.is_root()) {
-    follow_samples(group, steps);
+    follow_samples(group, source, control);
     return;
   }
-  steps.stop = [&world, own = steps.stop] { return is_asked(own) || is_asked_to_stop(world); };
-  steps.progress = {};
+  control.stop = [&world, own = control.stop] { return is_asked(own) || is_asked_to_stop(world); };
+  control.progress = {};
   if (tells_progress) {
-    steps.progress = [&world, last = std::optional<Stopwatch>()](const std::string& line) mutable {
+    control.progress = [&world, last = std::optional<Stopwatch>()](const std::string& line) mutable {
       if (last && last->seconds() < progress_interval) return;
       send_progress(world, line);
       last.emplace();
@@ -229,48 +254,56 @@ void work_in_group(const parallel::Communicator& world, SampleGroup& group, Samp
   std::optional<SampleReport> report;
   for (;;) {
     send_request(world, report);
-    auto prepared = receive_work(world, steps.make);
+    auto prepared = receive_work(world, source);
     if (!prepared) break;
-    report = lead_or_report(group, steps, std::move(*prepared));
+    report = lead_sample(group, source, control, std::move(*prepared));
   }
   discard_stop(world);
   send_end(group);
 }
 
-void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
-                const ScheduleEvents& events) {
+/// All ranks are one group, whose root is also the master.
+void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, SampleSource& source,
+                ScheduleEvents& events) {
+  const dynamics::SampleControl control = source.control();
+  if (!group.is_root()) {
+    follow_samples(group, source, control);
+    return;
+  }
   for (const std::uint64_t sample : samples) {
-    if (is_asked(steps.stop) || is_enough(events)) break;
-    if (!is_needed(events, sample)) continue;
+    if (is_asked(control.stop) || events.is_enough()) break;
+    if (!events.is_needed(sample)) continue;
     events.started(sample);
     events.tick();
-    const auto report = lead_or_report(group, steps, prepare(steps.make, sample));
+    const auto report = lead_sample(group, source, control, prepare(source, sample));
     report_end(events, report);
-    if (report.parked) break;
+    if (report.suspended) break;
   }
+  send_end(group);
 }
 
 }  // namespace
 
 void schedule_samples(const parallel::Communicator& world, const GroupLayout& layout,
-                      const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
-                      const ScheduleEvents& events, QueueLimits limits, input::MeshMakers makers) {
+                      const std::vector<std::uint64_t>& samples, SampleSource& source, ScheduleEvents& events,
+                      QueueLimits limits, input::MeshMakers makers) {
   const int group_number = layout.group_of(world.rank());
   // One line cannot show the samples of many groups.
-  const bool tells_progress = parallel::share(world, steps.progress && layout.n_groups == 1);
+  const bool tells_progress = parallel::share(world, source.control().progress && layout.n_groups == 1);
   // MPI_Comm_split colors must be non-negative: ranks without a group form an idle one of their own.
   const parallel::Communicator ranks =
       world.split(group_number >= 0 ? group_number : layout.n_groups, world.rank());
   if (layout.shared()) {
     SampleGroup group(ranks);
-    work_alone(group, samples, steps, events);
+    work_alone(group, samples, source, events);
   } else if (world.is_root()) {
+    const auto make = [&source](std::uint64_t sample) { return source.make(sample); };
     const bool groups_only = makers == input::MeshMakers::groups;
-    RealizationQueue queue(groups_only ? RealizationMaker() : steps.make, samples, limits);
-    serve_groups(world, layout.n_groups, queue, steps, events, makers != input::MeshMakers::master);
+    RealizationQueue queue(groups_only ? RealizationMaker() : make, samples, limits);
+    Master(world, layout.n_groups, queue, source, events, makers != input::MeshMakers::master).serve();
   } else if (group_number >= 0) {
     SampleGroup group(ranks);
-    work_in_group(world, group, steps, tells_progress);
+    work_in_group(world, group, source, tells_progress);
   }
   parallel::barrier_asleep(world);
 }

@@ -48,7 +48,7 @@ std::optional<double> time_left(std::optional<double> limit) {
   return limit ? std::min(*limit, job_limit) : job_limit;
 }
 
-double parking_reserve(double seconds) {
+double suspending_reserve(double seconds) {
   return std::min(60.0, 0.1 * seconds);
 }
 
@@ -56,7 +56,7 @@ StopRequest make_stop_request(std::optional<double> limit) {
   const auto time = time_left(limit);
   return [time, clock = Stopwatch()]() -> std::optional<std::string> {
     if (auto signal = stop_signal()) return signal;
-    if (time && clock.seconds() >= *time - parking_reserve(*time))
+    if (time && clock.seconds() >= *time - suspending_reserve(*time))
       return fmt::format("the time limit of {:.0f} s", *time);
     return std::nullopt;
   };

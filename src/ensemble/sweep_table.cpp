@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/sweep_run.h"
+#include "crackle/ensemble/sweep_table.h"
 
 #include "crackle/analysis/running_statistics.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
+#include "crackle/common/failure.h"
 #include "crackle/common/real.h"
+#include "crackle/common/regular_file.h"
+#include "crackle/common/whole_number.h"
+#include "crackle/ensemble/results.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,9 +18,42 @@
 #include <cmath>
 #include <iterator>
 #include <string_view>
+#include <system_error>
 #include <type_traits>
 
 namespace crackle::ensemble {
+
+namespace fs = std::filesystem;
+
+fs::path sweep_input(const fs::path& folder) {
+  return folder / "sweep.toml";
+}
+
+fs::path sweep_table(const fs::path& folder) {
+  return folder / "summary.csv";
+}
+
+fs::path case_folder(const fs::path& folder, std::size_t number, std::size_t n_cases) {
+  const auto n_digits = std::to_string(n_cases - 1).size();
+  return folder / fmt::format("case-{:0{}}", number, n_digits);
+}
+
+void check_sweep_folder(const fs::path& folder, std::size_t n_cases, bool is_resumed) {
+  if (is_taken(folder / "input.toml") || is_taken(results_file(folder)))
+    fail("'{}' holds an ensemble; use another folder for the sweep", folder.string());
+  require_regular(sweep_input(folder));
+  require_regular(sweep_table(folder));
+  if (is_taken(sweep_input(folder)) && !is_resumed)
+    fail("'{}' already holds a sweep; continue it with --resume, or use another folder", folder.string());
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("case-")) continue;
+    const auto number = whole_number<std::size_t>(std::string_view(name).substr(5));
+    if (!number || *number >= n_cases || entry.path() != case_folder(folder, *number, n_cases))
+      fail("'{}' holds {}, but the sweep has {} cases; use another folder", folder.string(), name, n_cases);
+  }
+}
 
 namespace {
 

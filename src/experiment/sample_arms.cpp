@@ -18,7 +18,7 @@ using plane::Point;
 
 /// Arms are drawn out by this, in mean distances of their points, which are those of slabs.
 constexpr double drawn_out_slabs = 1.5;
-/// Ways that begin within this distance begin at one place [slabs].
+/// Lines that begin within this distance begin at one place [slabs].
 constexpr double same_root_slabs = 3;
 /// Pieces into which an arm is cut to measure how much of it is in a box.
 constexpr int n_pieces = 100;
@@ -39,7 +39,7 @@ TimedLine timed(const analysis::CrackLine& line, const geometry::Symmetry* symme
 }
 
 bool is_main_line(const analysis::CrackLine& line, int start) {
-  return line.notch == start && line.parent < 0 && line.points.size() >= 2;
+  return line.start == start && line.parent < 0 && line.points.size() >= 2;
 }
 
 /// One arm through the root of two.
@@ -78,9 +78,9 @@ Point image_of(const geometry::Symmetry& symmetry, const Point& p) {
 }
 
 void add_arms(const geometry::Body& body, const analysis::CrackSurface& surface, ObservedSample& sample) {
-  const auto lines = analysis::crack_lines(body, surface);
+  const auto lines = analysis::crack_lines(body, surface, analysis::find_branches(body, surface));
   const auto symmetries = body.symmetries();
-  const int leading = sample.summary.leading_notch;
+  const int leading = sample.summary.leading_start;
   const auto& starts = body.crack_starts();
   sample.arms.assign(starts.size(), {});
   for (int s = 0; s < std::ssize(starts); ++s) {

@@ -60,17 +60,35 @@ BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::
       broken_(subdomain.tetrahedra.size(), 0) {}
 
 void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
-                            double phase_time) {
+                            double phase_time, double remaining) {
   const auto index = static_cast<std::size_t>(tetrahedron);
   if (broken_[index] != 0) throw std::logic_error("a tetrahedron was broken twice");
-  if (softening_ && lose_tooth(tetrahedron, strain, load_time, phase_time)) return;
+  if (softening_ && reduce_stiffness(tetrahedron, strain, load_time, phase_time)) return;
   const Symmetric sigma = residual_stiffness_.stress(tetrahedron, strain);
   const double before = residual_stiffness_.energy(tetrahedron, strain);
   const int cut = most_loaded_cut(operators_.tetrahedra[index], elasticity_(strain));
-  open(tetrahedron, cut);
-  if (subdomain_->counted[index] == 0) return;
+  open(tetrahedron, cut, remaining);
+  const bool is_counted = subdomain_->counted[index] != 0;
+  if (remaining > 0)
+    releasing_.push_back(
+        {tetrahedron, phase_time, is_counted ? std::optional(records_.size()) : std::nullopt});
+  if (!is_counted) return;
   records_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time, largest_principal(sigma),
                       before - residual_stiffness_.energy(tetrahedron, strain), cut});
+}
+
+void BreakableBody::continue_releases(const std::function<double(double)>& remaining,
+                                      const std::function<Symmetric(std::int32_t)>& strain) {
+  std::erase_if(releasing_, [&](const Releasing& one) {
+    const Symmetric eps = strain(one.tetrahedron);
+    const double share = remaining(one.phase_time);
+    const double before = residual_stiffness_.energy(one.tetrahedron, eps);
+    residual_stiffness_.reduce(one.tetrahedron, share);
+    changes_.push_back(one.tetrahedron);
+    if (one.record)
+      records_[*one.record].released_energy += before - residual_stiffness_.energy(one.tetrahedron, eps);
+    return share <= 0;
+  });
 }
 
 void BreakableBody::soften(const SofteningLaw& law, std::vector<double> dissipation) {
@@ -78,8 +96,8 @@ void BreakableBody::soften(const SofteningLaw& law, std::vector<double> dissipat
   dissipation_ = std::move(dissipation);
 }
 
-bool BreakableBody::lose_tooth(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
-                               double phase_time) {
+bool BreakableBody::reduce_stiffness(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
+                                     double phase_time) {
   const auto index = static_cast<std::size_t>(tetrahedron);
   auto& softened = softened_[tetrahedron];
   if (softened.n_fallen == 0)
@@ -92,9 +110,9 @@ bool BreakableBody::lose_tooth(std::int32_t tetrahedron, const Symmetric& strain
   residual_stiffness_.soften(tetrahedron, share);
   changes_.push_back(tetrahedron);
   if (subdomain_->counted[index] != 0)
-    tooth_falls_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
-                            before - residual_stiffness_.energy(tetrahedron, strain), share,
-                            softened.ductility});
+    stiffness_reductions_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
+                                     before - residual_stiffness_.energy(tetrahedron, strain), share,
+                                     softened.ductility});
   return true;
 }
 
@@ -105,9 +123,17 @@ double BreakableBody::threshold(std::int32_t tetrahedron) const {
   return teeth[std::min(static_cast<std::size_t>(softened->second.n_fallen), teeth.size() - 1)].threshold;
 }
 
-void BreakableBody::open(std::int32_t tetrahedron, int cut) {
+void BreakableBody::open(std::int32_t tetrahedron, int cut, double remaining) {
   const auto index = static_cast<std::size_t>(tetrahedron);
-  let_go(tetrahedron, release_ == input::Release::facet ? crossed_edges(cut) : mechanics::all_edges);
+  const mechanics::EdgeSet edges =
+      release_ == input::Release::facet ? crossed_edges(cut) : mechanics::all_edges;
+  if (remaining > 0) {
+    residual_stiffness_.begin_release(tetrahedron, edges);
+    residual_stiffness_.reduce(tetrahedron, remaining);
+    changes_.push_back(tetrahedron);
+  } else {
+    release_edges(tetrahedron, edges);
+  }
   broken_[index] = 1;
   order_.push_back(tetrahedron);
   if (contact_ == input::Contact::frictionless) {
@@ -116,13 +142,13 @@ void BreakableBody::open(std::int32_t tetrahedron, int cut) {
   }
 }
 
-void BreakableBody::let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges) {
+void BreakableBody::release_edges(std::int32_t tetrahedron, mechanics::EdgeSet edges) {
   residual_stiffness_.release(tetrahedron, edges);
   changes_.push_back(tetrahedron);
 }
 
-void BreakableBody::restore(const Releases& releases) {
-  for (const auto& fall : releases.tooth_falls) {
+void BreakableBody::restore(const Releases& releases, const std::function<double(double)>& remaining) {
+  for (const auto& fall : releases.stiffness_reductions) {
     const std::int32_t t = subdomain_->local_number(fall.tetrahedron);
     if (t < 0) continue;
     residual_stiffness_.soften(t, fall.share);
@@ -130,18 +156,23 @@ void BreakableBody::restore(const Releases& releases) {
     auto& softened = softened_[t];
     ++softened.n_fallen;
     softened.ductility = fall.ductility;
-    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) tooth_falls_.push_back(fall);
+    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) stiffness_reductions_.push_back(fall);
   }
   for (const auto& record : releases.breaks) {
     const std::int32_t t = subdomain_->local_number(record.tetrahedron);
     if (t < 0) continue;
-    open(t, record.cut);
-    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) records_.push_back(record);
+    const bool is_counted = subdomain_->counted[static_cast<std::size_t>(t)] != 0;
+    const double share = remaining ? remaining(record.phase_time) : 0;
+    open(t, record.cut, share);
+    if (share > 0)
+      releasing_.push_back(
+          {t, record.phase_time, is_counted ? std::optional(records_.size()) : std::nullopt});
+    if (is_counted) records_.push_back(record);
   }
   for (const auto& release : releases.bridge_releases) {
     const std::int32_t t = subdomain_->local_number(release.tetrahedron);
     if (t < 0) continue;
-    let_go(t, static_cast<mechanics::EdgeSet>(release.edges));
+    release_edges(t, static_cast<mechanics::EdgeSet>(release.edges));
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) bridge_releases_.push_back(release);
   }
   n_checked_ = order_.size();
@@ -156,23 +187,16 @@ std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() co
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   std::vector<BridgingEdge> bridging;
   for (const auto edge : edges) {
-    double unbroken = 0, all = 0;
+    bool all_broken = true;
     std::vector<BridgingEdge> here;
     for (const auto t : edges_.round(edge)) {
       const auto index = static_cast<std::size_t>(t);
       const auto& of_tetrahedron = edges_.of_tetrahedron[index];
       const auto k = std::ranges::find(of_tetrahedron, edge) - of_tetrahedron.begin();
-      const auto [a, b] = geometry::dual_facet_nodes[static_cast<std::size_t>(k)];
-      const Vector area =
-          mechanics::dual_facet_area(operators_.tetrahedra[index], static_cast<int>(a), static_cast<int>(b));
-      const double size = norm(area);
-      all += size;
-      if (broken_[index] == 0)
-        unbroken += size;
-      else
-        here.push_back({subdomain_->tetrahedron_number[index], k});
+      all_broken = all_broken && broken_[index] != 0;
+      here.push_back({subdomain_->tetrahedron_number[index], k});
     }
-    if (unbroken <= bridging_share * all) bridging.insert(bridging.end(), here.begin(), here.end());
+    if (all_broken) bridging.insert(bridging.end(), here.begin(), here.end());
   }
   return bridging;
 }
@@ -192,10 +216,10 @@ void BreakableBody::release_bridges(const parallel::Communicator& group, double 
     unsigned edges = 0;
     for (; edge != bridging.end() && edge->tetrahedron == number; ++edge) edges |= 1U << edge->edge;
     const std::int32_t t = subdomain_->local_number(number);
-    if (t < 0 || (edges & ~static_cast<unsigned>(residual_stiffness_.released(t))) == 0) continue;
+    if (t < 0 || (edges & ~static_cast<unsigned>(residual_stiffness_.released_in_the_end(t))) == 0) continue;
     const Symmetric eps = strain(t);
     const double before = residual_stiffness_.energy(t, eps);
-    let_go(t, static_cast<mechanics::EdgeSet>(edges));
+    release_edges(t, static_cast<mechanics::EdgeSet>(edges));
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0)
       bridge_releases_.push_back(
           {number, load_time, phase_time, before - residual_stiffness_.energy(t, eps), edges});
@@ -226,9 +250,9 @@ std::vector<double> BreakableBody::strain_energies(std::span<const double> displ
 
 std::vector<double> BreakableBody::released_energies() const {
   std::vector<double> energies;
-  energies.reserve(records_.size() + bridge_releases_.size() + tooth_falls_.size());
+  energies.reserve(records_.size() + bridge_releases_.size() + stiffness_reductions_.size());
   for (const auto& record : records_) energies.push_back(record.released_energy);
-  for (const auto& fall : tooth_falls_) energies.push_back(fall.released_energy);
+  for (const auto& fall : stiffness_reductions_) energies.push_back(fall.released_energy);
   for (const auto& release : bridge_releases_) energies.push_back(release.released_energy);
   return energies;
 }

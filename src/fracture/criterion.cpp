@@ -8,7 +8,7 @@ namespace crackle::fracture {
 std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
                                           double time_step) {
   const input::Fracture& fracture = parameters.fracture;
-  if (fracture.memory == input::Memory::step)
+  if (fracture.accumulation == input::Accumulation::step)
     return std::make_unique<OneStepTulerButcher>(fracture, std::move(strengths), time_step);
   return std::make_unique<TulerButcher>(fracture, std::move(strengths), time_step);
 }

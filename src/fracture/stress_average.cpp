@@ -92,15 +92,19 @@ void StressAverage::forget_broken() {
   const auto broken = body_->broken_tetrahedra();
   if (broken.size() == n_breaks_seen_) return;
   for (const auto t : broken.subspan(n_breaks_seen_)) cell_centre_[index(cell_[index(t)])] = -1;
+  forget(broken.subspan(n_breaks_seen_));
+  n_breaks_seen_ = broken.size();
+}
+
+void StressAverage::forget(std::span<const std::int32_t> tetrahedra) {
   std::erase_if(balls_, [&](const auto& ball) {
-    const bool is_hit = std::ranges::any_of(broken.subspan(n_breaks_seen_), [&](std::int32_t t) {
+    const bool is_hit = std::ranges::any_of(tetrahedra, [&](std::int32_t t) {
       const auto offset = centroid_[index(t)] - centroid_[index(ball.first)];
       return dot(offset, offset) <= length_ * length_;
     });
     if (is_hit) n_kept_ -= ball.second.size();
     return is_hit;
   });
-  n_breaks_seen_ = broken.size();
 }
 
 std::vector<StressAverage::Share> StressAverage::find_ball(std::int32_t centre) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <utility>
 
 namespace crackle::fracture {
 
@@ -147,7 +148,11 @@ void StressScreening<Real>::set_strength(std::int32_t tetrahedron, double streng
       group.gradient[3 * (a - 1) + i][lane] =
           static_cast<Real>(gradient[a][i] * displacement_quantum_ * (reference_ / strength));
   // Rounded up, as it is an upper bound.
-  group.sensitivity[lane] = static_cast<Real>(sensitivity(tetrahedron, strength) * (1 + 0x1p-20));
+  const auto upper = static_cast<Real>(sensitivity(tetrahedron, strength) * (1 + 0x1p-20));
+  const bool is_weaker = upper > std::exchange(group.sensitivity[lane], upper);
+  if (!is_weaker || chunks_.empty()) return;
+  deadline_[place(tetrahedron) / 8] = 0;
+  chunks_[index(tetrahedron) / chunk_size].deadline = 0;
 }
 
 template <class Real>

@@ -44,7 +44,7 @@ public:
   /// Excludes a broken tetrahedron from screening.
   void exclude(std::int32_t tetrahedron);
 
-  /// Sets a strength [Pa] that has not decreased.
+  /// Sets a strength [Pa]. If it has decreased, the tetrahedron is due at the next check.
   void set_strength(std::int32_t tetrahedron, double strength);
 
 private:

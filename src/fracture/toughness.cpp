@@ -78,11 +78,11 @@ std::optional<Range> toughness_along_ligaments(const input::Parameters& paramete
 std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                                    const mechanics::PdsOperators& operators) {
   std::vector<double> at_node(subdomain.nodes.size());
-  const auto round_node = mechanics::node_tetrahedra(subdomain);
+  const auto node_to_cell = mechanics::node_tetrahedra(subdomain);
   for (std::int32_t node = 0; node < subdomain.layout.n_owned; ++node) {
     double volume = 0;
-    for (const auto t : round_node[node]) volume += operators.tetrahedra[index(t)].volume;
-    volume /= static_cast<double>(round_node[node].size());
+    for (const auto t : node_to_cell[node]) volume += operators.tetrahedra[index(t)].volume;
+    volume /= static_cast<double>(node_to_cell[node].size());
     at_node[index(node)] = std::cbrt(6 * std::sqrt(2.0) * volume);
   }
   parallel::GhostExchange<double> exchange(group, subdomain.layout);
@@ -119,13 +119,41 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
     strengths = fracture_spacings(group, parameters, subdomain, operators);
     for (double& value : strengths) value = strength_of(parameters, fracture.toughness, value);
   }
-  if (!fracture.variation) return strengths;
+  if (fracture.variation)
+    parallel::agree(group, [&] {
+      const auto factors = strength_factors(
+          parameters, sample, {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number});
+      for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
+    });
+  const auto growth = growth_strengths(group, parameters, sample, subdomain, operators);
+  for (std::size_t t = 0; t < growth.size(); ++t) strengths[t] = std::max(strengths[t], growth[t]);
+  return strengths;
+}
+
+std::vector<double> growth_strengths(const parallel::Communicator& group, const input::Parameters& parameters,
+                                     std::uint64_t sample, const geometry::Subdomain& subdomain,
+                                     const mechanics::PdsOperators& operators) {
+  const input::Fracture& fracture = parameters.fracture;
+  if (!fracture.has_nucleation() || fracture.release == input::Release::softening) return {};
+  auto strengths = fracture_spacings(group, parameters, subdomain, operators);
   parallel::agree(group, [&] {
-    const auto factors = strength_factors(
+    const auto factors = toughness_factors(
         parameters, sample, {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number});
-    for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
+    for (std::size_t t = 0; t < strengths.size(); ++t)
+      strengths[t] = strength_of(parameters, factors[t] * fracture.toughness, strengths[t]);
   });
   return strengths;
+}
+
+std::vector<double> tetrahedron_toughness(const parallel::Communicator& group,
+                                          const input::Parameters& parameters,
+                                          const geometry::Subdomain& subdomain,
+                                          const mechanics::PdsOperators& operators,
+                                          std::span<const double> strengths) {
+  auto toughness = fracture_spacings(group, parameters, subdomain, operators);
+  for (std::size_t t = 0; t < toughness.size(); ++t)
+    toughness[t] = toughness_of(parameters, strengths[t], toughness[t]);
+  return toughness;
 }
 
 void soften_by_input(const parallel::Communicator& group, const input::Parameters& parameters,

@@ -77,8 +77,8 @@ std::vector<double> strength_factors(const input::Parameters& parameters, std::u
   auto factors = variation_factors(parameters, sample, tetrahedra);
   const auto& variation = parameters.fracture.variation;
   if (!variation || variation->of != input::Varies::toughness) return factors;
-  // With softening the two are independent.
-  if (parameters.fracture.release == input::Release::softening)
+  // Where both are given, they are independent.
+  if (parameters.fracture.has_nucleation())
     std::ranges::fill(factors, 1.0);
   else
     for (double& factor : factors) factor = std::sqrt(factor);

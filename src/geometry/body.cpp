@@ -2,7 +2,6 @@
 #include "crackle/geometry/body.h"
 
 #include "extruded_plate.h"
-#include "notched_box.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -58,12 +57,7 @@ FaceId Body::face_of(const std::array<Point, 3>& corners) const {
 }
 
 std::unique_ptr<const Body> make_body(const input::Specimen& specimen) {
-  if (specimen.shape) return std::make_unique<ExtrudedPlate>(specimen);
-  return std::make_unique<NotchedBox>(specimen);
-}
-
-std::size_t n_crack_starts(const input::Specimen& specimen) {
-  return make_body(specimen)->crack_starts().size();
+  return std::make_unique<ExtrudedPlate>(specimen);
 }
 
 }  // namespace crackle::geometry

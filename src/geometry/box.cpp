@@ -36,15 +36,4 @@ double distance(const Box& a, const Box& b) {
   return std::sqrt(sum);
 }
 
-Box between(const Box& a, const Box& b) {
-  Box region{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double inner_lower = std::max(a.lower[i], b.lower[i]);
-    const double inner_upper = std::min(a.upper[i], b.upper[i]);
-    region.lower[i] = std::min(inner_lower, inner_upper);
-    region.upper[i] = std::max(inner_lower, inner_upper);
-  }
-  return region;
-}
-
 }  // namespace crackle::geometry

@@ -116,14 +116,11 @@ ConditionRegion condition_region(const Body& body, const input::Boundary& condit
   ConditionRegion region;
   for (const FaceId id : body.faces_named(condition.on))
     if (auto part = part_of(body, id, condition.region)) region.parts.push_back(std::move(*part));
-  if (region.parts.empty()) fail("boundary[{}]: its region holds no part of \"{}\"", number, condition.on);
+  if (region.parts.empty()) fail("boundary[{}]: its region contains no part of \"{}\"", number, condition.on);
   region.n_dimensions = std::ranges::max(region.parts, {}, &FacePart::n_dimensions).n_dimensions();
   std::erase_if(region.parts,
                 [&](const FacePart& part) { return part.n_dimensions() < region.n_dimensions; });
-  const bool needs_area = condition.kind == input::BoundaryKind::traction ||
-                          condition.kind == input::BoundaryKind::pressure ||
-                          condition.kind == input::BoundaryKind::absorbing;
-  if (needs_area && region.n_dimensions < 2)
+  if (input::traits(condition.kind).by_area && region.n_dimensions < 2)
     fail("boundary[{}]: its region is a {}, which has no area for \"{}\"; give a force, or a wider region",
          number, region.n_dimensions == 1 ? "line" : "point", input::name_of(condition.kind));
   return region;

@@ -5,19 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
 namespace crackle::geometry {
 
 namespace {
-
-const plane::Shape& shape_of(const input::Specimen& specimen) {
-  if (!specimen.shape) throw std::invalid_argument("specimen: the shape of the plate is not known");
-  return *specimen.shape;
-}
 
 double largest_size(const input::Specimen& specimen) {
   return *std::ranges::max_element(specimen.size);
@@ -30,7 +23,7 @@ Point at(double x, const plane::Point& p) {
 }  // namespace
 
 ExtrudedPlate::ExtrudedPlate(const input::Specimen& specimen)
-    : plate_(shape_of(specimen)),
+    : plate_(input::shape_of(specimen)),
       index_(plate_, wall_tolerance * largest_size(specimen)),
       notches_(specimen.notches) {
   const plane::Bounds bounds = plane::bounds_of(plate_.loops.front().corners);
@@ -43,7 +36,10 @@ ExtrudedPlate::ExtrudedPlate(const input::Specimen& specimen)
   }
   add_faces();
   add_edges();
-  add_crack_starts(specimen);
+  if (input::is_box(specimen))
+    add_ligaments();
+  else
+    add_round_starts(specimen.holes);
 }
 
 void ExtrudedPlate::add_faces() {
@@ -74,42 +70,6 @@ void ExtrudedPlate::add_edges() {
     shape_.edges.emplace_back(at(0, side.from), at(thickness(), side.from));
     for (const double x : {0.0, thickness()}) shape_.edges.emplace_back(at(x, side.from), at(x, side.to));
   }
-}
-
-void ExtrudedPlate::add_crack_starts(const input::Specimen& specimen) {
-  const auto add = [&](const std::string& part, const plane::Point& middle) {
-    CrackStart start{};
-    start.name = part;
-    start.tip = at(thickness() / 2, middle);
-    start.is_straight = false;
-    start.faces = faces_named(part);
-    shape_.crack_starts.push_back(std::move(start));
-  };
-  for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
-    const std::string part = fmt::format("notch-{}", i);
-    // The mean position of its walls, away from the mouth.
-    plane::Point middle{};
-    double length = 0;
-    for (const FaceId face : faces_named(part)) {
-      const plane::Side& side = side_of(face);
-      for (std::size_t k = 0; k < 2; ++k) middle[k] += side.length * (side.from[k] + side.to[k]) / 2;
-      length += side.length;
-    }
-    for (double& coordinate : middle) coordinate /= length;
-    add(part, middle);
-  }
-  for (std::size_t i = 0; i < specimen.holes.size(); ++i) {
-    const input::Hole& hole = specimen.holes[i];
-    plane::Point middle = hole.center;
-    if (!hole.polygon.empty()) {
-      const plane::Bounds around = plane::bounds_of(hole.polygon);
-      for (std::size_t k = 0; k < 2; ++k) middle[k] = (around.lower[k] + around.upper[k]) / 2;
-    }
-    add(fmt::format("hole-{}", i), middle);
-  }
-  const Point centre = bounds().lower + size() / 2;
-  add("free surface", {centre[1], centre[2]});
-  shape_.crack_starts.back().is_free_surface = true;
 }
 
 }  // namespace crackle::geometry

@@ -8,6 +8,7 @@
 #include "crackle/plane/side_index.h"
 
 #include <array>
+#include <string>
 #include <vector>
 
 namespace crackle::geometry {
@@ -19,10 +20,12 @@ namespace crackle::geometry {
 /// rounded, so there a point is on a wall, an edge or a corner within a tolerance of 1e-12 of the body's
 /// size. Tetrahedra with all corners on one wall are flat up to rounding and not part of the body.
 ///
-/// Cracks start at each notch, at each hole and on the free surface.
+/// In a box, cracks start at the tips of its slots and are followed along their ligaments. In other plates
+/// they start, in any direction, at each notch, at each hole and on the free surface.
 class ExtrudedPlate final : public Body {
 public:
   /// @pre specimen.shape is consistent with the other members of the specimen
+  /// @throws std::runtime_error as input::shape_of
   explicit ExtrudedPlate(const input::Specimen& specimen);
 
   bool contains(const Point& p) const override;
@@ -42,7 +45,12 @@ private:
 
   void add_faces();
   void add_edges();
-  void add_crack_starts(const input::Specimen& specimen);
+  void add_ligaments();
+  void add_round_starts(const std::vector<input::Hole>& holes);
+  SpacingSource wall_source(const plane::Point& from, const plane::Point& to, double spacing, double growth,
+                            std::string reason) const;
+  std::vector<SpacingSource> tip_sources(const input::Mesh& mesh) const;
+  std::vector<std::vector<std::size_t>> facing_sides() const;
   double thickness() const { return bounds().upper[0]; }
   const plane::Side& side_of(FaceId face) const { return index_.sides()[index(face) - first_wall]; }
 

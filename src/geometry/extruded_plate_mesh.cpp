@@ -111,8 +111,8 @@ Point ExtrudedPlate::snapped(const Point& p, double tolerance) const {
   for (const plane::Side& side : index_.sides())
     if (plane::distance(place, side.from, side.to) <= tolerance) {
       const double way = std::clamp(side.way(place), 0.0, side.length);
-      result[1] = side.from[0] + way * side.along[0];
-      result[2] = side.from[1] + way * side.along[1];
+      if (direction_of(side) != along_y) result[1] = side.from[0] + way * side.along[0];
+      if (direction_of(side) != along_z) result[2] = side.from[1] + way * side.along[1];
     }
   for (const plane::Side& side : index_.sides())
     if (plane::norm({place[0] - side.from[0], place[1] - side.from[1]}) <= tolerance) {

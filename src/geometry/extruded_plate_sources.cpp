@@ -9,50 +9,84 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+#include <utility>
 
 namespace crackle::geometry {
 
-std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mesh) const {
-  std::vector<SpacingSource> sources;
-  const double far = mesh.spacing;
-  const double shape = shape_growth(mesh);
-  const auto add = [&](const plane::Point& from, const plane::Point& to, double spacing, double growth,
-                       std::string reason) {
-    Box box{{0, std::min(from[0], to[0]), std::min(from[1], to[1])},
-            {thickness(), std::max(from[0], to[0]), std::max(from[1], to[1])}};
-    SpacingSource source{box, spacing, growth, std::move(reason)};
-    if (from[0] != to[0] && from[1] != to[1]) source.wall = {from, to};
-    sources.push_back(std::move(source));
-  };
+namespace {
 
-  // The walls at the tips of slots: those of a half circle or a rectangle at the end.
+/// Both ends of a free slot, or the tip of a notch in a face.
+std::vector<plane::Point> notch_ends(const input::Notch& notch, const Box& bounds) {
+  if (notch.slot) return {notch.slot->from, notch.slot->to};
+  const std::size_t depth_axis = index(axis_of(notch.face));
+  plane::Point tip{};
+  tip[depth_axis - 1] =
+      is_upper(notch.face) ? bounds.upper[depth_axis] - notch.depth : bounds.lower[depth_axis] + notch.depth;
+  tip[index(position_axis(notch.face)) - 1] = notch.at;
+  return {tip};
+}
+
+}  // namespace
+
+SpacingSource ExtrudedPlate::wall_source(const plane::Point& from, const plane::Point& to, double spacing,
+                                         double growth, std::string reason) const {
+  const Box box{{0, std::min(from[0], to[0]), std::min(from[1], to[1])},
+                {thickness(), std::max(from[0], to[0]), std::max(from[1], to[1])}};
+  SpacingSource source{box, spacing, growth, std::move(reason)};
+  if (from[0] != to[0] && from[1] != to[1]) source.wall = {from, to};
+  return source;
+}
+
+/// The walls at the tips of slots: those of a half circle or a rectangle at the end.
+std::vector<SpacingSource> ExtrudedPlate::tip_sources(const input::Mesh& mesh) const {
+  std::vector<SpacingSource> sources;
   for (std::size_t i = 0; i < notches_.size(); ++i) {
     const input::Notch& notch = notches_[i];
-    std::vector<plane::Point> ends;
-    if (notch.slot) {
-      ends = {notch.slot->from, notch.slot->to};
-    } else {
-      const bool upper = is_upper(notch.face);
-      const std::size_t depth_axis = index(axis_of(notch.face));
-      plane::Point tip{};
-      tip[depth_axis - 1] =
-          upper ? bounds().upper[depth_axis] - notch.depth : bounds().lower[depth_axis] + notch.depth;
-      tip[index(position_axis(notch.face)) - 1] = notch.at;
-      ends = {tip};
-    }
+    const std::vector<plane::Point> ends = notch_ends(notch, bounds());
+    // The corners of a square end are half a height away, those of a round one at most 1 / sqrt(2) heights.
+    const bool is_round = notch.slot && notch.slot->end == input::SlotEnd::round;
+    const double reach = (is_round ? 0.7072 : 0.5001) * notch.height;
     for (const FaceId face : faces_named(fmt::format("notch-{}", i))) {
       const plane::Side& side = side_of(face);
-      const auto is_near = [&](const plane::Point& end, const plane::Point& p) {
-        return plane::norm({p[0] - end[0], p[1] - end[1]}) <= 0.7072 * notch.height;
-      };
       if (std::ranges::any_of(ends, [&](const plane::Point& end) {
-            return is_near(end, side.from) && is_near(end, side.to);
+            return plane::norm({side.from[0] - end[0], side.from[1] - end[1]}) <= reach &&
+                   plane::norm({side.to[0] - end[0], side.to[1] - end[1]}) <= reach;
           }))
-        add(side.from, side.to, mesh.notch_spacing, mesh.growth,
-            fmt::format("notch_spacing at notch {}", i + 1));
+        sources.push_back(wall_source(side.from, side.to, mesh.notch_spacing, mesh.growth,
+                                      fmt::format("notch_spacing at notch {}", i + 1)));
     }
   }
+  return sources;
+}
 
+/// For each side the others whose distance to it counts.
+std::vector<std::vector<std::size_t>> ExtrudedPlate::facing_sides() const {
+  const auto& sides = index_.sides();
+  const auto are_neighbours = [&](std::size_t a, std::size_t b) {
+    return sides[a].from == sides[b].to || sides[a].to == sides[b].from;
+  };
+  std::vector<std::set<int>> mouths(sides.size());  // the slots that open beside each side
+  for (std::size_t a = 0; a < sides.size(); ++a)
+    for (std::size_t b = 0; b < sides.size(); ++b)
+      if (are_neighbours(a, b) && sides[a].part != sides[b].part &&
+          plate_.parts[index(sides[b].part)].name.starts_with("notch-"))
+        mouths[a].insert(sides[b].part);
+  std::vector<std::vector<std::size_t>> facing(sides.size());
+  for (std::size_t a = 0; a < sides.size(); ++a)
+    for (std::size_t b = 0; b < sides.size(); ++b) {
+      const bool same_curve = sides[a].part == sides[b].part && plate_.parts[index(sides[a].part)].is_curve;
+      // What is beside a slot's mouth sees what is across it through the slot only.
+      const bool across_mouth = std::ranges::any_of(
+          mouths[a], [&](int slot) { return sides[b].part == slot || mouths[b].contains(slot); });
+      if (a != b && !are_neighbours(a, b) && !same_curve && !across_mouth) facing[a].push_back(b);
+    }
+  return facing;
+}
+
+std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mesh) const {
+  std::vector<SpacingSource> sources = tip_sources(mesh);
+  const double far = mesh.spacing;
   const std::vector<SpacingSource> regions = region_sources(mesh, bounds());
   const auto spacing_at = [&](const plane::Point& p) {
     const Point place{thickness() / 2, p[0], p[1]};
@@ -63,13 +97,15 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
   };
   // The length of a wall, and the distance of others to each piece of it.
   const auto& sides = index_.sides();
+  const std::vector<std::vector<std::size_t>> facing = facing_sides();
   for (std::size_t s = 0; s < sides.size(); ++s) {
     const plane::Side& side = sides[s];
     const std::string name = faces()[first_wall + s].names.front();
     const auto wants = [&](const plane::Point& from, const plane::Point& to, double spacing,
-                           const std::string& reason) {
+                           std::string reason) {
       const plane::Point middle{(from[0] + to[0]) / 2, (from[1] + to[1]) / 2};
-      if (spacing * fine_enough < spacing_at(middle)) add(from, to, spacing, shape, reason);
+      if (spacing * fine_enough < spacing_at(middle))
+        sources.push_back(wall_source(from, to, spacing, shape_growth(mesh), std::move(reason)));
     };
     wants(side.from, side.to, side.length, fmt::format("the length of {}", name));
     const double n_pieces = std::clamp(std::ceil(side.length / far), 1.0, 1000.0);
@@ -83,13 +119,8 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
       const plane::Point from = place(piece);
       const plane::Point to = place(piece + 1);
       double gap = far;
-      for (std::size_t other = 0; other < sides.size(); ++other) {
-        const plane::Side& wall = sides[other];
-        const bool is_neighbour = other == s || wall.from == side.to || wall.to == side.from;
-        const bool same_curve = wall.part == side.part && plate_.parts[index(side.part)].is_curve;
-        if (is_neighbour || same_curve) continue;
-        gap = std::min(gap, plane::distance(from, to, wall.from, wall.to));
-      }
+      for (const std::size_t other : facing[s])
+        gap = std::min(gap, plane::distance(from, to, sides[other].from, sides[other].to));
       if (gap < far) wants(from, to, gap, fmt::format("what is near {}", name));
     }
   }
@@ -103,16 +134,20 @@ std::vector<Symmetry> ExtrudedPlate::symmetries() const {
   for (const plane::Side& side : index_.sides())
     for (std::size_t i = 0; i < 2; ++i)
       if (side.along[i] == 0) planes[i + 1].push_back(side.from[i]);
-  std::map<std::string, std::int32_t> start_of;  // by part
-  for (std::size_t i = 0; i + 1 < crack_starts().size(); ++i)
-    start_of[plate_.parts[index(side_of(crack_starts()[i].faces.front()).part)].name] =
-        static_cast<std::int32_t>(i);
+  std::map<int, std::int32_t> start_of;  // by part
+  std::vector<std::int32_t> own(crack_starts().size(), -1);
+  for (std::int32_t i = 0; i < std::ssize(crack_starts()); ++i) {
+    const CrackStart& start = crack_starts()[index(i)];
+    if (start.is_free_surface)
+      own[index(i)] = i;
+    else
+      start_of[side_of(start.faces.front()).part] = i;
+  }
 
   std::vector<Symmetry> result;
   for (unsigned axes = 0; axes < 8; ++axes) {
     const Reflection reflection{axes, bounds(), planes, index_.tolerance()};
-    std::vector<std::int32_t> images(crack_starts().size(), -1);
-    images.back() = static_cast<std::int32_t>(images.size()) - 1;
+    std::vector<std::int32_t> images = own;
     const bool is_symmetry = std::ranges::all_of(index_.sides(), [&](const plane::Side& side) {
       const auto image_of = [&](const plane::Point& p) {
         const Point q = reflection({0, p[0], p[1]});
@@ -128,8 +163,8 @@ std::vector<Symmetry> ExtrudedPlate::symmetries() const {
                (are_near(from, other.to) && are_near(to, other.from));
       });
       if (image == index_.sides().end()) return false;
-      const auto start = start_of.find(plate_.parts[index(side.part)].name);
-      const auto other = start_of.find(plate_.parts[index(image->part)].name);
+      const auto start = start_of.find(side.part);
+      const auto other = start_of.find(image->part);
       if ((start == start_of.end()) != (other == start_of.end())) return false;
       if (start == start_of.end()) return true;
       std::int32_t& image_start = images[index(start->second)];

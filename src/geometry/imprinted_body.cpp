@@ -151,7 +151,7 @@ private:
   }
 
   [[noreturn]] void refuse(std::size_t condition, const FacePart& part) const {
-    fail("boundary[{}]: its region holds no part of \"{}\"", condition,
+    fail("boundary[{}]: its region contains no part of \"{}\"", condition,
          plain_.faces()[index(part.face)].names.front());
   }
 

@@ -14,9 +14,10 @@ namespace crackle::geometry {
 /// Corners closer than this share of the body's size are merged.
 inline constexpr double merging_share = 1e-6;
 
-/// A body with the borders of loaded and held regions imprinted on its faces. Each border is an edge between
-/// corners, like those of the body: it has its own points, which move only along it, and no boundary triangle
-/// crosses it. Thus in every realization a region is a union of whole boundary triangles, or of whole edges.
+/// A body with the borders of loaded and constrained regions imprinted on its faces. Each border is an edge
+/// between corners, like those of the body: it has its own points, which move only along it, and no boundary
+/// triangle crosses it. Thus in every realization a region is a union of whole boundary triangles, or of
+/// whole edges.
 ///
 /// Faces are those of the body, undivided; lines are parallel to the own axes of the faces.
 class ImprintedBody final : public Body {

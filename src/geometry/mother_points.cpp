@@ -68,7 +68,7 @@ std::vector<double> n_edge_spacings(const SpacingField& spacing, const Edge& edg
   if (length / finest > max_edge_length)
     fail(
         "mesh: an edge of {:g} mm is more than {:.0e} times as long as the finest spacing on it: {}; "
-        "use coarser spacings, or leave out what is finer",
+        "use coarser spacings, or remove finer details",
         length * 1e3, max_edge_length, spacing.range_text());
   const auto n_steps = static_cast<std::size_t>(std::ceil(20 * length / finest));
   std::vector<double> count(n_steps + 1, 0);
@@ -171,12 +171,12 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
   const auto corner = [&](std::size_t i) { return points.position[index(bad.front()[i])]; };
   const bool crossing = body.place({corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
   fail(
-      "mesh: the body cannot be tessellated with these points: {} tetrahedra reach out of the body or "
-      "stay below "
-      "min_quality = {}; the first, near ({:g}, {:g}, {:g}) mm, {}; use a finer spacing there or a lower "
+      "mesh: the body cannot be tessellated with these points: {} tetrahedra extend beyond the body or are "
+      "below min_quality = {}; the first, near ({:g}, {:g}, {:g}) mm, {}; use a finer spacing there or a "
+      "lower "
       "min_quality",
       bad.size(), min_quality, 1e3 * corner(0)[0], 1e3 * corner(0)[1], 1e3 * corner(0)[2],
-      crossing ? "reaches out of it" : "has a lower quality");
+      crossing ? "extends beyond it" : "is below min_quality");
 }
 
 /// Blue noise on edges, in faces and in the interior, relaxed.
@@ -224,8 +224,8 @@ double checked_n_points(const Body& body, const input::Mesh& mesh) {
   const double n_points = estimate_n_points(body, mesh);
   if (n_points > max_mother_points)
     fail(
-        "mesh: more than {:.0e} mother points would be needed: {}; use coarser spacings, or "
-        "leave out what is finer",
+        "mesh: more than {:.0e} mother points would be needed: {}; use coarser spacings, or remove finer "
+        "details",
         max_mother_points, SpacingField(body, mesh).range_text());
   return n_points;
 }

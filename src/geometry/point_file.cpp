@@ -67,7 +67,7 @@ private:
 
 std::vector<Point> read_points(const std::filesystem::path& file, const Body& body) {
   std::ifstream stream(file);
-  if (!stream) fail("{}: cannot be opened for reading", file.string());
+  if (!stream) fail("{}: cannot be read", file.string());
   const Point size = body.size();
   const double tolerance = snap_tolerance * *std::ranges::max_element(size);
   Messages messages(file);
@@ -99,7 +99,7 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
     points.push_back(p);
     lines.push_back(line);
   }
-  if (stream.bad()) fail("{}: reading failed", file.string());
+  if (stream.bad()) fail("{}: cannot be read to the end", file.string());
 
   const PointTree tree(points);
   std::vector<std::int32_t> near;

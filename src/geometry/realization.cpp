@@ -60,7 +60,7 @@ void sort_cells(std::vector<Tetrahedron>& cells, std::size_t n_nodes) {
 /// The symmetry of body and spacing applied to a sample.
 Symmetry chosen_symmetry(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
                          std::uint64_t sample) {
-  if (mesh.turn == input::Turn::none || mesh.perturbation == 0) return symmetry_of(body, 0);
+  if (mesh.symmetry == input::MeshSymmetry::none || mesh.perturbation == 0) return symmetry_of(body, 0);
   std::vector<Symmetry> all = symmetries(body, mesh);
   return std::move(all[index(RandomStream(seed, sample, "turn").bits() % all.size())]);
 }
@@ -97,8 +97,8 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
              RandomStream(seed, sample, "choice of redrawn points" + suffix), {.max_rounds = max_rounds});
   if (!outcome.remaining.empty())
     fail(
-        "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or "
-        "reach out of the body",
+        "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or extend "
+        "beyond the body",
         sample, outcome.rounds, outcome.remaining.size(), mesh.min_quality);
 
   realization.nodes.assign(tessellation.points().begin(), tessellation.points().end());

@@ -66,7 +66,8 @@ void DisplacementSums::add(const DisplacementSums& other) {
 Survey::Survey(const Body& body, const MotherPoints& base, const input::Mesh& mesh, std::uint64_t seed)
     : body_(body), base_(base), mesh_(mesh), seed_(seed), zone_(body, mesh) {}
 
-SurveyRow Survey::measure(std::uint64_t sample, const std::function<void(const Realization&)>& look) const {
+SurveyRow Survey::measure(std::uint64_t sample,
+                          const std::function<void(const Realization&)>& inspect) const {
   SurveyRow row;
   row.sample = sample;
   Realization realization;
@@ -82,7 +83,7 @@ SurveyRow Survey::measure(std::uint64_t sample, const std::function<void(const R
     row.error = error.what();
     return row;
   }
-  if (look) look(realization);
+  if (inspect) inspect(realization);
   row.n_nodes = static_cast<std::int64_t>(realization.nodes.size());
   row.n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
   row.report = realization.report;

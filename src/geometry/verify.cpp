@@ -55,7 +55,7 @@ double check_tetrahedra(const Realization& realization, const Body& body, double
       violation("tetrahedron {} has the quality {:g}, below min_quality = {:g}", i, std::cbrt(quality),
                 min_quality);
     worst = std::min(worst, quality);
-    if (body.place(corner) != Place::solid) violation("tetrahedron {} reaches out of the body", i);
+    if (body.place(corner) != Place::solid) violation("tetrahedron {} extends beyond the body", i);
   }
   const auto unused = std::find(used.begin(), used.end(), 0);
   if (unused != used.end()) violation("node {} belongs to no tetrahedron", unused - used.begin());

@@ -22,8 +22,7 @@ std::string boundary_key(std::size_t i) {
 }
 
 bool prescribes_motion(const Boundary& condition) {
-  return condition.kind == BoundaryKind::fix || condition.kind == BoundaryKind::velocity ||
-         condition.kind == BoundaryKind::displacement;
+  return prescribes_motion(condition.kind);
 }
 
 /// The box face on which a condition acts; empty if its name is that of something else.
@@ -42,25 +41,12 @@ struct Wall {
   std::vector<std::string> names;
 };
 
-/// All walls of a shape; for a box those of its notches.
-std::vector<Wall> walls_of(const Specimen& specimen) {
+std::vector<Wall> walls_of(const plane::Shape& shape) {
   std::vector<Wall> walls;
-  if (specimen.shape) {
-    for (std::size_t l = 0; l < specimen.shape->loops.size(); ++l) {
-      const plane::Loop& loop = specimen.shape->loops[l];
-      for (std::size_t i = 0; i < loop.size(); ++i)
-        walls.push_back({loop.from(i), loop.to(i), plane::names_of_side(*specimen.shape, l, i)});
-    }
-  } else if (is_box(specimen)) {
-    for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
-      const Region slot = slot_of(specimen.notches[i], specimen.size);
-      const plane::Polygon corners{{slot[1].first, slot[2].first},
-                                   {slot[1].second, slot[2].first},
-                                   {slot[1].second, slot[2].second},
-                                   {slot[1].first, slot[2].second}};
-      for (std::size_t k = 0; k < 4; ++k)
-        walls.push_back({corners[k], corners[(k + 1) % 4], {fmt::format("notch-{}", i)}});
-    }
+  for (std::size_t l = 0; l < shape.loops.size(); ++l) {
+    const plane::Loop& loop = shape.loops[l];
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      walls.push_back({loop.from(i), loop.to(i), plane::names_of_side(shape, l, i)});
   }
   return walls;
 }
@@ -127,7 +113,8 @@ void check_kind(const std::string& key, Findings& findings) {
   if (given.empty()) {
     findings.report(key, "prescribes nothing; give one of {}", fmt::join(kind_names, ", "));
   } else if (given.size() > 1) {
-    findings.report(key, "gives {}; give exactly one of {}, and the others in a [[boundary]] of their own",
+    findings.report(key,
+                    "prescribes {}; give exactly one of {}, and the others in separate [[boundary]] tables",
                     fmt::join(given, " and "), fmt::join(kind_names, ", "));
   }
 }
@@ -140,15 +127,14 @@ void check_course(const Boundary& condition, const std::string& key, Start start
                     "a fixed boundary does not change with time; give a displacement instead "
                     "of fix");
   } else if (condition.kind == BoundaryKind::absorbing && has_history) {
-    findings.report(key + ".history",
-                    "an absorbing boundary has nothing that changes with time; leave it out");
+    findings.report(key + ".history", "an absorbing boundary does not change with time; leave it out");
   } else if (has_rate && has_history) {
-    findings.report(key + ".history", "is given besides rate; give one of the two");
+    findings.report(key + ".history", "is given together with rate; give only one of the two");
   } else if (condition.kind == BoundaryKind::velocity && start != Start::rest && (has_rate || has_history)) {
     findings.report(key + (has_rate ? ".rate" : ".history"),
-                    "a velocity that changes with time is not accepted unless start = \"rest\": the "
-                    "quasi-static phase needs displacements that are linear in time between the points of a "
-                    "history; give a constant velocity, or a displacement with a history");
+                    "a velocity that changes with time requires start = \"rest\": quasi-static loading needs "
+                    "displacements that are piecewise linear in time; give a constant velocity, or a "
+                    "displacement with a history");
   }
 }
 
@@ -168,7 +154,7 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (axis != normal && !meets(condition.region[axis], 0, specimen.size[axis])) {
       findings.report(key + ".region." + axis_names[axis],
-                      "the region from {} to {} misses the face; give a part of 0 to {}",
+                      "the region from {} to {} misses the face; give a range within 0 to {}",
                       show(condition.region[axis].first), show(condition.region[axis].second),
                       show(specimen.size[axis]));
       return;
@@ -183,7 +169,7 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
       inside = inside && part[axis].first >= slot[axis].first && part[axis].second <= slot[axis].second;
     }
     if (inside) {
-      findings.report(key + ".region", "lies in the mouth of {}, where there is no face", notch);
+      findings.report(key + ".region", "lies in the opening of {}, where the body has no face", notch);
     }
   }
 }
@@ -214,7 +200,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
       is_side ? region[0].first > at + 1e-9 * thickness || region[0].second < at - 1e-9 * thickness
               : !meets(region[0], 0, thickness);
   if (is_beside) {
-    findings.report(key + ".region.x", "the region from {} to {} misses \"{}\"; give a part of 0 to {}",
+    findings.report(key + ".region.x", "the region from {} to {} misses \"{}\"; give a range within 0 to {}",
                     show(region[0].first), show(region[0].second), condition.on, show(thickness));
     return;
   }
@@ -245,7 +231,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
       is_met = is_met && meets(region[i + 1], bounds.lower[i], bounds.upper[i]);
   }
   if (!is_met)
-    findings.report(key + ".region", "misses \"{}\"; give a part of y from {} to {} and z from {} to {}",
+    findings.report(key + ".region", "misses \"{}\"; give a range within y from {} to {} and z from {} to {}",
                     condition.on, show(bounds.lower[0]), show(bounds.upper[0]), show(bounds.lower[1]),
                     show(bounds.upper[1]));
 }
@@ -292,10 +278,10 @@ void check_conflicts(const Parameters& parameters, std::size_t i, const std::vec
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (condition.components[axis] && other.components[axis]) shared.emplace_back(axis_names[axis]);
     if (!shared.empty() && have_common_part(condition, other, parameters.specimen, walls)) {
-      findings.report(boundary_key(i),
-                      "prescribes the motion in {} of points that {} prescribes too; "
-                      "give each component once",
-                      fmt::join(shared, " and "), boundary_key(j));
+      findings.report(
+          boundary_key(i),
+          "prescribes motion in {} at points where {} prescribes it too; prescribe each component once",
+          fmt::join(shared, " and "), boundary_key(j));
       return;
     }
   }
@@ -313,25 +299,25 @@ void check_absorbs(const Parameters& parameters, std::size_t i, const std::vecto
         !have_common_part(condition, other, parameters.specimen, walls))
       continue;
     findings.report(boundary_key(i),
-                    "cannot absorb waves at points whose motion {} prescribes; leave one of "
-                    "the two out, or fix one or two components there",
+                    "cannot absorb waves at points where {} prescribes the motion; leave one of the two out, "
+                    "or fix only one or two components there",
                     boundary_key(j));
     return;
   }
 }
 
-void check_held_in_all_directions(const Parameters& parameters, Findings& findings) {
+void check_constrained_in_all_directions(const Parameters& parameters, Findings& findings) {
   std::vector<std::string> loose;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto is_held = std::ranges::any_of(parameters.boundaries, [&](const Boundary& condition) {
+    const auto is_constrained = std::ranges::any_of(parameters.boundaries, [&](const Boundary& condition) {
       return prescribes_motion(condition) && condition.components[axis];
     });
-    if (!is_held) loose.emplace_back(axis_names[axis]);
+    if (!is_constrained) loose.emplace_back(axis_names[axis]);
   }
   if (loose.empty()) return;
   findings.report("boundary",
-                  "nothing holds the body in {}, and with start = \"quasi-static\" it must be in "
-                  "equilibrium; give a fix, displacement or velocity for each of x, y and z",
+                  "no condition supports the body in {}, but start = \"quasi-static\" needs equilibrium; "
+                  "give a fix, displacement or velocity in each of x, y and z",
                   fmt::join(loose, " and "));
 }
 
@@ -347,14 +333,14 @@ std::vector<std::string> kinds_given(const Findings& findings, const std::string
 void check_boundaries(const Parameters& parameters, Findings& findings) {
   if (parameters.boundaries.empty()) {
     if (!findings.faulty("boundary")) {
-      findings.report("boundary", "the body has no boundary condition; give at least one table [[boundary]]");
+      findings.report("boundary", "the body has no boundary condition; give at least one [[boundary]] table");
     }
     return;
   }
   const Specimen& specimen = parameters.specimen;
   const bool size_known = is_box(specimen) ? size_is_known(findings) : specimen.shape.has_value();
   const std::vector<Wall> walls =
-      size_known && !findings.faulty("specimen.notch") ? walls_of(specimen) : std::vector<Wall>{};
+      size_known && !findings.faulty("specimen.notch") ? walls_of(shape_of(specimen)) : std::vector<Wall>{};
   for (std::size_t i = 0; i < parameters.boundaries.size(); ++i) {
     const std::string key = boundary_key(i);
     const Boundary& condition = parameters.boundaries[i];
@@ -371,7 +357,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
   }
   if (parameters.time.start != Start::rest && !findings.faulty("boundary") &&
       !findings.faulty("time.start")) {
-    check_held_in_all_directions(parameters, findings);
+    check_constrained_in_all_directions(parameters, findings);
   }
 }
 

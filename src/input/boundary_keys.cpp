@@ -13,13 +13,14 @@ Boundary& boundary(Parameters& parameters, std::size_t i) {
   return parameters.boundaries.at(i);
 }
 
-const char* kind_name(BoundaryKind kind) {
-  return kind_names[static_cast<std::size_t>(kind)];
+/// The key of a kind may be missing, since another kind is given.
+Requirement one_of_kinds() {
+  return optional(fmt::format("one of the {} kinds", boundary_kinds.size()));
 }
 
 /// True if components may be left free: motions are prescribed by component, loads as vectors.
 bool may_be_free(BoundaryKind kind) {
-  return kind == BoundaryKind::velocity || kind == BoundaryKind::displacement;
+  return prescribes_motion(kind) && has_quantity(kind);
 }
 
 Range value_range(BoundaryKind kind) {
@@ -30,8 +31,8 @@ Range value_range(BoundaryKind kind) {
 constexpr Range rate_range{-1e18, 1e18};
 
 const std::string accepted_face =
-    "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", or such as \"edge-0\", \"hole-0\" or "
-    "\"notch-0\"";
+    "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", or a name such as \"edge-0\", "
+    "\"hole-0\" or \"notch-0\"";
 
 std::string vector_form(const Dimension& dimension, bool free) {
   const std::string zero = free ? "free" : "0 " + dimension.si_unit;
@@ -87,11 +88,9 @@ Key on_key() {
           "word",
           required(),
           accepted_face,
-          "face that the condition holds on, or faces: edge-i runs from point i of the outline to the next "
-          "(of a box "
-          "from z-min on, then y-max, z-max, y-min); hole-i and notch-i are all their walls; z-min and the "
-          "like are "
-          "all edges at that end",
+          "face or faces on which the condition acts: edge-i runs from point i of the outline to the next "
+          "(in a box edge-0 is z-min, followed by y-max, z-max and y-min); hole-i and notch-i are all walls "
+          "of that hole or notch; z-min and the like are all edges at that end",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_text(source, accepted_face)) boundary(parameters, i).on = *name;
           },
@@ -103,17 +102,16 @@ Key region_key(std::size_t axis) {
       fmt::format("region.{}", axis_names[axis]),
       [=](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).region[axis]; },
       {"50 mm", "100 mm"}, "whole face",
-      "restricts the condition to the part of the face between these coordinates; the same coordinate twice: "
-      "to "
-      "a line of nodes, such as a roller or a knife edge",
+      "restricts the condition to the part of the face between these coordinates, or, with the same "
+      "coordinate twice, to a line of nodes, such as a roller or a knife edge",
       true);
 }
 
 Key fix_key() {
-  const std::string form = "an array of different axes out of \"x\", \"y\", \"z\"";
+  const std::string form = "an array of distinct axes from \"x\", \"y\", \"z\"";
   return {"fix",
           "words",
-          optional("one of the seven kinds"),
+          one_of_kinds(),
           form,
           "zero displacement of these components",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -144,9 +142,9 @@ Key fix_key() {
 Key prescription_key(BoundaryKind kind, const std::string& help) {
   const Dimension& dimension = value_dimension(kind);
   const bool free = may_be_free(kind);
-  return {kind_name(kind),
+  return {name_of(kind),
           dimension.name.substr(dimension.name.find(' ') + 1),
-          optional("one of the seven kinds"),
+          one_of_kinds(),
           vector_form(dimension, free),
           help,
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -171,10 +169,10 @@ Key prescription_key(BoundaryKind kind, const std::string& help) {
 
 Key pressure_key() {
   const Dimension& dimension = value_dimension(BoundaryKind::pressure);
-  return {kind_name(BoundaryKind::pressure),
+  return {name_of(BoundaryKind::pressure),
           "stress",
-          optional("one of the seven kinds"),
-          accepted(dimension, value_range(BoundaryKind::pressure)),
+          one_of_kinds(),
+          quantity_form(dimension),
           "force per area against the outward normal: above 0 it presses on the body",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             Boundary& condition = boundary(parameters, i);
@@ -190,12 +188,12 @@ Key pressure_key() {
 }
 
 Key absorbing_key() {
-  return {kind_name(BoundaryKind::absorbing),
+  return {name_of(BoundaryKind::absorbing),
           "boolean",
-          optional("one of the seven kinds"),
+          one_of_kinds(),
           "true",
-          "waves leave the body here, best those that meet the face at a right angle: dashpots after Lysmer "
-          "and Kuhlemeyer; with time.integrator = \"verlet\" only",
+          "lets waves leave the body, best at normal incidence (dashpots of Lysmer and Kuhlemeyer); requires "
+          "time.integrator = \"verlet\"",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             boundary(parameters, i).kind = BoundaryKind::absorbing;
             if (source.value.kind != ValueKind::boolean || !source.value.boolean)
@@ -211,7 +209,7 @@ Key rate_key() {
   return {"rate",
           "as prescribed, per time",
           optional("constant in time"),
-          "three components, such as [\"0 N/s\", \"0 N/s\", \"5 N/s\"]; of a pressure one value",
+          "three components, such as [\"0 N/s\", \"0 N/s\", \"5 N/s\"]; for a pressure a single value",
           "increase of the prescribed quantity with time",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             Boundary& condition = boundary(parameters, i);
@@ -223,7 +221,7 @@ Key rate_key() {
               return;
             }
             if (condition.kind == BoundaryKind::absorbing) {
-              source.report("an absorbing boundary has nothing that changes with time; leave it out");
+              source.report("an absorbing boundary does not change with time; leave it out");
               return;
             }
             if (condition.kind == BoundaryKind::pressure) {
@@ -233,7 +231,7 @@ Key rate_key() {
             }
             const bool free = may_be_free(condition.kind);
             const auto rate = read_components(source, rate_dimension(condition.kind), rate_range, free);
-            if (!rate || source.context.findings.faulty(table + "." + kind_name(condition.kind))) return;
+            if (!rate || source.context.findings.faulty(table + "." + name_of(condition.kind))) return;
             for (std::size_t axis = 0; axis < 3; ++axis) {
               if (rate->value[axis] != 0 && !given_components(condition)[axis]) {
                 source.report("component {} is free and cannot have a rate; give \"free\" here too",
@@ -257,8 +255,8 @@ Key history_key() {
   return {"history",
           "time and number",
           optional("constant in time"),
-          form + ", times ascending from 0 on",
-          "factors on the prescribed quantity, linear between these times",
+          form + ", times ascending from 0",
+          "factors that multiply the prescribed quantity, linear between these times",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             const auto points = read_elements(source, 0, form);
             if (!points) return;
@@ -290,9 +288,9 @@ Key history_key() {
 Key condition_name_key() {
   return {"name",
           "text",
-          optional("the condition is on its own"),
+          optional("none"),
           accepted_name("rollers"),
-          "conditions of one name add up to one load of the testing machine, as two rollers do",
+          "conditions with the same name count as one load of the testing machine, such as two rollers",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_name(source, "rollers")) boundary(parameters, i).name = *name;
           },
@@ -308,7 +306,7 @@ Table boundary_table() {
   return {
       "boundary",
       Occurrence::many,
-      fmt::format("boundary conditions; each gives exactly one of {}", fmt::join(kind_names, ", ")),
+      fmt::format("boundary conditions; each prescribes exactly one of {}", fmt::join(kind_names, ", ")),
       {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
        prescription_key(BoundaryKind::force, "total force, spread by area"),
        prescription_key(BoundaryKind::traction, "force per area"),

@@ -31,12 +31,12 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
   const double depth_extent = size[index(depth_axis)];
   const double extent = size[index(axis)];
   if (!findings.faulty(key + ".depth") && notch.depth >= depth_extent * (1 - touching)) {
-    findings.report(key + ".depth", "{} cuts the body in two; give less than its {} of {}", show(notch.depth),
-                    extent_name(depth_axis), show(depth_extent));
+    findings.report(key + ".depth", "{} cuts the body in two; give less than the body's {} of {}",
+                    show(notch.depth), extent_name(depth_axis), show(depth_extent));
   }
   if (findings.faulty(key + ".at") || findings.faulty(key + ".height")) return;
   if (notch.height >= extent * (1 - 2 * touching)) {
-    findings.report(key + ".height", "{} leaves nothing of the body; give less than its {} of {}",
+    findings.report(key + ".height", "{} leaves nothing of the body; give less than the body's {} of {}",
                     show(notch.height), extent_name(axis), show(extent));
     return;
   }
@@ -44,7 +44,7 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
       notch.at + notch.height / 2 >= extent * (1 - touching)) {
     findings.report(
         key + ".at",
-        "a slot of height {} at {} does not stay inside the body; give a position between {} and {}",
+        "a slot of height {} at {} does not fit inside the body; give a position between {} and {}",
         show(notch.height), show(notch.at), show(notch.height / 2), show(extent - notch.height / 2));
   }
 }
@@ -109,8 +109,8 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
       findings.report(key, "{} is not inside the {}; give a length between {} and {}", show(positions[i]),
                       extent_name(axis), lower == 0 ? "0" : show(lower), show(upper));
     } else if (i > 0 && positions[i] <= positions[i - 1]) {
-      findings.report(key, "{} is not above {} before it; give ascending lengths", show(positions[i]),
-                      show(positions[i - 1]));
+      findings.report(key, "{} is not above {}, the length before it; give ascending lengths",
+                      show(positions[i]), show(positions[i - 1]));
     } else if (has_notches && !is_draw && !can_arrive(specimen, axis, positions[i])) {
       findings.report(key, "no crack can reach {}; give a length in a notch's ligament: {}",
                       show(positions[i]), ligaments);
@@ -146,7 +146,7 @@ void check_line(const SectionLine& line, const std::string& key, const Specimen&
     return at == 0 ? "0" : show(at);
   };
   if (line.from == line.to) {
-    findings.report(key + ".to", "{} is where the line starts; give another point", point(line.to));
+    findings.report(key + ".to", "{} is also the start of the line; give another point", point(line.to));
   } else if (size_is_known(findings) && !meets_box(line, bounds_of(specimen))) {
     findings.report(
         key,
@@ -205,12 +205,12 @@ void check_variation(Findings& findings, const Variation& variation) {
   const std::string table = "fracture.variation";
   const auto needs = [&](const char* key, const char* why, const char* example) {
     if (!findings.faulty(table + "." + key) && !findings.given(table + "." + key))
-      findings.report(table + "." + key, "the key is missing, which {} needs; give {} = {}", why, key,
+      findings.report(table + "." + key, "the key is missing, but {} requires it; give {} = {}", why, key,
                       example);
   };
   const auto refuses = [&](const char* key, const char* with) {
     if (findings.given(table + "." + key))
-      findings.report(table + "." + key, "does not go with distribution = \"{}\"; leave it out", with);
+      findings.report(table + "." + key, "cannot be combined with distribution = \"{}\"; leave it out", with);
   };
   if (findings.faulty(table + ".distribution") || findings.faulty(table + ".correlation_length")) return;
   if (variation.distribution == Distribution::weibull) {
@@ -232,11 +232,10 @@ void check_toughness(const Parameters& parameters, Findings& findings) {
   constexpr double greatest = greatest_measured_poisson_ratio;
   const double nu = parameters.material.poisson_ratio;
   if (findings.faulty("material.poisson_ratio") || (nu >= least && nu <= greatest)) return;
-  findings.report(
-      "material.poisson_ratio",
-      "{} is out of range with fracture.toughness, from which strengths follow for ratios from {} to "
-      "{} only; give one of these, or fracture.strength instead of the toughness",
-      nu, least, greatest);
+  findings.report("material.poisson_ratio",
+                  "{} is out of range with fracture.toughness; give a ratio from {} to {}, or "
+                  "fracture.strength instead of the toughness",
+                  nu, least, greatest);
 }
 
 }  // namespace
@@ -246,7 +245,8 @@ void complete_fracture(Parameters& parameters, Findings& findings) {
   const double k = fracture.fracture_toughness;
   if (k == 0) return;
   if (findings.given("fracture.toughness"))
-    findings.report("fracture.fracture_toughness", "is given besides toughness; give one of the two");
+    findings.report("fracture.fracture_toughness",
+                    "is given together with toughness; give only one of the two");
   for (const char* const key : {"material.youngs_modulus", "material.poisson_ratio"})
     if (findings.faulty(key)) return;
   const double nu = parameters.material.poisson_ratio;
@@ -256,17 +256,17 @@ void complete_fracture(Parameters& parameters, Findings& findings) {
 void check_fracture(const Parameters& parameters, Findings& findings) {
   if (parameters.fracture.variation) check_variation(findings, *parameters.fracture.variation);
   if (parameters.fracture.contact == Contact::frictionless && parameters.time.start != Start::rest)
-    findings.report(
-        "fracture.contact",
-        "\"frictionless\" is for dynamics only, equilibria are linear; give time.start = \"rest\"");
+    findings.report("fracture.contact",
+                    "\"frictionless\" contact is available in dynamics only; give time.start = \"rest\"");
   if (parameters.fracture.contact == Contact::frictionless && parameters.time.engine == Engine::petsc)
     findings.report("fracture.contact",
-                    "\"frictionless\" is not linear, which a matrix cannot be; give \"none\", or "
-                    "time.engine = \"fixed-point\"");
+                    "\"frictionless\" contact is nonlinear and not available with time.engine = \"petsc\"; "
+                    "give \"none\", or time.engine = \"fixed-point\"");
   const auto& size = parameters.specimen.size;
   if (const double largest = std::max({size[0], size[1], size[2]});
       size_is_known(findings) && parameters.fracture.length >= largest)
-    findings.report("fracture.length", "{} is a ball as large as the body; give less than {}, some spacings",
+    findings.report("fracture.length",
+                    "{} is as large as the body; give less than {}, such as a few spacings",
                     show(parameters.fracture.length), show(largest));
   if (findings.faulty("fracture.strength") || findings.faulty("fracture.toughness") ||
       findings.faulty("fracture.fracture_toughness"))
@@ -279,25 +279,21 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
       if (is_missing)
         findings.report(
             fmt::format("fracture.{}", key),
-            "the key is missing, which release = \"softening\" needs; give both strength, such as "
+            "the key is missing, but release = \"softening\" requires it; give both strength, such as "
             "\"35 MPa\", and toughness, such as \"150 J/m^2\"");
     if (findings.given("fracture.length"))
-      findings.report(
-          "fracture.length",
-          "does not go with release = \"softening\", which has a length of its own; leave one of the "
-          "two out");
+      findings.report("fracture.length",
+                      "cannot be combined with release = \"softening\", which has its own length; leave one "
+                      "of the two out");
   } else {
     for (const char* const key : {"fracture.softening", "fracture.teeth"})
       if (findings.given(key))
-        findings.report(key, "is for release = \"softening\" only; leave it out, or give that release");
+        findings.report(key, "applies to release = \"softening\" only; leave it out, or give that release");
   }
   if (softens) return;
   if (fracture.strength == 0 && fracture.toughness == 0) {
     findings.report("fracture.strength",
                     "the key is missing; give a strength such as \"35 MPa\", or toughness");
-  } else if (fracture.strength != 0 && fracture.toughness != 0) {
-    findings.report(fracture.fracture_toughness != 0 ? "fracture.fracture_toughness" : "fracture.toughness",
-                    "is given besides strength; give one of the two");
   } else if (fracture.toughness != 0) {
     check_toughness(parameters, findings);
   }
@@ -306,13 +302,13 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
 void check_time(const Parameters& parameters, Findings& findings) {
   const Time& time = parameters.time;
   if (time.engine == Engine::petsc && time.precision == Precision::mixed && findings.given("time.precision"))
-    findings.report("time.precision",
-                    "\"mixed\" is for engine = \"fixed-point\"; with \"petsc\" give \"double\", or leave it "
-                    "out");
+    findings.report(
+        "time.precision",
+        "\"mixed\" requires engine = \"fixed-point\"; with \"petsc\" give \"double\", or leave it out");
   if (time.integrator != Integrator::verlet) {
     const char* const why =
-        "needs time.integrator = \"verlet\": \"bilateral4\" has substeps backward in time, in which damping "
-        "would add energy";
+        "requires time.integrator = \"verlet\": \"bilateral4\" has substeps backward in time, in which "
+        "damping would add energy";
     if (parameters.damping && parameters.damping->mass > 0) findings.report("damping.mass", "{}", why);
     for (std::size_t i = 0; i < parameters.boundaries.size(); ++i)
       if (parameters.boundaries[i].kind == BoundaryKind::absorbing)
@@ -323,9 +319,9 @@ void check_time(const Parameters& parameters, Findings& findings) {
   const std::string duration = format_quantity(time.duration, time_dimension);
   const std::string step = format_quantity(*time.step, time_dimension);
   if (*time.step > time.duration) {
-    findings.report("time.step", "{} is over the duration; give at most {}", step, duration);
+    findings.report("time.step", "{} exceeds the duration; give at most {}", step, duration);
   } else if (time.duration / *time.step > max_steps) {
-    findings.report("time.step", "{} makes more than {:.0e} steps in {}; give a longer step", step, max_steps,
+    findings.report("time.step", "{} gives more than {:.0e} steps in {}; give a longer step", step, max_steps,
                     duration);
   }
 }

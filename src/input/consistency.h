@@ -13,8 +13,9 @@ inline constexpr double touching = 1e-6;
 /// True if the extent of the body is valid.
 bool size_is_known(const Findings& findings);
 
-/// True for a box with at most slots cut into its faces.
-bool is_box(const Specimen& specimen);
+/// True if input::shape_of is defined. Call after complete_specimen and check_specimen.
+bool shape_is_known(const Specimen& specimen, const Findings& findings);
+
 /// Checks that the keys of the specimen are consistent, and derives the size of an outline and the shape of a
 /// body other than a box. Call before the checks.
 void complete_specimen(Parameters& parameters, Findings& findings);

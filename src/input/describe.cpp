@@ -2,6 +2,7 @@
 #include "crackle/common/checksum.h"
 #include "crackle/input/reader.h"
 
+#include "renamed_keys.h"
 #include "schema.h"
 
 #include <fmt/format.h>
@@ -29,6 +30,17 @@ std::vector<Line> resolved(const Parameters& parameters) {
     }
   }
   return lines;
+}
+
+/// What the list of keys says of a key, after its name.
+std::string description(const Key& key) {
+  const Requirement& requirement = key.requirement;
+  const std::string unset = !requirement.instead.empty()
+                                ? fmt::format("required, or `{}`", requirement.instead)
+                            : requirement.required         ? "required"
+                            : requirement.fallback.empty() ? requirement.unset
+                                                           : fmt::format("`{}`", requirement.fallback);
+  return fmt::format("({}): {}; {}", unset, key.accepted, key.help);
 }
 
 }  // namespace
@@ -92,24 +104,25 @@ std::string sample_identity(const Parameters& parameters) {
   // Files that predate these keys have the samples of their defaults.
   for (const char* const setting : {"mesh.base = shared", "time.engine = fixed-point"})
     std::erase(settings, setting);
+  std::ranges::transform(settings, settings.begin(), with_earlier_name);
   return fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n"))));
 }
 
-std::string key_table() {
-  std::string result =
-      "| key | default | accepted | meaning |\n"
-      "|---|---|---|---|\n";
+std::string key_list() {
+  std::string result;
   for (const Table& table : schema()) {
-    const bool many = table.occurrence == Occurrence::many;
-    const char* occurrence = many ? "any number" : table.occurrence == Occurrence::optional ? "optional" : "";
-    result += fmt::format("| **`{}`** | {} | | {} |\n", header_of(table), occurrence, table.help);
-    for (const Key& key : table.keys) {
-      const Requirement& requirement = key.requirement;
-      const std::string fallback = !requirement.instead.empty() ? "required, or `" + requirement.instead + "`"
-                                   : requirement.required       ? "required"
-                                   : requirement.fallback.empty() ? requirement.unset
-                                                                  : "`" + requirement.fallback + "`";
-      result += fmt::format("| `{}` | {} | {} | {} |\n", key.name, fallback, key.accepted, key.help);
+    const char* occurrence = table.occurrence == Occurrence::many       ? ", any number"
+                             : table.occurrence == Occurrence::optional ? ", optional"
+                                                                        : "";
+    result += fmt::format("{}**`{}`**{}: {}\n\n", result.empty() ? "" : "\n", header_of(table), occurrence,
+                          table.help);
+    for (std::size_t i = 0; i < table.keys.size(); ++i) {
+      const Key& key = table.keys[i];
+      std::string names = fmt::format("`{}`", key.name);
+      // Keys that differ in their names only, such as the extents along three axes, share an entry.
+      for (; i + 1 < table.keys.size() && description(table.keys[i + 1]) == description(key); ++i)
+        names += fmt::format(", `{}`", table.keys[i + 1].name);
+      result += fmt::format("- {} {}\n", names, description(key));
     }
   }
   return result;

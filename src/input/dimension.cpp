@@ -74,10 +74,10 @@ std::vector<Dimension> known_dimensions(double exponent) {
   std::vector<Dimension> dimensions{
       length_dimension,          time_dimension,   stress_dimension,        density_dimension,
       energy_per_area_dimension, volume_dimension, rate_of_decay_dimension, stress_intensity_dimension};
-  for (const BoundaryKind kind : {BoundaryKind::force, BoundaryKind::traction, BoundaryKind::velocity,
-                                  BoundaryKind::displacement, BoundaryKind::pressure}) {
-    dimensions.push_back(value_dimension(kind));
-    dimensions.push_back(rate_dimension(kind));
+  for (const BoundaryTraits& traits : boundary_kinds) {
+    if (!has_quantity(traits.kind)) continue;
+    dimensions.push_back(value_dimension(traits.kind));
+    dimensions.push_back(rate_dimension(traits.kind));
   }
   if (exponent != 0) dimensions.push_back(impulse_dimension(exponent));
   return dimensions;

@@ -36,8 +36,8 @@ Dimension impulse_dimension(double exponent);
 
 inline constexpr std::array axis_names{"x", "y", "z"};
 
-/// The dimensions of the quantity prescribed by a boundary condition, and of its rate of change. @pre kind is
-/// not fix
+/// The dimensions of the quantity prescribed by a boundary condition, and of its rate of change.
+/// @pre has_quantity(kind)
 const Dimension& value_dimension(BoundaryKind kind);
 const Dimension& rate_dimension(BoundaryKind kind);
 

@@ -36,8 +36,19 @@ bool Findings::faulty(const std::string& key) const {
   });
 }
 
+void Findings::note(const std::string& key, int line, const std::string& message) {
+  notes_.push_back({line, key, message});
+}
+
 std::vector<std::string> Findings::messages(const std::filesystem::path& file) const {
-  std::vector<Finding> sorted = findings_;
+  return lines(file, findings_);
+}
+
+std::vector<std::string> Findings::notes(const std::filesystem::path& file) const {
+  return lines(file, notes_);
+}
+
+std::vector<std::string> Findings::lines(const std::filesystem::path& file, std::vector<Finding> sorted) {
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const Finding& a, const Finding& b) { return a.line < b.line; });
   constexpr std::size_t max_messages = 100;

@@ -29,6 +29,9 @@ public:
     report(key, fmt::format(message, std::forward<Arguments>(arguments)...));
   }
 
+  /// Records a remark, which is no error.
+  void note(const std::string& key, int line, const std::string& message);
+
   /// True if there is an error at the key, inside it or at an enclosing table; values that depend on it
   /// cannot be checked then.
   bool faulty(const std::string& key) const;
@@ -39,14 +42,19 @@ public:
   /// the last line counts those beyond the first hundred.
   std::vector<std::string> messages(const std::filesystem::path& file) const;
 
+  /// The remarks, in the same form.
+  std::vector<std::string> notes(const std::filesystem::path& file) const;
+
 private:
   struct Finding {
     int line;
     std::string key;
     std::string message;
   };
+  static std::vector<std::string> lines(const std::filesystem::path& file, std::vector<Finding> sorted);
+
   std::map<std::string, int> lines_;
-  std::vector<Finding> findings_;
+  std::vector<Finding> findings_, notes_;
 };
 
 }  // namespace crackle::input

@@ -27,14 +27,6 @@ double rounded_down(double value) {
 }
 
 /// Volume of the intersection of two boxes [m^3]; 0 if they do not intersect.
-double common_volume(const Region& a, const Region& b) {
-  double volume = 1;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    volume *=
-        std::max(0.0, std::min(a[axis].second, b[axis].second) - std::max(a[axis].first, b[axis].first));
-  return volume;
-}
-
 /// Area of the intersection of a shape and a box [m^2].
 double common_area(const plane::Shape& shape, const Region& box) {
   const plane::Bounds bounds = plane::bounds_of(shape.loops.front().corners);
@@ -51,17 +43,10 @@ double common_area(const plane::Shape& shape, const Region& box) {
   return common;
 }
 
-/// Volume of the body in a box, without its notches, which must not overlap [m^3].
+/// Volume of the body in a box [m^3].
 double material_volume(const Specimen& specimen, const Region& box) {
-  const Vector& size = specimen.size;
-  if (specimen.shape) {
-    const double thickness = std::min(box[0].second, size[0]) - std::max(box[0].first, 0.0);
-    return std::max(0.0, thickness) * common_area(*specimen.shape, box);
-  }
-  double volume = common_volume(box, bounds_of(specimen));
-  for (const Notch& notch : specimen.notches)
-    if (!notch.slot) volume -= common_volume(box, slot_of(notch, size));
-  return volume;
+  const double thickness = std::min(box[0].second, specimen.size[0]) - std::max(box[0].first, 0.0);
+  return std::max(0.0, thickness) * common_area(shape_of(specimen), box);
 }
 
 /// Rejects a spacing with too many points in a box: at least one per spacing^3; refinements elsewhere are
@@ -70,9 +55,9 @@ void check_number(const Mesh& mesh, double spacing, double volume, const std::st
                   Findings& findings) {
   const double n_points = volume / std::pow(spacing, 3);
   if (n_points <= max_mother_points || mesh.points) return;
-  findings.report(
-      key, "{} gives {:.0e} mother points or more, and at most {:.0e} can be made; give at least {}",
-      show(spacing), n_points, max_mother_points, show(rounded_up(std::cbrt(volume / max_mother_points))));
+  findings.report(key, "{} needs {:.0e} or more mother points, but the limit is {:.0e}; give at least {}",
+                  show(spacing), n_points, max_mother_points,
+                  show(rounded_up(std::cbrt(volume / max_mother_points))));
 }
 
 /// Rejects a mesh that is nowhere fine enough for softening.
@@ -88,8 +73,8 @@ void check_softening(const Parameters& parameters, Findings& findings) {
   if (finest < limit || mesh.points) return;
   findings.report(
       "mesh.spacing",
-      "the finest spacing, {}, is too coarse for softening: tetrahedra hold more energy at the strength than "
-      "the toughness takes, and snap back; where cracks run give less than {}, better {}",
+      "the finest spacing, {}, is too coarse for softening: at the strength tetrahedra store more energy "
+      "than the toughness dissipates, and snap back; where cracks run give less than {}, preferably {}",
       show(finest), show(rounded_down(limit)),
       show(rounded_down(resolving_share * process_zone_length(parameters))));
 }
@@ -102,8 +87,8 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
                     "has no bounds; give at least one of x, y and z, such as z = [\"60 mm\", \"80 mm\"]");
   if (!findings.faulty(key + ".spacing") && !findings.faulty("mesh.spacing") &&
       region.spacing > parameters.mesh.spacing)
-    findings.report(key + ".spacing", "{} is over mesh.spacing, which holds everywhere; give at most {}",
-                    show(region.spacing), show(parameters.mesh.spacing));
+    findings.report(key + ".spacing", "{} exceeds mesh.spacing; give at most {}", show(region.spacing),
+                    show(parameters.mesh.spacing));
   if (findings.faulty(key) || !size_is_known(findings)) return;
   const Vector& size = parameters.specimen.size;
   const Region bounds = bounds_of(parameters.specimen);
@@ -112,14 +97,14 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
     const auto [first, last] = bounds[axis];
     if (lower < last && upper > first) continue;
     findings.report(fmt::format("{}.{}", key, axis_names[axis]),
-                    fmt::format("the region from {} to {} is outside the body; give a part of {} to {}",
+                    fmt::format("the region from {} to {} is outside the body; give a range within {} to {}",
                                 show(lower), show(upper), first == 0 ? "0" : show(first), show(last)));
   }
-  if (findings.faulty(key) || findings.faulty("specimen")) return;
+  if (findings.faulty(key) || !shape_is_known(parameters.specimen, findings)) return;
   const double volume = material_volume(parameters.specimen, region.box);
   if (volume <= 1e-12 * size[0] * size[1] * size[2])
-    findings.report(key, "lies {}, where there is nothing to mesh; give a box in the body",
-                    is_box(parameters.specimen) ? "in a notch" : "beside the body, in a notch or a hole");
+    findings.report(key, "lies {}, where there is no material; give a box in the body",
+                    is_box(parameters.specimen) ? "in a notch" : "outside the body, in a notch or in a hole");
   else
     check_number(parameters.mesh, region.spacing, volume, key + ".spacing", findings);
 }
@@ -130,23 +115,23 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
   const Mesh& mesh = parameters.mesh;
   for (std::size_t i = 0; i < mesh.regions.size(); ++i) check_region(parameters, i, findings);
   if (mesh.points && mesh.base == Base::own)
-    findings.report(
-        "mesh.base",
-        "\"own\" places points for each sample, but mesh.points gives them; leave out one of the two");
+    findings.report("mesh.base",
+                    "\"own\" generates points for each sample, but mesh.points reads them from a file; leave "
+                    "one of the two out");
   if (findings.faulty("mesh.spacing")) return;
   if (!findings.faulty("mesh.notch_spacing") && mesh.notch_spacing > mesh.spacing) {
-    findings.report("mesh.notch_spacing", "{} is over mesh.spacing; give at most {}",
+    findings.report("mesh.notch_spacing", "{} exceeds mesh.spacing; give at most {}",
                     show(mesh.notch_spacing), show(mesh.spacing));
   }
   if (!size_is_known(findings)) return;
   const Vector& size = parameters.specimen.size;
   const double smallest = *std::min_element(size.begin(), size.end());
   if (mesh.spacing > smallest) {
-    findings.report("mesh.spacing", "{} is over the smallest edge of the body; give at most {}",
+    findings.report("mesh.spacing", "{} exceeds the smallest edge of the body; give at most {}",
                     show(mesh.spacing), show(smallest));
     return;
   }
-  if (findings.faulty("specimen")) return;
+  if (!shape_is_known(parameters.specimen, findings)) return;
   check_number(mesh, mesh.spacing, material_volume(parameters.specimen, everywhere), "mesh.spacing",
                findings);
   if (!findings.faulty("mesh")) check_softening(parameters, findings);

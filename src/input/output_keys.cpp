@@ -25,7 +25,7 @@ Key probe_name_key() {
           "text",
           required(),
           accepted_name("gauge"),
-          "of the probe, another one for each",
+          "name of the probe, unique among the probes",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_name(source, "gauge")) parameters.output.probes.at(i).name = *name;
           },
@@ -33,14 +33,14 @@ Key probe_name_key() {
 }
 
 Key governing_key() {
-  const std::string form = "the name of a [[boundary]], such as \"rollers\", or its number from 0 on";
+  const std::string form = "the name of a [[boundary]], such as \"rollers\", or its number, counted from 0";
   return {"governing",
           "text or integer",
-          optional("what drives the body"),
+          optional("the driving condition"),
           form,
-          "boundary condition, with all of its name, whose load and displacement the load curve and the peak "
-          "load are of; what drives is the first that changes with time, or else the first that prescribes "
-          "anything but zero",
+          "boundary condition, with all others of its name, that gives the load and displacement of the load "
+          "curve and the peak load; the driving condition is the first that changes with time, or otherwise "
+          "the first that prescribes a value other than zero",
           [=](const Source& source, Parameters& parameters, std::size_t) {
             if (source.value.kind == ValueKind::integer) {
               if (const auto number = read_integer(source, 0, max_conditions))
@@ -63,7 +63,7 @@ Key place_key() {
           "length",
           required(),
           form,
-          "place in the body",
+          "position in the body",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             const auto elements = read_elements(source, 3, form);
             for (std::size_t axis = 0; elements && axis < 3; ++axis)
@@ -103,14 +103,14 @@ std::optional<std::string> reason_outside(const Specimen& specimen, const Vector
   }
   if (specimen.shape) {
     if (in_shape(*specimen.shape, {p[1], p[2]}, slack)) return {};
-    return "the place is outside the body, or in a hole or a notch; give one in the material";
+    return "the position is outside the body, or in a hole or a notch; give one in the material";
   }
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     const Region slot = slot_of(specimen.notches[i], specimen.size);
     bool is_inside = true;
     for (std::size_t axis = 1; axis < 3; ++axis)
       is_inside = is_inside && p[axis] > slot[axis].first + slack && p[axis] < slot[axis].second - slack;
-    if (is_inside) return fmt::format("the place is in specimen.notch[{}]; give one in the material", i);
+    if (is_inside) return fmt::format("the position is in specimen.notch[{}]; give one in the material", i);
   }
   return {};
 }
@@ -121,7 +121,7 @@ Table output_table() {
   Key history = automatic_time_key(
       "history", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.history; },
       "0.5 us",
-      "time between two rows of a sample's history in dynamic phases; \"auto\" is a 200th of the duration");
+      "time between the rows of a sample's history in dynamic phases; \"auto\" is 1/200 of the duration");
   // Treated as if not given.
   history.show = [show = history.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
     if (!parameters.output.history) return {};
@@ -133,14 +133,14 @@ Table output_table() {
       "what the sample files hold",
       {integer_key<int>(
            "frames", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.frames; },
-           0, 100'000, by_default("11"), "pictures of the fields during the dynamic phase"),
+           0, 100'000, by_default("11"), "snapshots of the fields during the dynamic phase"),
        std::move(history), governing_key()}};
 }
 
 Table probe_table() {
   return {"output.probe",
           Occurrence::many,
-          "a place whose displacement, velocity and stress the history follows",
+          "a position at which the history records displacement, velocity and stress",
           {probe_name_key(), place_key()},
           [](const Parameters& parameters) { return parameters.output.probes.size(); },
           [](Parameters& parameters) { parameters.output.probes.emplace_back(); }};
@@ -181,7 +181,7 @@ void check_output(const Parameters& parameters, Findings& findings) {
   check_governing(parameters, findings);
   if (history && !findings.faulty("output.history") && !findings.faulty("time.duration") &&
       parameters.time.duration / *history > max_history_rows)
-    findings.report("output.history", "{} makes more than {:.0f} rows in {}; give a longer time",
+    findings.report("output.history", "{} gives more than {:.0f} rows in {}; give a longer time",
                     format_quantity(*history, time_dimension), max_history_rows,
                     format_quantity(parameters.time.duration, time_dimension));
   std::set<std::string> names;

@@ -39,7 +39,7 @@ std::string mega_is_meant(double stress, double least, double greatest) {
 std::string of_modulus(const Parameters& parameters) {
   const double modulus = parameters.material.youngs_modulus;
   if (modulus < softest)
-    return fmt::format("material.youngs_modulus = {} is softer than rubber, as gels are{}",
+    return fmt::format("material.youngs_modulus = {} is softer than rubber, like a gel{}",
                        shown_stress(modulus), mega_is_meant(modulus, 100 * softest, stiffest));
   if (modulus > stiffest)
     return fmt::format("material.youngs_modulus = {} is stiffer than diamond", shown_stress(modulus));
@@ -63,7 +63,7 @@ std::string of_strength(const Parameters& parameters) {
   const double modulus = parameters.material.youngs_modulus;
   if (modulus >= brittle_modulus && strength > ideal_strength * modulus)
     return fmt::format(
-        "fracture.strength = {} is more than a tenth of Young's modulus, {}, which no bond carries",
+        "fracture.strength = {} is more than a tenth of Young's modulus, {}, which no solid sustains",
         shown_stress(strength), shown_stress(modulus));
   if (strength > 0 && strength < least_strength * modulus)
     return fmt::format("fracture.strength = {} is {:.2g} of Young's modulus{}", shown_stress(strength),
@@ -85,12 +85,12 @@ std::string of_toughness(const Parameters& parameters) {
                    : fmt::format("fracture.toughness = {}", quantity_text(fracture.toughness, "J/m^2"));
   if (strength > ideal_strength * modulus)
     return fmt::format(
-        "{} needs stresses of some {} at a spacing of {}, more than a tenth of Young's modulus, which no "
-        "bond carries; {}",
+        "{} needs stresses of about {} at a spacing of {}, more than a tenth of Young's modulus, which no "
+        "solid sustains; {}",
         given, shown_stress(strength), show(parameters.mesh.spacing),
         by_intensity ? "1 MPa m^0.5 is 31.6 N/mm^1.5" : "1 J/mm^2 is a million J/m^2, 1 N/mm a thousand");
   if (strength < least_strength * modulus)
-    return fmt::format("{} goes with stresses of some {} at a spacing of {}, {:.2g} of Young's modulus",
+    return fmt::format("{} corresponds to stresses of about {} at a spacing of {}, {:.2g} of Young's modulus",
                        given, shown_stress(strength), show(parameters.mesh.spacing), strength / modulus);
   return {};
 }
@@ -101,17 +101,29 @@ std::string of_duration(const Parameters& parameters) {
       std::ranges::max(parameters.specimen.size) / std::sqrt(material.youngs_modulus / material.density);
   const double duration = parameters.time.duration;
   if (!(duration > many_transits * transit)) return {};
-  return fmt::format("time.duration = {} is {:.2g} times what a wave takes along the body, {}{}",
+  return fmt::format("time.duration = {} is {:.2g} times the transit time of a wave along the body, {}{}",
                      quantity_text(duration, "s"), duration / transit, quantity_text(transit, "s"),
                      duration >= 1000 ? "; Ms is megasecond, ms millisecond, us microsecond" : "");
+}
+
+std::string of_release_time(const Parameters& parameters) {
+  const double release = parameters.fracture.release_time;
+  const double duration = parameters.time.duration;
+  if (!(release > 0.1 * duration)) return {};
+  return fmt::format(
+      "fracture.release_time = {} is more than a tenth of time.duration = {}: hardly any tetrahedron loses "
+      "all "
+      "of its stiffness",
+      quantity_text(release, "s"), quantity_text(duration, "s"));
 }
 
 }  // namespace
 
 std::vector<std::string> plausibility_warnings(const Parameters& parameters) {
   std::vector<std::string> warnings;
-  for (const auto look : {of_modulus, of_density, of_strength, of_toughness, of_duration})
-    if (std::string text = look(parameters); !text.empty()) warnings.push_back(std::move(text));
+  for (const auto warning_on :
+       {of_modulus, of_density, of_strength, of_toughness, of_duration, of_release_time})
+    if (std::string text = warning_on(parameters); !text.empty()) warnings.push_back(std::move(text));
   return warnings;
 }
 

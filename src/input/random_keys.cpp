@@ -22,15 +22,15 @@ struct Parameter {
 };
 
 constexpr std::array parameters_of_random{
-    Parameter{"mean", &RandomInput::mean, "mean; of truncated, that of the normal distribution behind it"},
+    Parameter{"mean", &RandomInput::mean, "mean; for truncated, of the underlying normal distribution"},
     Parameter{"standard_deviation", &RandomInput::standard_deviation,
-              "standard deviation; of truncated, likewise"},
-    Parameter{"lower", &RandomInput::lower, "least value"},
-    Parameter{"upper", &RandomInput::upper, "greatest value"},
-    Parameter{"mode", &RandomInput::mode, "most likely value of triangular"},
-    Parameter{"scale", &RandomInput::scale, "of Weibull, from lower on"},
+              "standard deviation; for truncated, of the underlying normal distribution"},
+    Parameter{"lower", &RandomInput::lower, "smallest value"},
+    Parameter{"upper", &RandomInput::upper, "largest value"},
+    Parameter{"mode", &RandomInput::mode, "most likely value of a triangular distribution"},
+    Parameter{"scale", &RandomInput::scale, "scale of a Weibull distribution, measured from lower"},
 };
-constexpr Parameter shape_parameter{"shape", &RandomInput::shape, "of Weibull: its modulus"};
+constexpr Parameter shape_parameter{"shape", &RandomInput::shape, "modulus of a Weibull distribution"};
 
 /// The parameters of a distribution, by key.
 struct Signature {
@@ -91,8 +91,7 @@ void resolve(const Source& source, RandomInput& random, double exponent) {
   }
   const Value* const value = source.context.root ? find_path(*source.context.root, *path) : nullptr;
   if (value == nullptr) {
-    source.report("the input does not give \"{}\"; give it, with the value that it has without randomness",
-                  shown);
+    source.report("the input does not give \"{}\"; give its nominal value", shown);
     return;
   }
   random.key = *path;
@@ -120,8 +119,8 @@ Key random_key_key() {
           "name",
           required(),
           accepted_random_key,
-          "what differs from sample to sample; list entries are counted from 0; what moves the geometry "
-          "(specimen, spacings) needs mesh.base = \"own\"",
+          "key that varies between samples; list entries are counted from 0; keys that change the geometry "
+          "(specimen, spacings) need mesh.base = \"own\"",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             resolve(source, parameters.random.at(i), parameters.fracture.exponent);
           },
@@ -136,10 +135,10 @@ Key distribution_key() {
       "distribution",
       [](Parameters & parameters, std::size_t i) -> auto& { return parameters.random.at(i).distribution; },
       choices, required(),
-      "uniform takes lower and upper; triangular these and mean or mode; normal standard_deviation; "
-      "lognormal "
-      "that, and lower where it does not begin at 0; truncated (normal) that, and lower, upper or both; beta "
-      "lower, upper and standard_deviation; weibull shape and scale, and lower where it does not begin at 0");
+      "uniform takes lower and upper; triangular takes lower, upper and mean or mode; normal takes "
+      "standard_deviation; lognormal takes standard_deviation, and lower if it does not start at 0; "
+      "truncated (normal) takes standard_deviation, and lower, upper or both; beta takes lower, upper and "
+      "standard_deviation; weibull takes shape and scale, and lower if it does not start at 0");
 }
 
 Key parameter_key(const Parameter& parameter) {
@@ -181,9 +180,9 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
       findings.report(key, "the key is missing; \"{}\" takes {}", name, fmt::join(signature.required, ", "));
       complete = false;
     } else if (!needed && !contains(signature.optional, parameter.name) && findings.given(key)) {
-      findings.report(key, "\"{}\" does not take it; it takes {}{}{}", name,
-                      fmt::join(signature.required, ", "), signature.optional.empty() ? "" : " and perhaps ",
-                      fmt::join(signature.optional, ", "));
+      findings.report(
+          key, "\"{}\" does not take this key; it takes {}{}{}", name, fmt::join(signature.required, ", "),
+          signature.optional.empty() ? "" : " and optionally ", fmt::join(signature.optional, ", "));
       complete = false;
     }
   };
@@ -212,9 +211,9 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
     case RandomDistribution::lognormal: {
       const double start = is_given(lower) ? lower : 0;
       if (center <= start)
-        report(
-            is_given(mean) ? "mean" : "distribution",
-            fmt::format("the mean {} is not above {}, where lognormal begins", shown(center), shown(start)));
+        report(is_given(mean) ? "mean" : "distribution",
+               fmt::format("the mean {} is not above {}, the lower bound of lognormal", shown(center),
+                           shown(start)));
       break;
     }
     case RandomDistribution::triangular:
@@ -223,8 +222,10 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
       else if (is_given(random.mode) && !(random.mode >= lower && random.mode <= upper))
         report("mode", outside("mode", random.mode));
       else if (is_given(mean) && !(3 * mean >= 2 * lower + upper && 3 * mean <= lower + 2 * upper))
-        report("mean", fmt::format("no triangle from {} to {} has the mean {}; give one in the middle third",
-                                   shown(lower), shown(upper), shown(mean)));
+        report("mean",
+               fmt::format(
+                   "no triangular distribution from {} to {} has the mean {}; give one in the middle third",
+                   shown(lower), shown(upper), shown(mean)));
       break;
     case RandomDistribution::beta:
       if (!inside(center))
@@ -249,13 +250,13 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
 }  // namespace
 
 Table random_table() {
-  Table table{"random",
-              Occurrence::many,
-              "a number of the input that differs from sample to sample, beside the mesh; sample i's value "
-              "depends on (seed, i) only",
-              {random_key_key(), distribution_key()},
-              [](const Parameters& parameters) { return parameters.random.size(); },
-              [](Parameters& parameters) { parameters.random.emplace_back(); }};
+  Table table{
+      "random",
+      Occurrence::many,
+      "a number of the input that varies between samples; the value of sample i depends on (seed, i) only",
+      {random_key_key(), distribution_key()},
+      [](const Parameters& parameters) { return parameters.random.size(); },
+      [](Parameters& parameters) { parameters.random.emplace_back(); }};
   for (const Parameter& parameter : parameters_of_random) table.keys.push_back(parameter_key(parameter));
   table.keys.push_back(parameter_key(shape_parameter));
   return table;
@@ -287,21 +288,19 @@ void check_random(const Parameters& parameters, Findings& findings) {
     if (!keys.insert(random.key).second)
       findings.report(table + ".key", "\"{}\" is random already; give each key once", random.key);
     if (moves_geometry(random.key) && parameters.mesh.base != Base::own)
-      findings.report(
-          table + ".key",
-          "\"{}\" moves the mother points, and all samples share one set of them; give mesh.base = "
-          "\"own\"",
-          random.key);
+      findings.report(table + ".key",
+                      "\"{}\" changes the mother points, which all samples share; give mesh.base = \"own\"",
+                      random.key);
     if (!findings.faulty(table + ".distribution")) check_distribution(random, table, findings);
   }
   if (parameters.ensemble.stop && parameters.ensemble.replicates > 1)
     findings.report("ensemble.stop",
-                    "takes samples for independent, and those of one draw are not; leave it out, or give "
-                    "ensemble.replicates = 1");
+                    "assumes independent samples, but samples of the same draw are not; leave it out, or "
+                    "give ensemble.replicates = 1");
   if (!parameters.random.empty()) return;
   for (const char* const key : {"ensemble.plan", "ensemble.replicates"})
     if (findings.given(key) && !findings.given("random") && !findings.faulty(key))
-      findings.report(key, "has no effect without [[random]]; give some, or leave it out");
+      findings.report(key, "has no effect without [[random]]; add a [[random]] table, or leave it out");
 }
 
 }  // namespace crackle::input

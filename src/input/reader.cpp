@@ -4,6 +4,7 @@
 #include "consistency.h"
 #include "document.h"
 #include "findings.h"
+#include "renamed_keys.h"
 #include "schema.h"
 #include "values.h"
 
@@ -27,7 +28,7 @@ void read_missing_table(const Table& table, Parameters& parameters, Context& con
   for (const Key& key : table.keys)
     if (key.requirement.required) needed.push_back(key.name);
   if (needed.empty()) return read_table(table, Value{}, table.path, parameters, 0, context);
-  context.findings.report(table.path, "the table [{}] is missing; it gives {}", table.path,
+  context.findings.report(table.path, "the table [{}] is missing; its keys are {}", table.path,
                           fmt::join(needed, ", "));
 }
 
@@ -93,7 +94,7 @@ std::string read_text_file(const std::filesystem::path& file, const std::string&
   if (!stream) fail(fmt::format("cannot be read ({})", std::strerror(errno)));
   std::string text(max_text_size + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad()) fail("cannot be read to its end");
+  if (stream.bad()) fail("cannot be read to the end");
   text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
 }
@@ -111,10 +112,11 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   Parameters parameters;
   std::string stored = text;
   try {
-    const Value root = parse_document(text);
+    Value root = parse_document(text);
     if (root.members.empty()) {
-      throw SyntaxError(1, "there are no keys in the file; give an input file in TOML");
+      throw SyntaxError(1, "the file has no keys; give an input file in TOML");
     }
+    stored = with_current_names(text, root, findings);
     Context context{UnitSystem::shared(), findings, name.parent_path(), points, &root};
     locate(root, "", findings);
     report_unknown_keys(root, known_tables(), findings);
@@ -122,10 +124,10 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     const Value* const outline = find_path(root, "specimen.outline");
     if (outline != nullptr && outline->kind == ValueKind::string &&
         !parameters.specimen.outline->polygon.empty()) {
-      if (const auto completed = with_outline(text, *outline, parameters.specimen.outline->polygon))
+      if (const auto completed = with_outline(stored, *outline, parameters.specimen.outline->polygon))
         stored = *completed;
       else
-        findings.report("specimen.outline", "give the name of the file in quotes in the line of the key");
+        findings.report("specimen.outline", "give the file name in quotes, on the same line as the key");
     }
   } catch (const SyntaxError& error) {
     findings.report("", error.line(), error.what());
@@ -142,6 +144,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
   parameters.text = std::move(stored);
+  parameters.notes = findings.notes(name);
   return parameters;
 }
 

@@ -54,7 +54,7 @@ Key points_key() {
           "file name",
           optional("points are generated"),
           "name of a readable file, relative to the input file",
-          "base mother points from a file instead",
+          "file of base mother points to use instead",
           [](const Source& source, Parameters& parameters, std::size_t) {
             const auto name = read_text(source, "the name of a file with points");
             if (!name) return;
@@ -111,7 +111,7 @@ Key sections_key(const std::string& name, std::vector<double> Sections::*positio
   return {name,
           "length",
           optional("none; y, z or a line is required"),
-          fmt::format("{}, ascending, inside the {}, where a notch's crack can arrive", form, extent),
+          fmt::format("{}, ascending, inside the {}, where a crack from a notch can arrive", form, extent),
           help,
           [=](const Source& source, Parameters& parameters, std::size_t) {
             const auto elements = read_elements(source, 0, form);
@@ -148,7 +148,7 @@ Table line_table() {
   };
   return {"sections.line",
           Occurrence::many,
-          "a straight line across the cracks: they are measured by the distance from its start",
+          "a straight line across the cracks; positions are distances from its start",
           {end_key("from", &SectionLine::from, R"(["10 mm", "60 mm"])", "where the line starts"),
            end_key("to", &SectionLine::to, R"(["14 mm", "80 mm"])", "where it ends")},
           [](const Parameters& parameters) { return parameters.sections.lines.size(); },
@@ -198,29 +198,27 @@ Table ensemble_table() {
            "meshes", in(&Parameters::ensemble, &Ensemble::meshes),
            {{"auto", MeshMakers::automatic}, {"master", MeshMakers::master}, {"groups", MeshMakers::groups}},
            by_default("\"auto\""),
-           "who makes the realizations: the master, ahead of need, or each group its own; with \"auto\" the "
-           "master, and a group for which none is ready makes its own"),
-       with_random_inputs(choice_key<SamplingPlan>(
-           "plan", in(&Parameters::ensemble, &Ensemble::plan),
-           {{plan_names[0], SamplingPlan::independent},
-            {plan_names[1], SamplingPlan::latin_hypercube},
-            {plan_names[2], SamplingPlan::sobol}},
-           by_default("\"independent\""),
-           "how the values of [[random]] are spread; an ensemble with \"latin-hypercube\" cannot be "
-           "extended by more samples, with the others it can")),
-       with_random_inputs(integer_key("replicates", in(&Parameters::ensemble, &Ensemble::replicates), 1,
-                                      1'000'000, by_default("1"),
-                                      "meshes that each draw of [[random]] is computed on: sample i has draw "
-                                      "i / replicates, rounded down"))}};
+           "who makes the realizations: the master, in advance, or each group its own; with \"auto\" the "
+           "master, and a group makes its own if none is ready"),
+       with_random_inputs(choice_key<SamplingPlan>("plan", in(&Parameters::ensemble, &Ensemble::plan),
+                                                   {{plan_names[0], SamplingPlan::independent},
+                                                    {plan_names[1], SamplingPlan::latin_hypercube},
+                                                    {plan_names[2], SamplingPlan::sobol}},
+                                                   by_default("\"independent\""),
+                                                   "how the values of [[random]] are sampled; more samples "
+                                                   "can be added later except with \"latin-hypercube\"")),
+       with_random_inputs(integer_key(
+           "replicates", in(&Parameters::ensemble, &Ensemble::replicates), 1, 1'000'000, by_default("1"),
+           "meshes per draw of [[random]]: sample i has draw i / replicates, rounded down"))}};
 }
 
 Table stop_table() {
   return {"ensemble.stop",
           Occurrence::optional,
-          "stop when the mean path of the leading cracks is known well enough",
+          "stop when the mean path of the leading cracks is precise enough",
           {quantity_key("half_width", stop(&EnsembleStop::half_width),
                         with_example(length_dimension, "0.25 mm"), positive_length, required(),
-                        "of the confidence interval of the mean path, at every section"),
+                        "half width of the confidence interval of the mean path to reach at every section"),
            number_key("confidence", stop(&EnsembleStop::confidence), {0, 1, true, true}, by_default("0.95"),
                       "level of that interval"),
            integer_key("min_samples", stop(&EnsembleStop::min_samples), 2, 1'000'000, by_default("30"),
@@ -245,10 +243,11 @@ Table mesh_table() {
                   "amplitude of the disturbance, in local spacings"),
        number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
                   "mean-ratio quality that every tetrahedron keeps"),
-       choice_key<Turn>("turn", in(&Parameters::mesh, &Mesh::turn),
-                        {{"random", Turn::random}, {"none", Turn::none}}, by_default("\"random\""),
-                        "where reflections or half-turns map the body on itself, each realization takes "
-                        "one of them, so that equal notches have equal chances"),
+       choice_key<MeshSymmetry>(
+           "symmetry", in(&Parameters::mesh, &Mesh::symmetry),
+           {{"random", MeshSymmetry::random}, {"none", MeshSymmetry::none}}, by_default("\"random\""),
+           "where reflections or half-turns map the body on itself, each realization takes "
+           "one of them, so that equal notches have equal chances"),
        choice_key<Base>(
            "base", in(&Parameters::mesh, &Mesh::base), {{"shared", Base::shared}, {"own", Base::own}},
            by_default("\"shared\""),
@@ -278,7 +277,7 @@ Table region_table() {
                  return parameters.mesh.regions.at(i).spacing;
                },
                with_example(length_dimension, "0.3 mm"), positive_length, required(),
-               "largest distance of the points in the box")},
+               "largest point spacing in the box")},
           [](const Parameters& parameters) { return parameters.mesh.regions.size(); },
           [](Parameters& parameters) { parameters.mesh.regions.emplace_back(); }};
 }
@@ -298,11 +297,11 @@ Table material_table() {
 
 /// An energy; for a stress intensity, the error refers to the corresponding key.
 Key toughness_key() {
-  Key key =
-      optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
-                            energy_per_area_dimension, {0, 1e9, true}, optional("from strength"),
-                            "energy per crack area that a slow crack takes; instead of strength, which then "
-                            "follows from it, the local spacing and a Poisson's ratio from 0 to 0.45");
+  Key key = optional_quantity_key(
+      "toughness", in(&Parameters::fracture, &Fracture::toughness), energy_per_area_dimension, {0, 1e9, true},
+      optional("from strength"),
+      "energy per area of a slow crack, from which strengths follow with the local "
+      "spacing (Poisson's ratio from 0 to 0.45); given with strength, those at a crack");
   key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
     const Value& value = source.value;
     if (value.kind == ValueKind::string &&
@@ -321,7 +320,8 @@ Table fracture_table() {
       "the Tuler-Butcher criterion",
       {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension,
                              positive_stress, optional("from toughness"),
-                             "sigma_0: largest principal stress without damage"),
+                             "sigma_0: largest principal stress that causes no damage; given with toughness, "
+                             "where there is no crack"),
        toughness_key(),
        optional_quantity_key("fracture_toughness", in(&Parameters::fracture, &Fracture::fracture_toughness),
                              stress_intensity_dimension, {0, 1e12, true}, optional("from toughness"),
@@ -334,24 +334,29 @@ Table fracture_table() {
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta"),
        impulse_key(),
-       choice_key<Memory>(
-           "memory", in(&Parameters::fracture, &Fracture::memory),
-           {{"cumulative", Memory::cumulative}, {"step", Memory::step}}, by_default("\"cumulative\""),
+       choice_key<Accumulation>(
+           "accumulation", in(&Parameters::fracture, &Fracture::accumulation),
+           {{"cumulative", Accumulation::cumulative}, {"step", Accumulation::step}},
+           by_default("\"cumulative\""),
            "whether damage accumulates over all steps or over one only: a strength of sigma_0 + "
            "(impulse / step)^(1 / exponent)"),
        choice_key<Release>(
            "release", in(&Parameters::fracture, &Fracture::release),
            {{"element", Release::element}, {"facet", Release::facet}, {"softening", Release::softening}},
            by_default("\"element\""),
-           "what a break opens: all dual facets of the tetrahedron, or one group; or all, but in "
-           "steps, which needs strength and toughness"),
+           "how a tetrahedron breaks: all its dual facets open at once, or one group of them does, or all "
+           "soften in steps (requires strength and toughness)"),
+       optional_quantity_key(
+           "release_time", in(&Parameters::fracture, &Fracture::release_time),
+           with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
+           "in dynamic phases, over which the stiffness of a breaking tetrahedron falls to nothing"),
        of_softening(choice_key<SofteningCurve>(
            "softening", in(&Parameters::fracture, &Fracture::softening),
            {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},
-           by_default("\"linear\""), "how stress falls with opening, with release = \"softening\"")),
+           by_default("\"linear\""), "how the stress falls with the opening, with release = \"softening\"")),
        of_softening(integer_key("teeth", in(&Parameters::fracture, &Fracture::teeth), 2, 100,
                                 by_default("10"),
-                                "steps in which the stiffness of a softening tetrahedron falls")),
+                                "number of steps in which the stiffness of a softening tetrahedron falls")),
        choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
                            {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
                            by_default("\"none\""),
@@ -368,42 +373,43 @@ Table variation_table() {
   return {
       "fracture.variation",
       Occurrence::optional,
-      "the material differs from place to place, at random; sample i's field depends on (seed, i)",
+      "random variation of the material in space; the field of sample i depends on (seed, i)",
       {choice_key<Varies>(
            "of", variation(&Variation::of),
            {{"strength", Varies::strength}, {"toughness", Varies::toughness}, {"both", Varies::both}},
            by_default("\"strength\""),
-           "what the random factor multiplies; since toughness goes as strength squared, \"strength\" and "
-           "\"both\" are the same, and \"toughness\" multiplies the strength by the factor's root"),
+           "property that the random factor multiplies; as toughness is proportional to strength squared, "
+           "\"strength\" and \"both\" are the same, and \"toughness\" multiplies the strength by the square "
+           "root of the factor"),
        choice_key<Distribution>("distribution", variation(&Variation::distribution),
                                 {{"weibull", Distribution::weibull}, {"lognormal", Distribution::lognormal}},
                                 required(),
-                                "of the factor: Weibull's with scale 1, or a lognormal one with mean 1"),
+                                "distribution of the factor: Weibull with scale 1, or lognormal with mean 1"),
        optional_number_key("modulus", variation(&Variation::modulus), {1, 1000}, "required for \"weibull\"",
-                           "Weibull's modulus (shape)"),
+                           "Weibull modulus (shape)"),
        optional_quantity_key("reference_volume", variation(&Variation::reference_volume), volume_dimension,
                              {1e-27, 1e9}, optional("required for \"weibull\" without correlation_length"),
-                             "in which strength or toughness are Weibull's scale: 63 % of such volumes are "
-                             "below; smaller ones are stronger"),
+                             "volume for which strength or toughness is the Weibull scale: 63 % of such "
+                             "volumes are weaker; smaller volumes are stronger"),
        optional_number_key("coefficient_of_variation", variation(&Variation::coefficient_of_variation),
-                           {0, 2, true}, "required for \"lognormal\"", "of the lognormal distribution"),
+                           {0, 2, true}, "required for \"lognormal\"",
+                           "coefficient of variation of the lognormal distribution"),
        optional_quantity_key("correlation_length", variation(&Variation::correlation_length),
                              with_example(length_dimension, "2 mm"), positive_length,
-                             optional("each tetrahedron has a factor of its own, of the weakest place in it"),
-                             "of the Gaussian field behind the factor: Matern's correlation with smoothness "
-                             "3/2, which is 0.48 at this distance")},
+                             optional("each tetrahedron has its own factor, that of its weakest point"),
+                             "correlation length of the Gaussian field from which the factor follows: Matern "
+                             "correlation with smoothness 3/2, which is 0.48 at this distance")},
       [](const Parameters& parameters) { return parameters.fracture.variation ? std::size_t{1} : 0; },
       [](Parameters& parameters) { parameters.fracture.variation.emplace(); }};
 }
 
 Key engine_key() {
   const auto word = [](Engine engine) { return std::pair{std::string(to_string(engine)), engine}; };
-  return choice_key<Engine>(
-      "engine", in(&Parameters::time, &Time::engine), {word(Engine::fixed_point), word(Engine::petsc)},
-      by_default("\"fixed-point\""),
-      "what computes the dynamic phase: sums of integers, with the same bits on any number of ranks; or "
-      "PETSc's matrix and vectors in double precision, slower and with the same bits on the same number of "
-      "ranks only");
+  return choice_key<Engine>("engine", in(&Parameters::time, &Time::engine),
+                            {word(Engine::fixed_point), word(Engine::petsc)}, by_default("\"fixed-point\""),
+                            "arithmetic of the dynamic phase: integer sums, with the same bits on any number "
+                            "of ranks; or PETSc matrices and vectors in double precision, slower and with "
+                            "the same bits on the same number of ranks only");
 }
 
 Table time_table() {
@@ -417,13 +423,13 @@ Table time_table() {
             {"equilibrium", Start::equilibrium},
             {"rest", Start::rest}},
            by_default("\"quasi-static\""),
-           "equilibria up to instability; dynamics from the equilibrium under the loads at t = 0, whatever "
-           "is over the strength there; or dynamics from the body at rest at t = 0"),
+           "equilibria up to instability; dynamics from the equilibrium under the loads at t = 0, even if "
+           "stresses exceed the strength; or dynamics from the body at rest at t = 0"),
        automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
                           "time step; \"auto\" is a fraction of the stable step"),
        quantity_key("duration", in(&Parameters::time, &Time::duration),
                     with_example(time_dimension, "100 us"), positive_time, required(),
-                    "of the dynamic phase"),
+                    "duration of the dynamic phase"),
        choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
                               {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
                               by_default("\"bilateral4\""),
@@ -432,38 +438,39 @@ Table time_table() {
        choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
                              {{"mixed", Precision::mixed}, {"double", Precision::double_}},
                              by_default("\"mixed\""),
-                             "of the dynamic phase: fixed-point numbers of 32 or of 64 bits; what outgrows "
-                             "32 bits, or has strains too small for them, is computed again in "
-                             "64; \"double\" with engine = \"petsc\""),
+                             "fixed-point numbers of 32 or 64 bits in the dynamic phase; a sample whose "
+                             "values outgrow 32 bits, or whose strains are too small for them, is computed "
+                             "again in 64; \"double\" with engine = \"petsc\""),
        automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
-                          "time without a break after which a dynamic phase has arrested; \"auto\" is "
-                          "what a bar's longitudinal wave takes along the body's longest extent"),
+                          "time without a break after which a dynamic phase counts as arrested; \"auto\" is "
+                          "the transit time of a longitudinal bar wave along the longest extent of the body"),
        optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
                              with_example(time_dimension, "20 us"), positive_time, optional("off"),
-                             "a dynamic phase ends this long after the body came apart")}};
+                             "a dynamic phase ends this long after the body has separated")}};
 }
 
 Table damping_table() {
   return {"damping",
           Occurrence::optional,
-          "of the dynamic phase, with time.integrator = \"verlet\" only",
+          "damping in the dynamic phase; requires time.integrator = \"verlet\"",
           {quantity_key(
               "mass", [](Parameters& parameters, std::size_t) -> double& { return parameters.damping->mass; },
               rate_of_decay_dimension, {0, 1e12}, required(),
-              "damping force over mass and velocity: free motion decays with this rate, its energy with "
-              "twice that rate")},
+              "damping force per mass and velocity: free motion decays at this rate, its energy at twice "
+              "that rate")},
           [](const Parameters& parameters) { return parameters.damping ? std::size_t{1} : 0; },
           [](Parameters& parameters) { parameters.damping.emplace(); }};
 }
 
 Table sections_table() {
-  return {"sections",
-          Occurrence::once,
-          "where crack paths are measured",
-          {sections_key("y", &Sections::y, "width",
-                        "cross-sections y = const, for the cracks of notches in y-faces: they measure z"),
-           sections_key("z", &Sections::z, "length",
-                        "cross-sections z = const, for the cracks of notches in z-faces: they measure y")}};
+  return {
+      "sections",
+      Occurrence::once,
+      "where crack paths are measured",
+      {sections_key("y", &Sections::y, "width",
+                    "cross-sections y = const, where the z of cracks from notches in y-faces is measured"),
+       sections_key("z", &Sections::z, "length",
+                    "cross-sections z = const, where the y of cracks from notches in z-faces is measured")}};
 }
 
 }  // namespace
@@ -485,8 +492,8 @@ const std::vector<Table>& schema() {
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                  Requirement requirement, std::string help) {
   return value_key(
-      name, dimension.name.substr(dimension.name.find(' ') + 1), requirement, accepted(dimension, range),
-      help, access, [=](const Source& source) { return read_quantity(source, dimension, range); },
+      name, dimension.name.substr(dimension.name.find(' ') + 1), requirement, quantity_form(dimension), help,
+      access, [=](const Source& source) { return read_quantity(source, dimension, range); },
       [=](double value) { return format_quantity(value, dimension); });
 }
 
@@ -503,7 +510,7 @@ Key automatic_time_key(std::string name, Access<std::optional<double>> access, c
   return {std::move(name),
           "time",
           by_default("\"auto\""),
-          "\"auto\" or " + accepted(dimension, positive_time),
+          fmt::format("\"auto\" or {}", quantity_form(dimension)),
           std::move(help),
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             const bool text = source.value.kind == ValueKind::string;
@@ -539,7 +546,7 @@ Key range_key(std::string name, Access<std::pair<double, double>> access,
               const std::pair<std::string, std::string>& example, std::string whole, std::string help,
               bool may_be_empty) {
   const std::string form =
-      fmt::format("two lengths, the smaller one first{}, such as [\"{}\", \"{}\"]",
+      fmt::format("two lengths, the smaller first{}, such as [\"{}\", \"{}\"]",
                   may_be_empty ? " (or the same twice)" : "", example.first, example.second);
   return {std::move(name),
           "length",

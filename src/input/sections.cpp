@@ -92,11 +92,10 @@ Parameters with_sections(Parameters parameters, const std::vector<std::string>& 
     } else if (equals != std::string::npos && (kind == "y" || kind == "z")) {
       add_elements(values, arrays.emplace(kind, empty_array()).first->second);
     } else {
-      findings.report(
-          "", no_line,
-          fmt::format("\"{}\" is not known; give y=\"7 mm, 12.25 mm\", z=\"30 mm\" or line=\"1 mm, "
-                      "2 mm; 3 mm, 4 mm\", the y and z of a line's ends",
-                      shortened(list)));
+      findings.report("", no_line,
+                      fmt::format("\"{}\" is not known; give y=\"7 mm, 12.25 mm\", z=\"30 mm\" or line=\"1 "
+                                  "mm, 2 mm; 3 mm, 4 mm\" (y and z of the ends)",
+                                  shortened(list)));
     }
   }
   const auto read = [&](const Table& table, const std::map<std::string, Value>& values,

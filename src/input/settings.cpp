@@ -39,11 +39,6 @@ std::size_t end_of_line(const std::string& text, std::size_t at) {
   return end == std::string::npos ? text.size() : end + 1;
 }
 
-std::pair<std::size_t, std::size_t> extent_of(const std::string& text, const Value& value) {
-  const std::size_t begin = std::min(start_of_line(text, value.line) + value.column - 1, text.size());
-  return {begin, std::min(begin + value.length, text.size())};
-}
-
 /// Byte offset after the header line of a table: "[fracture]", or the second "[[boundary]]" for
 /// "boundary[1]". Empty if the text has no such line.
 std::optional<std::size_t> behind_header(const std::string& text, const std::string& path) {
@@ -95,6 +90,11 @@ std::string apply(std::string text, std::vector<Change> changes) {
 
 }  // namespace
 
+std::pair<std::size_t, std::size_t> extent_of(const std::string& text, const Value& value) {
+  const std::size_t begin = std::min(start_of_line(text, value.line) + value.column - 1, text.size());
+  return {begin, std::min(begin + value.length, text.size())};
+}
+
 std::string with_settings(const std::string& text, const std::vector<Setting>& settings) {
   const Value root = parse_document(text);
   std::vector<Change> changes;
@@ -115,11 +115,11 @@ std::string with_settings(const std::string& text, const std::vector<Setting>& s
       const Value wanted = parse_document("value = " + setting.value);
       if (found == nullptr || *found != *wanted.find("value"))
         refuse(setting,
-               "the input has no place for it; write the key into the input, in a table with a "
-               "header such as [mesh]");
+               "the key cannot be inserted into the input; add it by hand, in a table with a header such as "
+               "[mesh]");
     }
   } catch (const SyntaxError&) {
-    refuse(settings.front(), "the input has no place for it; write the key into the input");
+    refuse(settings.front(), "the key cannot be inserted into the input; add it by hand");
   }
   return result;
 }
@@ -143,10 +143,8 @@ std::string without_tables(const std::string& text, const std::string& name) {
   Value expected = root;
   std::erase_if(expected.members, [&](const Member& member) { return member.name == name; });
   if (parse_document(result) != expected)
-    throw InputError(
-        {fmt::format("{0}: cannot be told from the rest of the input; write it as [[{0}]], in a "
-                     "table of its own",
-                     name)});
+    throw InputError({fmt::format(
+        "{0}: cannot be separated from the rest of the input; write it as a separate table [[{0}]]", name)});
   return result;
 }
 

@@ -218,7 +218,7 @@ private:
       loop.corners = specimen_.outline->polygon;
       if (!plane::is_simple(loop.corners)) {
         findings_.report("specimen.outline",
-                         "the polygon meets itself; give corners in order, each once, round an area");
+                         "the polygon intersects itself; give its corners in order, each once");
         return false;
       }
     }
@@ -243,7 +243,7 @@ private:
 
   bool check_chords(const std::string& key, const Polygon& corners) {
     if (static_cast<double>(corners.size()) < 2 * plane::max_chords) return true;
-    findings_.report(key, "would take more than {} chords of the spacing there; give a coarser spacing",
+    findings_.report(key, "needs more than {} chords at the spacing there; give a coarser spacing",
                      corners.size());
     return false;
   }
@@ -256,7 +256,7 @@ private:
     if (!given.polygon.empty()) {
       if (!plane::is_simple(given.polygon)) {
         findings_.report(key + ".polygon",
-                         "the polygon meets itself; give corners in order, each once, round an area");
+                         "the polygon intersects itself; give its corners in order, each once");
         return {};
       }
       return of_part(given.polygon, part);
@@ -324,14 +324,14 @@ private:
     const auto& [from, to, end] = *given.slot;
     const double length = plane::norm(to - from);
     if (!(length > touching * size_)) {
-      findings_.report(key + ".to", "is the same point as from; give two points");
+      findings_.report(key + ".to", "is the same point as from; give two different points");
       return {};
     }
     const bool is_inside = is_in_body(from) && is_in_body(to);
     if (end == SlotEnd::round && length + touching * size_ < (is_inside ? 2 : 1) * given.height / 2) {
-      findings_.report(key + ".height", "{} is too much for round ends of a slot of {}; give at most {}",
-                       input::show(given.height), input::show(length),
-                       input::show(length * (is_inside ? 1 : 2)));
+      findings_.report(
+          key + ".height", "{} is too high for a slot of length {} with round ends; give at most {}",
+          input::show(given.height), input::show(length), input::show(length * (is_inside ? 1 : 2)));
       return {};
     }
     const Point direction = direction_of(to - from);
@@ -377,16 +377,16 @@ private:
     if (pieces.empty()) {
       findings_.report(cutter.key, "leaves nothing of the body");
     } else if (pieces.size() > 1) {
-      findings_.report(cutter.key, "cuts the body in {} pieces; leave it in one",
+      findings_.report(cutter.key, "cuts the body into {} pieces; leave it in one piece",
                        pieces.size() == 2 ? "two" : fmt::format("{}", pieces.size()));
     } else if (plane::area(pieces[0]) >= before * (1 - touching * touching)) {
-      findings_.report(cutter.key, "lies outside the body; give places between {} and {}",
+      findings_.report(cutter.key, "lies outside the body; give positions between {} and {}",
                        show_place(plane::bounds_of(shape_.loops.front().corners).lower),
                        show_place(plane::bounds_of(shape_.loops.front().corners).upper));
     } else if (is_hole && pieces[0].loops.size() != shape_.loops.size() + 1) {
-      findings_.report(cutter.key,
-                       "reaches over the edge of the body; leave material round it, or give it as part of "
-                       "the outline");
+      findings_.report(
+          cutter.key,
+          "crosses the edge of the body; leave material around it, or make it part of the outline");
     } else {
       shape_ = std::move(pieces[0]);
       return true;
@@ -407,7 +407,7 @@ private:
     if (!gap) return true;
     const int one = shape_.loops[gap->loop].part[gap->side];
     const int other = shape_.loops[gap->other_loop].part[gap->other_side];
-    findings_.report(key_of(std::max(one, other)), "{} comes as near as {} to {} at {}; leave more than {}",
+    findings_.report(key_of(std::max(one, other)), "{} is only {} from {} at {}; leave more than {}",
                      shape_.parts[static_cast<std::size_t>(std::max(one, other))].name,
                      input::show(gap->distance),
                      shape_.parts[static_cast<std::size_t>(std::min(one, other))].name,
@@ -420,11 +420,11 @@ private:
     const plane::Corner corner = plane::sharpest_corner(shape_);
     const double best = best_quality(corner.angle);
     if (best >= quality_reserve * parameters_.mesh.min_quality) return true;
-    findings_.report(
-        "mesh.min_quality",
-        "the body's corner at {} has {:.3g} degrees, where no tetrahedron is better than {:.2g}; give "
-        "at most {:.2g}, or a blunter corner",
-        show_place(corner.place), corner.angle * 180 / std::numbers::pi, best, best / quality_reserve);
+    findings_.report("mesh.min_quality",
+                     "the corner of the body at {} has {:.3g} degrees, which limits the quality there to "
+                     "{:.2g}; give at most {:.2g}, or a blunter corner",
+                     show_place(corner.place), corner.angle * 180 / std::numbers::pi, best,
+                     best / quality_reserve);
     return false;
   }
 
@@ -443,17 +443,17 @@ void check_holes(const Parameters& parameters, Findings& findings) {
     const auto given = [&](const char* name) { return findings.given(key + "." + name); };
     const int n_given = given("radius") + given("semi_axes") + given("polygon");
     if (n_given != 1) {
-      findings.report(key, n_given == 0 ? "has no form; give one of radius, semi_axes, polygon"
-                                        : "has several forms; give one of radius, semi_axes, polygon");
+      findings.report(key, n_given == 0 ? "has no shape; give one of radius, semi_axes and polygon"
+                                        : "has several shapes; give one of radius, semi_axes and polygon");
       continue;
     }
     if (given("polygon") && given("center"))
-      findings.report(key + ".center", "does not go with polygon, whose points are places; leave it out");
+      findings.report(key + ".center", "cannot be combined with polygon; leave it out");
     if (!given("polygon") && !given("center"))
       findings.report(key + ".center",
                       "the key is missing; give two lengths, y and z, such as [\"5 mm\", \"8 mm\"]");
     if (given("angle") && !given("semi_axes"))
-      findings.report(key + ".angle", "is for semi_axes; leave it out");
+      findings.report(key + ".angle", "applies to semi_axes only; leave it out");
   }
 }
 
@@ -465,7 +465,7 @@ void check_slots(const Parameters& parameters, Findings& findings) {
       for (const char* name : {"to", "end"})
         if (given(name))
           findings.report(fmt::format("{}.{}", key, name),
-                          "is for a slot between two points; give from, too, or leave it out");
+                          "applies to a slot between two points only; give from too, or leave it out");
       continue;
     }
     if (!given("to"))
@@ -473,7 +473,7 @@ void check_slots(const Parameters& parameters, Findings& findings) {
                       "the key is missing; give two lengths, y and z, such as [\"5 mm\", \"8 mm\"]");
     for (const char* name : {"face", "at", "depth"})
       if (given(name))
-        findings.report(fmt::format("{}.{}", key, name), "does not go with from and to; leave it out");
+        findings.report(fmt::format("{}.{}", key, name), "cannot be combined with from and to; leave it out");
   }
 }
 
@@ -483,21 +483,22 @@ void check_outline(const Parameters& parameters, Findings& findings) {
   if (!is_given) {
     for (const char* name : {"thickness", "radius"})
       if (findings.given(fmt::format("specimen.{}", name)))
-        findings.report(fmt::format("specimen.{}", name), "goes with outline; give outline, or size alone");
+        findings.report(fmt::format("specimen.{}", name), "requires outline; give outline, or size alone");
     return;
   }
   if (findings.given("specimen.size"))
-    findings.report("specimen.size", "is given besides outline; give size, or thickness and outline");
+    findings.report("specimen.size",
+                    "is given together with outline; give either size, or thickness and outline");
   if (!findings.given("specimen.thickness"))
     findings.report("specimen.thickness", "the key is missing; give a length such as \"5 mm\"");
   if (findings.faulty("specimen.outline")) return;
   const bool is_circle = outline->polygon.empty();
   if (is_circle && !findings.given("specimen.radius"))
     findings.report("specimen.radius",
-                    "the key is missing, which outline = \"circle\" needs; give a length such as "
+                    "the key is missing, but outline = \"circle\" requires it; give a length such as "
                     "\"25 mm\"");
   if (!is_circle && findings.given("specimen.radius"))
-    findings.report("specimen.radius", "is for outline = \"circle\"; leave it out");
+    findings.report("specimen.radius", "applies to outline = \"circle\" only; leave it out");
 }
 
 }  // namespace
@@ -508,36 +509,8 @@ bool size_is_known(const Findings& findings) {
   });
 }
 
-bool is_box(const Specimen& specimen) {
-  return !specimen.outline && specimen.holes.empty() &&
-         std::ranges::none_of(specimen.notches, [](const Notch& notch) { return notch.slot.has_value(); });
-}
-
-Region slot_of(const Notch& notch, const Vector& size) {
-  Region slot;
-  slot[0] = {0, size[0]};
-  const auto depth_axis = static_cast<std::size_t>(axis_of(notch.face));
-  const double extent = size[depth_axis];
-  slot[depth_axis] =
-      is_upper(notch.face) ? std::pair{extent - notch.depth, extent} : std::pair{0.0, notch.depth};
-  slot[index(position_axis(notch.face))] = {notch.at - notch.height / 2, notch.at + notch.height / 2};
-  return slot;
-}
-
-double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size) {
-  const Notch& notch = notches[i];
-  const auto depth_axis = index(axis_of(notch.face)), at_axis = index(position_axis(notch.face));
-  const bool ascends = !is_upper(notch.face);
-  const double tip = ascends ? notch.depth : size[depth_axis] - notch.depth;
-  double end = ascends ? size[depth_axis] : 0;
-  for (const Notch& other : notches) {
-    const Region slot = slot_of(other, size);
-    if (!(notch.at > slot[at_axis].first && notch.at < slot[at_axis].second)) continue;
-    const auto [low, high] = slot[depth_axis];
-    if (ascends && low > tip) end = std::min(end, low);
-    if (!ascends && high < tip) end = std::max(end, high);
-  }
-  return end;
+bool shape_is_known(const Specimen& specimen, const Findings& findings) {
+  return !findings.faulty("specimen") && (is_box(specimen) || specimen.shape);
 }
 
 Region bounds_of(const Specimen& specimen) {

@@ -42,8 +42,8 @@ std::optional<plane::Point> read_pair(const Source& source, const std::string& f
 /// At least three points.
 std::optional<plane::Polygon> checked_polygon(const Source& source, plane::Polygon polygon) {
   if (polygon.size() < 3)
-    return source.report("{} point{} bound no area; give {}", polygon.size(), polygon.size() == 1 ? "" : "s",
-                         polygon_form);
+    return source.report("{} point{} cannot enclose an area; give {}", polygon.size(),
+                         polygon.size() == 1 ? "" : "s", polygon_form);
   if (polygon.size() > max_corners)
     return source.report("has {} points; give at most {}", polygon.size(), max_corners);
   return polygon;
@@ -108,7 +108,7 @@ Key size_key() {
   return {"size",
           "length",
           required_unless("outline"),
-          form + ", each from 1 nm to 1 km",
+          form,
           "thickness (x), width (y) and length (z) of the box",
           [=](const Source& source, Parameters& parameters, std::size_t) {
             const auto elements = read_elements(source, 3, form);
@@ -129,7 +129,7 @@ Key thickness_key() {
   return {"thickness",
           "length",
           optional("required with outline"),
-          accepted(length_dimension, positive_length),
+          quantity_form(length_dimension),
           "of a body with an outline, along x",
           [](const Source& source, Parameters& parameters, std::size_t) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))
@@ -149,7 +149,7 @@ Key outline_key() {
       polygon_form +
           "; the name of a text file with two numbers \"y z\" in millimetres on each line; or \"circle\"",
       "edge of the body in the plane of the plate, instead of a box; edge-0 runs from the first point to the "
-      "second one; the circle lies round y = z = radius",
+      "second one; the circle is centred at y = z = radius",
       [](const Source& source, Parameters& parameters, std::size_t) {
         Outline& result = outline(parameters);
         if (source.value.kind != ValueKind::string) {
@@ -169,7 +169,7 @@ Key outline_radius_key() {
   return {"radius",
           "length",
           optional("required with \"circle\""),
-          accepted(length_dimension, positive_length),
+          quantity_form(length_dimension),
           "of outline = \"circle\"",
           [](const Source& source, Parameters& parameters, std::size_t) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))
@@ -189,9 +189,9 @@ Hole& hole(Parameters& parameters, std::size_t i) {
 Key hole_center_key() {
   return {"center",
           "length",
-          optional("required, but for a polygon"),
+          optional("required except with polygon"),
           point_form,
-          "of a circle or an ellipse",
+          "centre of a circle or an ellipse",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto p = read_pair(source, point_form, coordinate)) hole(parameters, i).center = *p;
           },
@@ -205,7 +205,7 @@ Key hole_radius_key() {
   return {"radius",
           "length",
           optional("one of radius, semi_axes and polygon is required"),
-          accepted(length_dimension, positive_length),
+          quantity_form(length_dimension),
           "of a circle",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))
@@ -224,7 +224,7 @@ Key hole_semi_axes_key() {
           "length",
           optional("one of radius, semi_axes and polygon is required"),
           form,
-          "of an ellipse",
+          "semi-axes of an ellipse",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto axes = read_pair(source, form, positive_length))
               hole(parameters, i).semi_axes = *axes;
@@ -242,7 +242,7 @@ Key hole_angle_key() {
           "angle",
           optional("0"),
           "an angle such as \"30 degree\" or \"0.5 rad\"",
-          "of the ellipse's first semi-axis, from y towards z",
+          "angle of the first semi-axis, from y towards z",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto value = read_quantity(source, angle_dimension, range))
               hole(parameters, i).angle = *value;
@@ -313,7 +313,7 @@ Key slot_end_key() {
           "word",
           optional("\"square\""),
           accepted_choice(words),
-          "how a slot from point to point ends in the body; a half circle ends at the point, too",
+          "shape of an end inside the body of a slot between two points; a round end also stops at the point",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto choice = read_choice(source, words))
               slot(parameters, i).end = *choice == 0 ? SlotEnd::square : SlotEnd::round;
@@ -336,24 +336,24 @@ Table hole_table() {
 
 Table notch_table() {
   const Requirement unless_from = required_unless("from");
-  return {
-      "specimen.notch",
-      Occurrence::many,
-      "a slot through the whole thickness: cut into a face, or between two points in any direction",
-      {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
-                                "face that the slot is cut into")),
-       of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), coordinate,
-                            unless_from,
-                            "mid-plane of the slot, along the face's other in-plane axis (y or z)")),
-       of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
-                            positive_length, unless_from, "from the face to the tip")),
-       quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
-                    positive_length, required(), "opening of the slot"),
-       slot_point_key("from", &Slot::from,
-                      "start of a slot, in the middle of its height; on the surface or outside it is open"),
-       slot_point_key("to", &Slot::to, "its end"), slot_end_key()},
-      [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
-      [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
+  return {"specimen.notch",
+          Occurrence::many,
+          "a slot through the whole thickness: cut into a face, or between two points in any direction",
+          {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
+                                    "face that the slot is cut into")),
+           of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), coordinate,
+                                unless_from,
+                                "mid-plane of the slot, along the face's other in-plane axis (y or z)")),
+           of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
+                                positive_length, unless_from, "from the face to the tip")),
+           quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
+                        positive_length, required(), "opening of the slot"),
+           slot_point_key(
+               "from", &Slot::from,
+               "start of the slot, on its centre line; on the surface or outside the body the slot is open"),
+           slot_point_key("to", &Slot::to, "end of the slot"), slot_end_key()},
+          [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
+          [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [[sweep]]: keys whose values define the cases of a study.
 #include "consistency.h"
+#include "renamed_keys.h"
 #include "schema.h"
 #include "settings.h"
 
@@ -26,14 +27,15 @@ Sweep& sweep(Parameters& parameters, std::size_t i) {
 }
 
 void read_key(const Source& source, Sweep& sweep) {
-  const auto path = read_text(source, accepted_sweep_key);
+  auto path = read_text(source, accepted_sweep_key);
   if (!path) return;
+  path = current_name(*path, source.key, source.value.line, source.context.findings);
   const bool is_known = find_key(*path) != nullptr && !path->starts_with("sweep");
   const bool is_common = std::ranges::find(same_for_all, *path) != same_for_all.end();
   if (!is_known)
     source.report("the input has no key \"{}\"; give {}", shortened(*path), accepted_sweep_key);
   else if (is_common)
-    source.report("\"{}\" is the same in all cases of a run; leave it out", *path);
+    source.report("\"{}\" must be the same in all cases of a run; leave it out", *path);
   sweep.keys.push_back(*path);
 }
 
@@ -47,23 +49,22 @@ void read_value(const Source& source, std::vector<std::string>& values) {
   if (is_plain(source.value))
     values.push_back(to_toml(source.value));
   else
-    source.report("this holds {}; give {}", describe(source.value.kind), accepted_values);
+    source.report("this contains {}; give {}", describe(source.value.kind), accepted_values);
 }
 
 Key sweep_key_key() {
-  return {
-      "key",
-      "name, or names",
-      required(),
-      accepted_sweep_key,
-      "what differs from case to case; list entries are counted from 0, as in \"specimen.notch[0].depth\"",
-      [](const Source& source, Parameters& parameters, std::size_t i) {
-        if (source.value.kind != ValueKind::array) return read_key(source, sweep(parameters, i));
-        const auto names = read_elements(source, 0, accepted_sweep_key);
-        if (!names) return;
-        for (const Source& name : *names) read_key(name, sweep(parameters, i));
-      },
-      [](Parameters& parameters, std::size_t i) { return bracketed(sweep(parameters, i).keys); }};
+  return {"key",
+          "name, or names",
+          required(),
+          accepted_sweep_key,
+          "key that varies between cases; list entries are counted from 0, as in \"specimen.notch[0].depth\"",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            if (source.value.kind != ValueKind::array) return read_key(source, sweep(parameters, i));
+            const auto names = read_elements(source, 0, accepted_sweep_key);
+            if (!names) return;
+            for (const Source& name : *names) read_key(name, sweep(parameters, i));
+          },
+          [](Parameters& parameters, std::size_t i) { return bracketed(sweep(parameters, i).keys); }};
 }
 
 Key values_key() {
@@ -82,8 +83,8 @@ Key values_key() {
           auto& row = sweep(parameters, i).values.emplace_back();
           if (n_keys <= 1) {
             read_value(values, row);
-          } else if (const auto together = read_elements(values, n_keys, accepted_values)) {
-            for (const Source& value : *together) read_value(value, row);
+          } else if (const auto row_values = read_elements(values, n_keys, accepted_values)) {
+            for (const Source& value : *row_values) read_value(value, row);
           }
         }
       },
@@ -106,7 +107,7 @@ std::size_t n_cases(const Parameters& parameters) {
 Table sweep_table() {
   return {"sweep",
           Occurrence::many,
-          "a study: crackle run computes an ensemble for each of the values",
+          "a parameter study: crackle run computes an ensemble for each value",
           {sweep_key_key(), values_key()},
           [](const Parameters& parameters) { return parameters.sweeps.size(); },
           [](Parameters& parameters) { parameters.sweeps.emplace_back(); }};

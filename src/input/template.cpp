@@ -26,7 +26,7 @@ std::string comment(const std::string& text) {
   for (std::string word; words >> word;) {
     if (line.size() + 1 + word.size() > comment_width) {
       result += line + "\n";
-      line = "#";
+      line.assign(1, '#');
     }
     line += " " + word;
   }
@@ -63,7 +63,7 @@ std::string example_of(const Requirement& requirement, const std::string& accept
 std::string explanation(const Requirement& requirement, const std::string& accepted,
                         const std::string& help) {
   const std::string& unset = requirement.unset;
-  return comment(fmt::format("{}: {}{}", help, accepted, unset.empty() ? unset : "; left out: " + unset));
+  return comment(fmt::format("{}: {}{}", help, accepted, unset.empty() ? unset : "; default: " + unset));
 }
 
 std::string commented_out(const Key& key) {
@@ -129,8 +129,8 @@ std::string annotated(const std::string& text) {
   std::string result = blocks[""].front();
   for (const Table& table : schema()) {
     const auto& present = blocks[table.path];
-    result += "\n# ---- " + header_of(table) + ": " + table.help + "\n";
-    if (present.empty()) result += "#" + header_of(table) + "\n";
+    result += fmt::format("\n# ---- {}: {}\n", header_of(table), table.help);
+    if (present.empty()) result += fmt::format("#{}\n", header_of(table));
     for (std::size_t i = 0; i < present.size(); ++i) {
       const std::string block = without_blank_end(present[i]);
       result += i == 0 ? explained(block, table) : block;

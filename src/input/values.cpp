@@ -47,6 +47,10 @@ std::string what_is_given(const Value& value) {
 
 }  // namespace
 
+std::string quantity_form(const Dimension& dimension) {
+  return fmt::format("{} such as \"{}\"", dimension.name, dimension.example);
+}
+
 std::string accepted(const Dimension& dimension, const Range& range) {
   return fmt::format("{} {}, such as \"{}\"", dimension.name, describe_range(range, dimension),
                      dimension.example);
@@ -71,7 +75,7 @@ std::string accepted_choice(const std::vector<std::string>& names) {
 
 std::optional<double> read_quantity(const Source& source, const Dimension& dimension, const Range& range) {
   const Value& value = source.value;
-  const std::string advice = fmt::format("; give {} such as \"{}\"", dimension.name, dimension.example);
+  const std::string advice = fmt::format("; give {}", quantity_form(dimension));
   if (value.kind == ValueKind::integer || value.kind == ValueKind::number)
     return source.report(
         "{} is a plain number without a unit; give {} with its unit, in quotes, such as "
@@ -131,7 +135,7 @@ std::optional<std::string> read_text(const Source& source, const std::string& ac
 }
 
 std::string accepted_name(const std::string& example) {
-  return fmt::format("a text of 1 to {} characters without \"/\" and control characters, such as \"{}\"",
+  return fmt::format("a text of 1 to {} characters without \"/\" or control characters, such as \"{}\"",
                      max_name, example);
 }
 
@@ -179,12 +183,12 @@ double read_value(const std::string& text, const std::string& si_unit) {
     const char* const end = text.data() + text.size();
     const auto [rest, status] = std::from_chars(text.data(), end, value);
     if (status != std::errc{} || rest != end || !std::isfinite(value))
-      fail("'{}' is no plain number; give one such as 0.5", shortened(text));
+      fail("'{}' is not a plain number; give one such as 0.5", shortened(text));
     return value;
   }
   const Quantity quantity = UnitSystem::shared().read(text, {"a value", si_unit, "1 " + si_unit, 0, {}});
   if (quantity.error != QuantityError::none)
-    fail("'{}' is no value in {}; give one such as \"1 {}\"", shortened(text), si_unit, si_unit);
+    fail("'{}' is not a value in {}; give one such as \"1 {}\"", shortened(text), si_unit, si_unit);
   return quantity.value;
 }
 

@@ -54,6 +54,8 @@ struct Range {
   }
 };
 
+/// "a length such as "1.0 mm"".
+std::string quantity_form(const Dimension& dimension);
 /// "a length above 0 and up to 1 m, such as "1.0 mm"", "a number from 0 to 0.5".
 std::string accepted(const Dimension& dimension, const Range& range);
 std::string accepted_number(const Range& range);

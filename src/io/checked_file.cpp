@@ -49,9 +49,9 @@ std::vector<std::byte> read_checked_file(const std::filesystem::path& file) {
   const auto cut = bytes.size() < trailer_length ? bytes.size() : bytes.size() - trailer_length;
   const std::string_view end(reinterpret_cast<const char*>(bytes.data()) + cut, bytes.size() - cut);
   if (!end.starts_with(mark))
-    throw std::runtime_error("truncated file, or changed since it was written: its check sum is missing");
+    throw std::runtime_error("damaged or truncated file: it has no checksum at its end");
   if (end != trailer(std::span(bytes).first(cut)))
-    throw std::runtime_error("damaged file: its content does not have the check sum at its end");
+    throw std::runtime_error("damaged file: its content does not match its checksum");
   bytes.resize(cut);
   return bytes;
 }

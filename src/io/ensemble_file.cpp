@@ -57,11 +57,11 @@ void for_each_column(Visit&& visit) {
 
 struct EnsembleShape {
   std::size_t n_samples;
-  std::size_t n_notches;
+  std::size_t n_starts;
   std::size_t n_sections;
   std::size_t n_y_sections;  ///< these come first
   std::vector<std::string> random_keys;
-  std::size_t n_positions() const { return n_notches * n_sections; }
+  std::size_t n_positions() const { return n_starts * n_sections; }
 };
 
 EnsembleShape shape_of(const input::Parameters& parameters) {
@@ -89,8 +89,8 @@ void for_each_position_table(const EnsembleShape& shape, Visit&& visit) {
   });
   visit("crack_path/z", y_position_info, shape.n_y_sections, [shape](const SampleSummary& row) {
     std::vector<double> z;
-    for (std::size_t notch = 0; notch < shape.n_notches; ++notch) {
-      const auto first = row.position.begin() + static_cast<std::ptrdiff_t>(notch * shape.n_sections);
+    for (std::size_t start = 0; start < shape.n_starts; ++start) {
+      const auto first = row.position.begin() + static_cast<std::ptrdiff_t>(start * shape.n_sections);
       z.insert(z.end(), first, first + static_cast<std::ptrdiff_t>(shape.n_y_sections));
     }
     return z;
@@ -107,7 +107,7 @@ void check_block(const EnsembleBlock& block, const EnsembleShape& shape) {
     analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
       if ((row.*member).size() == shape.n_positions()) return;
       fail<std::invalid_argument>("ensemble row {}: {} values {} instead of {} notches x {} sections",
-                                  block.first + i, (row.*member).size(), info.name, shape.n_notches,
+                                  block.first + i, (row.*member).size(), info.name, shape.n_starts,
                                   shape.n_sections);
     });
   }
@@ -173,19 +173,19 @@ void write_statistics(hid_t file, const analysis::Statistics& statistics, const 
   hdf5::write_attribute(group, "interval_scope", analysis::interval_scope(statistics.base));
   hdf5::write_attribute(group, "n_looks", std::int64_t{statistics.n_looks});
   hdf5::write_attribute(group, "n_needed", std::int64_t{statistics.n_needed});
-  write_paths(group, statistics, shape.n_notches, shape);
+  write_paths(group, statistics, shape.n_starts, shape);
   for (const auto& [name, values] : {std::pair{"pattern_share", &statistics.pattern_share},
                                      {"pattern_half_width", &statistics.pattern_half_width},
                                      {"pattern_lower", &statistics.pattern_lower},
                                      {"pattern_upper", &statistics.pattern_upper}})
     hdf5::write_dataset<double>(group, name, {analysis::n_patterns}, *values, "1");
-  hdf5::write_dataset<std::int32_t>(group, "reference_notch", {shape.n_notches}, statistics.reference_notch,
+  hdf5::write_dataset<std::int32_t>(group, "reference_notch", {shape.n_starts}, statistics.reference_start,
                                     "");
   analysis::for_each_rank(statistics, [&](const std::string& name, const analysis::RankStatistics& ranks) {
     const hdf5::Handle of_rank = hdf5::create_group(group, name);
-    const std::size_t n_rows = ranks.notch.size();
-    hdf5::write_dataset<std::int32_t>(of_rank, "leading_notch", {n_rows}, ranks.leading_notch, "");
-    hdf5::write_dataset<std::int32_t>(of_rank, "notch", {n_rows}, ranks.notch, "");
+    const std::size_t n_rows = ranks.start.size();
+    hdf5::write_dataset<std::int32_t>(of_rank, "leading_notch", {n_rows}, ranks.leading_start, "");
+    hdf5::write_dataset<std::int32_t>(of_rank, "notch", {n_rows}, ranks.start, "");
     hdf5::write_dataset<std::int32_t>(of_rank, "counted", {n_rows, shape.n_sections}, ranks.counted, "");
     write_paths(of_rank, ranks, n_rows, shape);
   });
@@ -266,7 +266,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
   const hdf5::QuietErrors quiet;
   const EnsembleShape shape = shape_of(parameters);
   const SampleSummary pending = analysis::empty_summary(
-      static_cast<int>(shape.n_notches), static_cast<int>(shape.n_sections), analysis::SampleStatus::pending);
+      static_cast<int>(shape.n_starts), static_cast<int>(shape.n_sections), analysis::SampleStatus::pending);
   hdf5::MemoryFile file;
   write_identity(file, ensemble_kind, ensemble_schema_version, parameters);
   write_specimen(file, *geometry::make_body(parameters.specimen));
@@ -288,7 +288,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
     using Value = typename std::decay_t<decltype(row)>::value_type;
     std::vector<Value> table;
     for (std::size_t i = 0; i < shape.n_samples; ++i) table.insert(table.end(), row.begin(), row.end());
-    hdf5::write_dataset<Value>(file, name, {shape.n_samples, shape.n_notches, n_sections}, table, info.units);
+    hdf5::write_dataset<Value>(file, name, {shape.n_samples, shape.n_starts, n_sections}, table, info.units);
     describe_result(file, name, info, n_columns++);
   });
   label_dimensions(file, parameters);
@@ -298,8 +298,8 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
   return file.finish();
 }
 
-/// The partial file, opened by all ranks together. Collective.
-hdf5::Handle open_together(const parallel::Communicator& world, const std::filesystem::path& file) {
+/// The partial file, opened by all ranks. Collective.
+hdf5::Handle open_collectively(const parallel::Communicator& world, const std::filesystem::path& file) {
   const hdf5::Handle access = hdf5::unlocked_access();
   hdf5::check(H5Pset_fapl_mpio(access, world.get(), MPI_INFO_NULL), "HDF5 through MPI-IO");
   return hdf5::Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR, access), H5Fclose, file.string());
@@ -377,12 +377,12 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
       if (!error) error = failure.what();
     }
   };
-  hdf5::Handle together;
-  attempt([&] { together = open_together(world, file); });
+  hdf5::Handle shared;
+  attempt([&] { shared = open_collectively(world, file); });
   parallel::agree_on_error(world, error);
-  attempt([&] { write_block(together, block, shape); });
-  attempt([&] { hdf5::check(H5Fflush(together, H5F_SCOPE_GLOBAL), "flush"); });
-  attempt([&] { together.close("close"); });
+  attempt([&] { write_block(shared, block, shape); });
+  attempt([&] { hdf5::check(H5Fflush(shared, H5F_SCOPE_GLOBAL), "flush"); });
+  attempt([&] { shared.close("close"); });
   parallel::agree_on_error(world, error);
 }
 

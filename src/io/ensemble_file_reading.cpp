@@ -33,10 +33,9 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
   const auto status = hdf5::read_dataset<std::int32_t>(file, "samples/status", {n_samples});
   const auto errors = hdf5::read_texts(file, "samples/error");
   const auto wall_time = hdf5::read_dataset<double>(file, "timing/wall_time", {n_samples});
-  const auto notes =
-      version < 3 ? std::vector<std::string>(n_samples) : hdf5::read_texts(file, "samples/note");
+  const auto notes = hdf5::read_texts(file, "samples/note");
   if (errors.size() != n_samples || notes.size() != n_samples)
-    throw hdf5::Error("datasets samples/error and note: not one text for each sample");
+    throw hdf5::Error("datasets samples/error and note: wrong number of texts");
   // Results missing from an older version stay empty.
   std::vector<SampleSummary> samples(
       n_samples, analysis::empty_summary(static_cast<int>(shape[1]), static_cast<int>(shape[2]),
@@ -51,8 +50,7 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
   analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
     using Value = typename std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>::value_type;
-    const auto table =
-        hdf5::read_dataset<Value>(file, std::string("crack_path/") + info.name_in(version), shape);
+    const auto table = hdf5::read_dataset<Value>(file, std::string("crack_path/") + info.name, shape);
     for (std::size_t i = 0; i < n_samples; ++i) {
       const auto row = table.begin() + static_cast<std::ptrdiff_t>(i * n_positions);
       (samples[i].*member).assign(row, row + static_cast<std::ptrdiff_t>(n_positions));
@@ -61,8 +59,7 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
   analysis::for_each_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
     using Value = std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>;
-    const auto column =
-        hdf5::read_dataset<Value>(file, std::string("samples/") + info.name_in(version), {n_samples});
+    const auto column = hdf5::read_dataset<Value>(file, std::string("samples/") + info.name, {n_samples});
     for (std::size_t i = 0; i < n_samples; ++i) samples[i].*member = column[i];
   });
   return samples;
@@ -80,9 +77,8 @@ void read_inputs(hid_t file, std::vector<SampleSummary>& samples) {
   }
 }
 
-input::Sections read_sections(hid_t file, std::size_t n_sections, std::int64_t version) {
+input::Sections read_sections(hid_t file, std::size_t n_sections) {
   const auto position = hdf5::read_dataset<double>(file, "crack_path/section", {n_sections});
-  if (version < 3) return {.y = position, .z = {}};
   const auto axis = hdf5::read_dataset<std::int32_t>(file, "crack_path/section_axis", {n_sections});
   input::Sections sections;
   for (std::size_t i = 0; i < n_sections; ++i)
@@ -98,7 +94,7 @@ input::Sections read_sections(hid_t file, std::size_t n_sections, std::int64_t v
 geometry::MotherPoints read_mother_points(hid_t file) {
   const hdf5::Handle group = hdf5::open_group(file, "mother_points");
   const Shape shape = hdf5::read_shape(group, "spacing");
-  if (shape.size() != 1) throw hdf5::Error("dataset mother_points/spacing: not one value for each point");
+  if (shape.size() != 1) throw hdf5::Error("dataset mother_points/spacing: wrong number of values");
   geometry::MotherPoints base;
   const auto position = hdf5::read_dataset<double>(group, "position", {shape[0], 3});
   base.position.resize(shape[0]);
@@ -109,12 +105,11 @@ geometry::MotherPoints read_mother_points(hid_t file) {
 }
 
 EnsembleContent read_content(hid_t file, std::int64_t version) {
-  const std::string positions = version < 3 ? "crack_path/z" : "crack_path/position";
-  const Shape shape = hdf5::read_shape(file, positions);
-  if (shape.size() != 3) throw hdf5::Error("dataset " + positions + ": not samples x notches x sections");
+  const Shape shape = hdf5::read_shape(file, "crack_path/position");
+  if (shape.size() != 3) throw hdf5::Error("dataset crack_path/position: not samples x notches x sections");
   EnsembleContent content;
   content.input_text = hdf5::read_text_attribute(file, "input");
-  content.sections = read_sections(file, shape[2], version);
+  content.sections = read_sections(file, shape[2]);
   content.samples = read_samples(file, shape, version);
   read_inputs(file, content.samples);
   if (H5Lexists(file, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(file);

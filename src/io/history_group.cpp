@@ -40,9 +40,7 @@ void label_as(hid_t group, std::initializer_list<const char*> datasets,
 }
 
 bool is_load(const input::Boundary& condition) {
-  using input::BoundaryKind;
-  return condition.kind == BoundaryKind::force || condition.kind == BoundaryKind::traction ||
-         condition.kind == BoundaryKind::pressure;
+  return input::traits(condition.kind).action == input::Action::load;
 }
 
 void write_conditions(hid_t group, const std::vector<input::Boundary>& conditions,
@@ -57,9 +55,9 @@ void write_conditions(hid_t group, const std::vector<input::Boundary>& condition
   describe_dataset(group, "condition_on", "face of each boundary condition, in the order of the input");
   hdf5::write_texts(group, "condition_name", names);
   describe_dataset(group, "condition_name",
-                   "conditions of one name add up to one load; empty where it has none");
+                   "conditions with the same name count as one load; empty if unnamed");
   hdf5::write_texts(group, "condition_kind", kinds);
-  describe_dataset(group, "condition_kind", "what it prescribes");
+  describe_dataset(group, "condition_kind", "prescribed quantity");
   const auto force_of = [&](bool of_loads) {
     return [&conditions, of_loads](const HistoryRow& row, std::size_t k) {
       return is_load(conditions[k]) == of_loads ? row.force[k] : Vector{};
@@ -69,11 +67,11 @@ void write_conditions(hid_t group, const std::vector<input::Boundary>& condition
                 "force that each condition applies to the body (x, y, z); 0 where it prescribes a motion");
   write_vectors(
       group, "reaction", rows, conditions.size(), force_of(false), "N",
-      "force that each prescribed motion or absorbing face exerts on the body (x, y, z); 0 of loads");
+      "force that each prescribed motion or absorbing face exerts on the body (x, y, z); 0 for loads");
   write_vectors(
       group, "displacement", rows, conditions.size(),
       [](const HistoryRow& row, std::size_t k) { return row.displacement[k]; }, "m",
-      "mean over the loaded area, or over the held nodes, of each condition (x, y, z)");
+      "mean over the loaded area, or over the constrained nodes, of each condition (x, y, z)");
 }
 
 /// Writes a group for each probe, by its name.
@@ -105,12 +103,14 @@ void write_cracks(hid_t group, const analysis::CrackHistory& cracks, std::size_t
                                 hdf5::Storage::compressed);
     describe_dataset(group, name, meaning);
   };
-  write("crack_area", cracks.area, "m^2", "of all opened dual facets of each crack start's cracks");
+  write("crack_area", cracks.area, "m^2",
+        "area of all opened dual facets of the cracks from each crack start");
   write("crack_length", cracks.length, "m",
-        "of each crack start's longest crack line, along it, up to the tip");
-  write("tip_speed", cracks.speed, "m/s", "of that tip, through-thickness mean; NaN where it does not run");
+        "length of the longest crack line from each crack start, along the line up to its tip");
+  write("tip_speed", cracks.speed, "m/s",
+        "speed of that tip, through-thickness mean; NaN while it does not advance");
   write("energy_release_rate", cracks.release_rate, "J/m^2",
-        "energy that is released while the tip advances, over the area of the advance; NaN likewise");
+        "energy released while the tip advances, per area of the advance; NaN likewise");
 }
 
 }  // namespace
@@ -119,7 +119,7 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
                    double separated_at, const analysis::CrackHistory& cracks) {
   const hdf5::Handle group = hdf5::create_group(file, "history");
   write_column<double>(group, "time", rows, &HistoryRow::load_time, "s",
-                       "of the load curves: in a dynamic phase its start plus the time since");
+                       "time of the load curves: in a dynamic phase, its start plus the time since then");
   write_column<std::int32_t>(group, "phase", rows, &HistoryRow::phase, "",
                              "number of the dynamic phase; 0 in quasi-static loading");
   const auto energy = [&](const char* name, auto member, const char* units, const char* meaning) {
@@ -128,16 +128,17 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
   };
   using dynamics::EnergyRow;
   energy("phase_time", &EnergyRow::time, "s", "since the start of the dynamic phase");
-  write_column<double>(group, "governing_load", rows, &HistoryRow::load, "N",
-                       "load of the testing machine: of the governing conditions, along their drive");
+  write_column<double>(
+      group, "governing_load", rows, &HistoryRow::load, "N",
+      "load of the testing machine: force of the governing conditions, along the loading direction");
   write_column<double>(group, "governing_displacement", rows, &HistoryRow::load_displacement, "m",
-                       "of these conditions, along their drive");
-  energy("kinetic", &EnergyRow::kinetic, "J", "energy in motion");
-  energy("strain", &EnergyRow::strain, "J", "energy in strain");
+                       "displacement of these conditions, along the loading direction");
+  energy("kinetic", &EnergyRow::kinetic, "J", "kinetic energy");
+  energy("strain", &EnergyRow::strain, "J", "strain energy");
   energy("external", &EnergyRow::external, "J", "work of the loads");
-  energy("released", &EnergyRow::released, "J", "energy that breaking took");
+  energy("released", &EnergyRow::released, "J", "energy released by breaking");
   energy("dissipated", &EnergyRow::dissipated, "J",
-         "energy taken out by damping, absorbing faces and coming to rest");
+         "energy dissipated by damping, absorbing faces and arrest");
   write_column<std::int64_t>(
       group, "broken", rows, [](const HistoryRow& row) { return row.energy.broken; }, "",
       "tetrahedra broken so far");

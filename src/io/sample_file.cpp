@@ -38,12 +38,12 @@ void write_mesh(hid_t file, const geometry::Realization& realization) {
   hdf5::write_attribute(group, "rounds", std::int64_t{realization.report.rounds});
   hdf5::write_attribute(group, "attempt", std::int64_t{realization.report.attempt});
   hdf5::write_attribute(group, "redrawn_points", realization.report.redrawn_points);
-  hdf5::write_attribute(group, "reflected_axes", std::int64_t{realization.report.symmetry});
+  hdf5::write_attribute(group, "symmetry", std::int64_t{realization.report.symmetry});
   hdf5::write_attribute(group, "min_quality", realization.report.min_quality);
 }
 
 void write_crack_surface(hid_t file, const analysis::CrackSurface& surface,
-                         const std::vector<std::int32_t>& arm) {
+                         const std::vector<std::int32_t>& branch) {
   using analysis::Crack;
   using analysis::CrackFacet;
   const hdf5::Handle group = hdf5::create_group(file, "crack_surface");
@@ -52,56 +52,58 @@ void write_crack_surface(hid_t file, const analysis::CrackSurface& surface,
   write_column<double>(group, "area", surface.facets, &CrackFacet::area, "m^2");
   write_column<std::int64_t>(group, "tetrahedron", surface.facets, &CrackFacet::tetrahedron);
   write_column<std::int32_t>(group, "crack", surface.facets, &CrackFacet::crack);
-  write_column<std::int32_t>(group, "arm", arm, std::identity());
+  write_column<std::int32_t>(group, "branch", branch, std::identity());
   hdf5::label_datasets(group, {"facet", "corner", "component"});
 
   const hdf5::Handle table = hdf5::create_group(group, "cracks");
-  write_column<std::int32_t>(table, "notch", surface.cracks, &Crack::notch);
+  write_column<std::int32_t>(table, "notch", surface.cracks, &Crack::start);
   write_column<double>(table, "area", surface.cracks, &Crack::area, "m^2");
   write_column<double>(table, "first_time", surface.cracks, &Crack::first_time, "s");
   write_column<double>(table, "last_time", surface.cracks, &Crack::last_time, "s");
   hdf5::label_datasets(table, {"crack"});
 }
 
-void write_forks(hid_t file, const std::vector<analysis::Fork>& forks) {
-  using analysis::Fork;
+void write_branching(hid_t file, const std::vector<analysis::BranchingPoint>& points) {
+  using analysis::BranchingPoint;
   const hdf5::Handle group = hdf5::create_group(file, "forks");
-  const auto place = [](const Fork& fork) { return std::array{fork.y, fork.z}; };
-  write_column<double>(group, "position", forks, place, "m", "y, z where the gap between the arms begins");
-  write_column<double>(group, "x", forks, &Fork::x, "m",
-                       "middle of the range that the arm which leaves spans through the thickness");
-  write_column<double>(group, "time", forks, &Fork::time, "s",
-                       "when the later arm opened, since the onset of the last dynamic phase");
-  write_column<double>(group, "length", forks, &Fork::length, "m",
-                       "of the arm that leaves, from the fork straight to its end");
-  write_column<double>(group, "angle", forks, &Fork::angle, "rad", "between the arms where they part");
-  write_column<double>(group, "share", forks, &Fork::share, "1",
-                       "of the thickness: the range that the arm which leaves spans");
-  write_column<std::int32_t>(group, "notch", forks, &Fork::notch, "", "that the crack started at");
-  write_column<std::uint8_t>(group, "in_projection", forks, &Fork::is_in_projection, "",
+  const auto place = [](const BranchingPoint& point) { return std::array{point.y, point.z}; };
+  write_column<double>(group, "position", points, place, "m",
+                       "y, z where the gap between the branches begins");
+  write_column<double>(group, "x", points, &BranchingPoint::x, "m",
+                       "middle of the range that the secondary branch spans through the thickness");
+  write_column<double>(group, "time", points, &BranchingPoint::time, "s",
+                       "when the later branch opened, since the onset of the last dynamic phase");
+  write_column<double>(group, "length", points, &BranchingPoint::length, "m",
+                       "of the secondary branch, from the branching point straight to its end");
+  write_column<double>(group, "angle", points, &BranchingPoint::angle, "rad",
+                       "between the branches where they separate");
+  write_column<double>(group, "share", points, &BranchingPoint::share, "1",
+                       "of the thickness: the range that the secondary branch spans");
+  write_column<std::int32_t>(group, "notch", points, &BranchingPoint::start, "", "that the crack started at");
+  write_column<std::uint8_t>(group, "in_projection", points, &BranchingPoint::is_in_projection, "",
                              "1 where the crack projected on the plane of the plate shows it");
-  write_column<std::uint8_t>(group, "in_space", forks, &Fork::is_in_space, "",
+  write_column<std::uint8_t>(group, "in_space", points, &BranchingPoint::is_in_space, "",
                              "1 where a window through the thickness shows it");
-  hdf5::label_datasets(group, {"fork", "component"});
+  hdf5::label_datasets(group, {"branching point", "component"});
 }
 
 /// Rows are the separate crossings of each notch and section.
 void write_crossings(hid_t file, const std::vector<analysis::SectionCrossing>& crossings,
                      std::size_t n_sections) {
-  struct Row : analysis::ArmCrossing {
-    std::size_t notch, section;
+  struct Row : analysis::BranchCrossing {
+    std::size_t start, section;
   };
   std::vector<Row> rows;
   for (std::size_t i = 0; i < crossings.size(); ++i)
-    for (const analysis::ArmCrossing& arm : crossings[i].arms)
-      rows.push_back({arm, i / n_sections, i % n_sections});
+    for (const analysis::BranchCrossing& crossing : crossings[i].branches)
+      rows.push_back({crossing, i / n_sections, i % n_sections});
   const hdf5::Handle group = hdf5::create_group(file, "crossings");
   write_column<double>(group, "position", rows, &Row::position, "m",
                        "coordinate along the section, through-thickness mean");
   write_column<double>(group, "share", rows, &Row::share, "1", "of the thickness that it covers");
-  write_column<std::int32_t>(group, "arm", rows, &Row::arm, "",
-                             "0 for the main arm, i + 1 for the one that leaves at fork i");
-  write_column<std::int32_t>(group, "notch", rows, &Row::notch, "", "that the crack started at");
+  write_column<std::int32_t>(group, "branch", rows, &Row::branch, "",
+                             "0 for the main branch, i + 1 for the secondary one of branching point i");
+  write_column<std::int32_t>(group, "notch", rows, &Row::start, "", "that the crack started at");
   write_column<std::int32_t>(group, "section", rows, &Row::section, "", "number of the section");
   hdf5::label_datasets(group, {"crossing"});
 }
@@ -125,7 +127,7 @@ void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines
   const hdf5::Handle table = hdf5::create_group(group, "lines");
   hdf5::write_dataset<std::int64_t>(table, "first", {first.size()}, first, "");
   write_column<std::int64_t>(table, "count", lines, [](const CrackLine& l) { return l.points.size(); });
-  write_column<std::int32_t>(table, "notch", lines, &CrackLine::notch);
+  write_column<std::int32_t>(table, "notch", lines, &CrackLine::start);
   write_column<std::int32_t>(table, "parent", lines, &CrackLine::parent);
   write_column<std::int32_t>(table, "kinks", lines, &CrackLine::kinks);
   write_column<double>(table, "bend", lines, &CrackLine::bend, "rad");
@@ -152,18 +154,20 @@ void write_breaks(hid_t file, const std::vector<fracture::Break>& breaks) {
 
 void write_bridge_releases(hid_t file, const std::vector<fracture::BridgeRelease>& bridge_releases) {
   using fracture::BridgeRelease;
-  const hdf5::Handle group = hdf5::create_group(file, "ties");
+  const hdf5::Handle group = hdf5::create_group(file, "bridge_releases");
   write_moments(group, bridge_releases);
   write_column<double>(group, "released_energy", bridge_releases, &BridgeRelease::released_energy, "J");
   write_column<std::uint8_t>(group, "edges", bridge_releases, &BridgeRelease::edges);
 }
 
-void write_tooth_falls(hid_t file, const std::vector<fracture::ToothFall>& tooth_falls) {
-  using fracture::ToothFall;
+void write_stiffness_reductions(hid_t file,
+                                const std::vector<fracture::StiffnessReduction>& stiffness_reductions) {
+  using fracture::StiffnessReduction;
   const hdf5::Handle group = hdf5::create_group(file, "softening");
-  write_moments(group, tooth_falls);
-  write_column<double>(group, "released_energy", tooth_falls, &ToothFall::released_energy, "J");
-  write_column<double>(group, "share", tooth_falls, &ToothFall::share);
+  write_moments(group, stiffness_reductions);
+  write_column<double>(group, "released_energy", stiffness_reductions, &StiffnessReduction::released_energy,
+                       "J");
+  write_column<double>(group, "share", stiffness_reductions, &StiffnessReduction::share);
 }
 
 void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
@@ -284,17 +288,17 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
       write_column<double>(
           id, "mesh/strength_factor",
           fracture::strength_factors(content.parameters, content.sample, {mesh.nodes, mesh.tetrahedra}),
-          std::identity(), "1", "by which the variation multiplies the strength of each tetrahedron");
+          std::identity(), "1", "factor by which the variation multiplies the strength of each tetrahedron");
     }
-    write_crack_surface(id, content.surface, content.arms.arm);
+    write_crack_surface(id, content.surface, content.branches.branch);
     write_crack_lines(id, content.lines);
-    write_forks(id, content.arms.forks);
+    write_branching(id, content.branches.points);
     write_crossings(id, content.crossings, content.parameters.sections.size());
     write_breaks(id, result.breaks);
     if (content.parameters.fracture.release == input::Release::facet)
       write_bridge_releases(id, result.bridge_releases);
     if (content.parameters.fracture.release == input::Release::softening)
-      write_tooth_falls(id, result.tooth_falls);
+      write_stiffness_reductions(id, result.stiffness_reductions);
     write_energy(id, result.energy);
     write_history(id, content.parameters, result.history, result.separated_at, content.crack_history);
     write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);

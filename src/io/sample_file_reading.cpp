@@ -49,17 +49,16 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
     fail<hdf5::Error>("status {} is neither done (1) nor failed (2)", status);
   row.status = static_cast<analysis::SampleStatus>(status);
   row.error = hdf5::read_text_attribute(root, "error");
-  if (version >= 3) row.note = hdf5::read_text_attribute(root, "note");
+  row.note = hdf5::read_text_attribute(root, "note");
   const hdf5::Handle group = hdf5::open_group(root, "summary");
   analysis::for_each_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
-    row.*member =
-        hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(group, info.name_in(version));
+    row.*member = hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(group, info.name);
   });
   analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
     using Value = typename std::remove_cvref_t<decltype(row.*member)>::value_type;
-    row.*member = hdf5::read_dataset<Value>(group, info.name_in(version), position_shape(parameters));
+    row.*member = hdf5::read_dataset<Value>(group, info.name, position_shape(parameters));
   });
   if (!parameters.random.empty()) {
     const hdf5::Handle inputs = hdf5::open_group(group, "inputs");
@@ -106,7 +105,7 @@ analysis::CrackSurface read_surface(hid_t root) {
   analysis::CrackSurface surface;
   auto& [facets, cracks] = surface;
   cracks.resize(hdf5::read_shape(group, "cracks/notch").at(0));
-  read_column<std::int32_t>(group, "cracks/notch", cracks, &Crack::notch);
+  read_column<std::int32_t>(group, "cracks/notch", cracks, &Crack::start);
   read_column<double>(group, "cracks/area", cracks, &Crack::area);
   read_column<double>(group, "cracks/first_time", cracks, &Crack::first_time);
   read_column<double>(group, "cracks/last_time", cracks, &Crack::last_time);
@@ -119,26 +118,27 @@ analysis::CrackSurface read_surface(hid_t root) {
   read_column<std::int32_t>(group, "crack", facets, &CrackFacet::crack);
   for (std::size_t i = 0; i < facets.size(); ++i)
     if (facets[i].crack < 0 || static_cast<std::size_t>(facets[i].crack) >= cracks.size())
-      fail<hdf5::Error>("facet {} is of crack {}, and there are {}", i, facets[i].crack, cracks.size());
+      fail<hdf5::Error>("facet {} belongs to crack {}, but there are only {} cracks", i, facets[i].crack,
+                        cracks.size());
   return surface;
 }
 
-std::vector<analysis::Fork> read_forks(hid_t root) {
-  using analysis::Fork;
+std::vector<analysis::BranchingPoint> read_branching(hid_t root) {
+  using analysis::BranchingPoint;
   const hdf5::Handle group = hdf5::open_group(root, "forks");
-  std::vector<Fork> forks(hdf5::read_shape(group, "x").at(0));
-  const auto position = hdf5::read_dataset<double>(group, "position", {forks.size(), 2});
+  std::vector<BranchingPoint> points(hdf5::read_shape(group, "x").at(0));
+  const auto position = hdf5::read_dataset<double>(group, "position", {points.size(), 2});
   for (std::size_t k = 0; k < position.size(); ++k)
-    (k % 2 == 0 ? forks[k / 2].y : forks[k / 2].z) = position[k];
-  read_column<double>(group, "x", forks, &Fork::x);
-  read_column<double>(group, "time", forks, &Fork::time);
-  read_column<double>(group, "length", forks, &Fork::length);
-  read_column<double>(group, "angle", forks, &Fork::angle);
-  read_column<double>(group, "share", forks, &Fork::share);
-  read_column<std::int32_t>(group, "notch", forks, &Fork::notch);
-  read_column<std::uint8_t>(group, "in_projection", forks, &Fork::is_in_projection);
-  read_column<std::uint8_t>(group, "in_space", forks, &Fork::is_in_space);
-  return forks;
+    (k % 2 == 0 ? points[k / 2].y : points[k / 2].z) = position[k];
+  read_column<double>(group, "x", points, &BranchingPoint::x);
+  read_column<double>(group, "time", points, &BranchingPoint::time);
+  read_column<double>(group, "length", points, &BranchingPoint::length);
+  read_column<double>(group, "angle", points, &BranchingPoint::angle);
+  read_column<double>(group, "share", points, &BranchingPoint::share);
+  read_column<std::int32_t>(group, "notch", points, &BranchingPoint::start);
+  read_column<std::uint8_t>(group, "in_projection", points, &BranchingPoint::is_in_projection);
+  read_column<std::uint8_t>(group, "in_space", points, &BranchingPoint::is_in_space);
+  return points;
 }
 
 /// Format version of a complete file; empty if it is unusable.
@@ -219,8 +219,10 @@ StoredSample read_stored_sample(const std::filesystem::path& folder, const input
   stored.summary = row_or_reason(sample_path(folder, sample), parameters, [&](const auto& path) {
     return read_file(path, oldest_schema_version, [&](hid_t root, std::int64_t version) {
       SampleSummary row = read_row(root, version, parameters, sample);
-      if (row.status == analysis::SampleStatus::done) stored.surface = read_surface(root);
-      if (row.status == analysis::SampleStatus::done && version >= 3) stored.forks = read_forks(root);
+      if (row.status == analysis::SampleStatus::done) {
+        stored.surface = read_surface(root);
+        stored.branching = read_branching(root);
+      }
       return row;
     });
   });

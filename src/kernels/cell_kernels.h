@@ -44,7 +44,7 @@ struct NodesInCells {
 /// A corner's share in the motion of a cell.
 struct CornerShare {
   double gradient[3];
-  double free[3];  ///< the share's weight, or 0 for a held component
+  double free[3];  ///< the share's weight, or 0 for a constrained component
   double arm[3];   ///< from the cell's centre
   int cell;        ///< index among the tetrahedron's cells
 };

@@ -4,7 +4,8 @@
 // A kernel's source is compiled once for each instruction set. All its code is in an unnamed namespace, and
 // it calls no inline function of other headers: otherwise the linker could keep the one compiled for the
 // largest instruction set and use it everywhere. Every operation is rounded by itself (no contraction into
-// fused multiply-adds), so all instruction sets give the same bits.
+// fused multiply-adds), so all instruction sets give the same bits. Highway's vectors are no longer than the
+// registers of an instruction set; these have the same length with each.
 #pragma once
 
 #include <cstdint>

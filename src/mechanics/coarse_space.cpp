@@ -100,7 +100,7 @@ StiffnessMatrix stiffness_matrix(const StressOfStrain& stress, double factor) {
 struct CornerShares {
   std::vector<kernels::CornerShare> shares;
   std::vector<std::int32_t> cells;
-  bool is_free = true;  // no component of a corner is held
+  bool is_free = true;  // no component of a corner is constrained
 
   int place_of(std::int32_t cell) {
     const auto place = std::ranges::find(cells, cell) - cells.begin();
@@ -112,10 +112,10 @@ struct CornerShares {
 }  // namespace
 
 CoarseSpace::CoarseSpace(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                         const Edges& edges, std::span<const std::uint8_t> held)
+                         const Edges& edges, std::span<const std::uint8_t> constrained)
     : group_(&group),
       subdomain_(&subdomain),
-      held_(held),
+      constrained_(constrained),
       kernels_(&kernels::cell_kernels(best_instruction_set())),
       cells_(make_node_cells(group, subdomain, edges)),
       numbers_(index(cells_.size())),
@@ -184,8 +184,8 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
     corners.is_free = true;
     for (std::size_t a = 0; a < 4; ++a) {
       const auto node = index(t.nodes[a]);
-      const std::uint8_t* is_held = &held_[3 * node];
-      corners.is_free = corners.is_free && is_held[0] + is_held[1] + is_held[2] == 0;
+      const std::uint8_t* is_constrained = &constrained_[3 * node];
+      corners.is_free = corners.is_free && is_constrained[0] + is_constrained[1] + is_constrained[2] == 0;
       const auto& shares = cells_.shares[node];
       for (std::size_t s = 0; s < n_shares; ++s) {
         if (shares.weight[s] == 0) continue;
@@ -194,7 +194,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
         corner.cell = corners.place_of(shares.cell[s]);
         for (std::size_t i = 0; i < 3; ++i) {
           corner.gradient[i] = t.gradient[a][i];
-          corner.free[i] = is_held[i] != 0 ? 0 : shares.weight[s] / whole;
+          corner.free[i] = is_constrained[i] != 0 ? 0 : shares.weight[s] / whole;
           corner.arm[i] = (subdomain_->nodes[node][i] - cells_.centre[c][i]) / cells_.extent[c];
         }
       }

@@ -26,9 +26,9 @@ namespace crackle::mechanics {
 class CoarseSpace {
 public:
   /// Collective. The references must outlive the object.
-  /// @param held 1 for each displacement component that is prescribed, 3 n_local
+  /// @param constrained 1 for each displacement component that is prescribed, 3 n_local
   CoarseSpace(const parallel::Communicator& group, const geometry::Subdomain& subdomain, const Edges& edges,
-              std::span<const std::uint8_t> held);
+              std::span<const std::uint8_t> constrained);
 
   /// Assembles and factorizes the coarse matrix A of the current stiffness. Collective.
   void factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
@@ -36,7 +36,7 @@ public:
 
   /// result = B residual + R A^-1 R^T residual, with R the displacements of the nodes in the cells' motions.
   /// Collective; does not allocate.
-  /// @param residual 3 n_owned, 0 at held components
+  /// @param residual 3 n_owned, 0 at constrained components
   /// @param block B of the owned node at each position
   /// @param result 3 n_owned, ignoring constraints
   /// @return an upper bound on this rank's products of a residual and its result
@@ -55,7 +55,7 @@ private:
 
   const parallel::Communicator* group_;
   const geometry::Subdomain* subdomain_;
-  std::span<const std::uint8_t> held_;
+  std::span<const std::uint8_t> constrained_;
   const kernels::CellKernels* kernels_;
   NodeCells cells_;
   std::vector<kernels::CellGroup> groups_;

@@ -335,7 +335,7 @@ template <class Real>
 double FixedPointForce<Real>::largest_stretch() const {
   double largest = 0;
   // The magnitude, which is equal for both directions of an edge: ranks may use different ones.
-  const auto look = [&](std::int32_t a, std::int32_t b) {
+  const auto include_edge = [&](std::int32_t a, std::int32_t b) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Integer d =
           kernels::difference(nodes_[index(b)].displacement[i], nodes_[index(a)].displacement[i]);
@@ -349,12 +349,12 @@ double FixedPointForce<Real>::largest_stretch() const {
     const EdgeEnds& ends = ends_[pair];
     for (std::size_t lane = 0; lane < 8; ++lane)
       if (carries(symmetric_[pair].s, lane))
-        look(ends.owner + (lane < 4 ? 0 : ends.second_owner), ends.owner + ends.target[lane]);
+        include_edge(ends.owner + (lane < 4 ? 0 : ends.second_owner), ends.owner + ends.target[lane]);
   }
   for (const Block& block : blocks_)
     for (const auto& group : block.general)
       for (std::size_t lane = 0; lane < 8; ++lane)
-        if (carries(group.s, lane)) look(group.first[lane], group.second[lane]);
+        if (carries(group.s, lane)) include_edge(group.first[lane], group.second[lane]);
   return largest;
 }
 

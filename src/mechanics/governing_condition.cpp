@@ -16,7 +16,7 @@ using input::Boundary;
 using input::BoundaryKind;
 
 bool drives(const Boundary& condition) {
-  if (condition.kind == BoundaryKind::fix || condition.kind == BoundaryKind::absorbing) return false;
+  if (!input::has_quantity(condition.kind)) return false;
   return condition.value != Vector{} || condition.rate != Vector{};
 }
 
@@ -63,7 +63,8 @@ std::vector<GoverningCondition> governing_conditions(const input::Parameters& pa
     first =
         static_cast<std::size_t>(std::ranges::find(conditions, *name, &Boundary::name) - conditions.begin());
   if (!first) return {};
-  const bool has_direction = drive && conditions[*drive].kind != BoundaryKind::pressure;
+  const bool has_direction =
+      drive && input::traits(conditions[*drive].kind).form == input::QuantityForm::vector;
   const Vector along = has_direction ? drive_direction(conditions[*drive]) : Vector{};
   const std::string& name = conditions.at(*first).name;
   std::vector<GoverningCondition> group;

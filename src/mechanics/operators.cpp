@@ -47,10 +47,6 @@ double stiffness_bound(const PdsOperators& operators, const IsotropicElasticity&
   return largest;
 }
 
-Vector dual_facet_area(const TetrahedronOperator& tetrahedron, int a, int b) {
-  return tetrahedron.volume / 4 * (tetrahedron.gradient[index(b)] - tetrahedron.gradient[index(a)]);
-}
-
 NodeTetrahedra node_tetrahedra(const geometry::Subdomain& subdomain) {
   NodeTetrahedra result;
   result.offset.assign(subdomain.nodes.size() + 1, 0);

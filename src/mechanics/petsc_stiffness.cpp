@@ -39,7 +39,7 @@ PetscStiffness::PetscStiffness(const parallel::Communicator& group, const geomet
       elasticity_(elasticity),
       residual_stiffness_(&residual_stiffness),
       n_owned_(subdomain.layout.n_owned),
-      round_node_(node_tetrahedra(subdomain)) {
+      node_to_cell_(node_tetrahedra(subdomain)) {
   const auto& layout = subdomain.layout;
   const auto first = static_cast<PetscInt>(layout.first_owned[index(group.rank())]);
   const PetscInt end = first + n_owned_;
@@ -95,7 +95,7 @@ void PetscStiffness::assemble() {
 
 void PetscStiffness::find_columns(std::int32_t node) {
   columns_.clear();
-  for (const auto t : round_node_[node])
+  for (const auto t : node_to_cell_[node])
     for (const auto other : operators_->tetrahedra[index(t)].nodes)
       if (number_[index(other)] >= number_[index(node)]) columns_.push_back(number_[index(other)]);
   std::ranges::sort(columns_);
@@ -107,7 +107,7 @@ void PetscStiffness::set_row(std::int32_t node) {
   find_columns(node);
   const std::size_t n = columns_.size();
   values_.assign(9 * n, 0.0);
-  for (const auto number : round_node_[node]) {
+  for (const auto number : node_to_cell_[node]) {
     if (!residual_stiffness_->carries(number)) continue;
     const auto& t = operators_->tetrahedra[index(number)];
     const auto a = static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());

@@ -47,7 +47,7 @@ private:
   const ResidualStiffness* residual_stiffness_;
   std::int32_t n_owned_;
   std::vector<PetscInt> number_;  // per local node, in the order of the matrix
-  NodeTetrahedra round_node_;
+  NodeTetrahedra node_to_cell_;
   parallel::MatOwner matrix_;
   // The current row: block columns from the diagonal on, and their values row by row.
   std::vector<PetscInt> columns_;

@@ -108,6 +108,8 @@ void ResidualStiffness::add_contact(std::int32_t tetrahedron, const Vector& norm
   contact_place_[index(tetrahedron)] = static_cast<std::int32_t>(contacts_.size());
   contacts_.push_back(tetrahedron);
   contact_normal_.push_back(normal);
+  const auto reduction = reductions_.find(tetrahedron);
+  contact_share_.push_back(reduction == reductions_.end() ? 1 : 1 - reduction->second.share);
 }
 
 Symmetric ResidualStiffness::contact_stress(std::size_t i, const Symmetric& strain) const {
@@ -115,7 +117,7 @@ Symmetric ResidualStiffness::contact_stress(std::size_t i, const Symmetric& stra
   const double closing = dot(n, apply(strain, n));
   if (closing >= 0) return {};
   const double lambda = elasticity_.lambda, mu = elasticity_.mu;
-  const double pressure = mu * (3 * lambda + 2 * mu) / (lambda + mu) * closing;
+  const double pressure = contact_share_[i] * (mu * (3 * lambda + 2 * mu) / (lambda + mu) * closing);
   return {pressure * n[0] * n[0], pressure * n[1] * n[1], pressure * n[2] * n[2],
           pressure * n[1] * n[2], pressure * n[0] * n[2], pressure * n[0] * n[1]};
 }
@@ -127,11 +129,45 @@ double ResidualStiffness::energy(std::int32_t tetrahedron, const Symmetric& stra
 
 void ResidualStiffness::release(std::int32_t tetrahedron, EdgeSet edges) {
   const auto i = index(tetrahedron);
+  if (const auto reduction = reductions_.find(tetrahedron); reduction != reductions_.end()) {
+    reduction->second.edges = static_cast<EdgeSet>(reduction->second.edges | edges);
+    return interpolate(tetrahedron, reduction->second);
+  }
   const auto now = static_cast<EdgeSet>(released(tetrahedron) | edges);
   // Create it before recording the release, as allocation may fail.
   if (now != no_edge && now != all_edges)
     make_partial(tetrahedron) = edge_stiffness(operators_->tetrahedra[i], elasticity_, now);
   released_[i] = now;
+}
+
+void ResidualStiffness::begin_release(std::int32_t tetrahedron, EdgeSet edges) {
+  const EdgeStiffness before =
+      is_intact(tetrahedron)
+          ? edge_stiffness(operators_->tetrahedra[index(tetrahedron)], elasticity_, no_edge)
+          : partial(tetrahedron);
+  make_partial(tetrahedron) = before;
+  reductions_[tetrahedron] = {before, edges, 1};
+  released_[index(tetrahedron)] = softened;
+}
+
+void ResidualStiffness::reduce(std::int32_t tetrahedron, double share) {
+  auto& reduction = reductions_.at(tetrahedron);
+  reduction.share = share;
+  if (has_contact(tetrahedron)) contact_share_[index(contact_place_[index(tetrahedron)])] = 1 - share;
+  if (share > 0) return interpolate(tetrahedron, reduction);
+  const EdgeSet edges = reduction.edges;
+  reductions_.erase(tetrahedron);
+  released_[index(tetrahedron)] = no_edge;
+  release(tetrahedron, edges);
+}
+
+void ResidualStiffness::interpolate(std::int32_t tetrahedron, const Reduction& reduction) {
+  const auto after =
+      edge_stiffness(operators_->tetrahedra[index(tetrahedron)], elasticity_, reduction.edges).k;
+  auto& k = make_partial(tetrahedron).k;
+  for (std::size_t p = 0; p < 6; ++p)
+    for (std::size_t q = 0; q < 6; ++q)
+      k[p][q] = after[p][q] + reduction.share * (reduction.before.k[p][q] - after[p][q]);
 }
 
 void ResidualStiffness::soften(std::int32_t tetrahedron, double share) {

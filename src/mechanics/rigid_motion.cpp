@@ -27,7 +27,7 @@ Motions motions_at(const geometry::Point& p, int component) {
 }
 
 template <class Term>
-double sum_over_held(const parallel::Communicator& group, const BoundaryLoads& loads, Term&& term) {
+double sum_over_constrained(const parallel::Communicator& group, const BoundaryLoads& loads, Term&& term) {
   std::vector<double> terms;
   for (const auto& motion : loads.motions)
     for (const auto node : motion.nodes) terms.push_back(term(node, motion.component));
@@ -40,11 +40,12 @@ std::vector<std::string> free_rigid_motions(const parallel::Communicator& group,
                                             const geometry::Subdomain& subdomain,
                                             const BoundaryLoads& loads) {
   const auto point = [&](std::int32_t node) { return subdomain.nodes[index(node)]; };
-  const double n = sum_over_held(group, loads, [](std::int32_t, int) { return 1.0; });
+  const double n = sum_over_constrained(group, loads, [](std::int32_t, int) { return 1.0; });
   Vector centre{};
   for (std::size_t i = 0; i < 3 && n > 0; ++i)
-    centre[i] = sum_over_held(group, loads, [&](std::int32_t node, int) { return point(node)[i]; }) / n;
-  double radius = std::sqrt(sum_over_held(group, loads, [&](std::int32_t node, int) {
+    centre[i] =
+        sum_over_constrained(group, loads, [&](std::int32_t node, int) { return point(node)[i]; }) / n;
+  double radius = std::sqrt(sum_over_constrained(group, loads, [&](std::int32_t node, int) {
     const Vector from = point(node) - centre;
     return dot(from, from);
   }));
@@ -54,14 +55,14 @@ std::vector<std::string> free_rigid_motions(const parallel::Communicator& group,
   Eigen::Matrix<double, 6, 6> gram;
   for (int a = 0; a < 6; ++a) {
     for (int b = 0; b <= a; ++b) {
-      gram(a, b) = gram(b, a) = sum_over_held(group, loads, [&](std::int32_t node, int component) {
+      gram(a, b) = gram(b, a) = sum_over_constrained(group, loads, [&](std::int32_t node, int component) {
         const Motions motions = motions_at((point(node) - centre) / radius, component);
         return motions[a] * motions[b];
       });
     }
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(gram);
-  // A held strip of a thousandth of the body's size gives 1e-6; rounding gives 1e-16.
+  // A constrained strip of a thousandth of the body's size gives 1e-6; rounding gives 1e-16.
   constexpr double negligible = 1e-12;
   Motions freedom = Motions::Zero();  // share of each motion that is free
   for (int k = 0; k < 6; ++k)
@@ -69,9 +70,9 @@ std::vector<std::string> free_rigid_motions(const parallel::Communicator& group,
   std::vector<std::string> found;
   for (int k = 3; k < 6; ++k)
     if (freedom[k] > negligible) found.push_back(std::string("turn about ") + "xyz"[k - 3]);
-  if (!found.empty()) return found;  // the centre of the held nodes may move as a result
+  if (!found.empty()) return found;  // the centre of the constrained nodes may move as a result
   for (int k = 0; k < 3; ++k)
-    if (freedom[k] > negligible) found.push_back(std::string("move along ") + "xyz"[k]);
+    if (freedom[k] > negligible) found.push_back(std::string("translate along ") + "xyz"[k]);
   return found;
 }
 

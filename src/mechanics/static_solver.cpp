@@ -32,28 +32,28 @@ constexpr double wear_limit = 1.5;
 
 /// The inverse of a symmetric positive definite 3 x 3 matrix on its free components; zero if the node has no
 /// stiffness.
-Symmetric inverse_on_free(const Symmetric& k, const std::uint8_t* held) {
+Symmetric inverse_on_free(const Symmetric& k, const std::uint8_t* constrained) {
   Symmetric m = k;
-  if (held[0] != 0) m[4] = m[5] = 0;
-  if (held[1] != 0) m[3] = m[5] = 0;
-  if (held[2] != 0) m[3] = m[4] = 0;
+  if (constrained[0] != 0) m[4] = m[5] = 0;
+  if (constrained[1] != 0) m[3] = m[5] = 0;
+  if (constrained[2] != 0) m[3] = m[4] = 0;
   for (std::size_t i = 0; i < 3; ++i)
-    if (held[i] != 0) m[i] = 1;
+    if (constrained[i] != 0) m[i] = 1;
   const double c0 = m[1] * m[2] - m[3] * m[3], c1 = m[0] * m[2] - m[4] * m[4], c2 = m[0] * m[1] - m[5] * m[5];
   const double c3 = m[4] * m[5] - m[0] * m[3], c4 = m[5] * m[3] - m[1] * m[4], c5 = m[4] * m[3] - m[2] * m[5];
   const double determinant = m[0] * c0 + m[5] * c5 + m[4] * c4;
   Symmetric inverse{};
   if (!(determinant > 1e-12 * m[0] * m[1] * m[2])) {
-    // A node held by one or two bars only: any positive block will do.
+    // A node constrained by one or two bars only: any positive block will do.
     const double trace = k[0] + k[1] + k[2];
     for (std::size_t i = 0; i < 3; ++i)
-      if (held[i] == 0 && trace > 0) inverse[i] = 1 / trace;
+      if (constrained[i] == 0 && trace > 0) inverse[i] = 1 / trace;
     return inverse;
   }
   inverse = {c0 / determinant, c1 / determinant, c2 / determinant,
              c3 / determinant, c4 / determinant, c5 / determinant};
   for (std::size_t i = 0; i < 3; ++i)
-    if (held[i] != 0) inverse[i] = 0;
+    if (constrained[i] != 0) inverse[i] = 0;
   return inverse;
 }
 
@@ -63,17 +63,17 @@ class StaticSolver::Problem {
 public:
   Problem(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
           const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
-          const ResidualStiffness& residual_stiffness, HeldComponents held)
+          const ResidualStiffness& residual_stiffness, HeldComponents constrained)
       : group_(&group),
         subdomain_(&subdomain),
         operators_(&operators),
         elasticity_(&elasticity),
         residual_stiffness_(&residual_stiffness),
-        held_(std::move(held)),
-        round_node_(node_tetrahedra(subdomain)),
+        constrained_(std::move(constrained)),
+        node_to_cell_(node_tetrahedra(subdomain)),
         product_(group, subdomain, operators, elasticity, edges, residual_stiffness),
         fast_product_(group, subdomain, operators, elasticity, edges, residual_stiffness),
-        coarse_(group, subdomain, edges, held_),
+        coarse_(group, subdomain, edges, constrained_),
         inverse_block_(static_cast<std::size_t>(subdomain.layout.n_owned)),
         product_result_(3 * inverse_block_.size()),
         residual_(product_result_.size()),
@@ -85,7 +85,7 @@ public:
         gradients_(group, *this) {
     for (std::int32_t node = 0; node < subdomain.layout.n_owned; ++node) update_block(node);
     for (std::size_t i = 0; i < 3 * inverse_block_.size(); ++i)
-      if (held_[i] != 0) held_components_.push_back(i);
+      if (constrained_[i] != 0) constrained_components_.push_back(i);
   }
 
   void release(std::span<const std::int32_t> tetrahedra) {
@@ -103,8 +103,8 @@ public:
     // From here on ranks wait for each other's messages, so none may allocate.
     parallel::agree(*group_);
     // The reference is the residual with no free component displaced.
-    for (std::size_t i = 0; i < held_.size(); ++i)
-      unmoved_.local()[i] = held_[i] != 0 ? displacement.local()[i] : 0;
+    for (std::size_t i = 0; i < constrained_.size(); ++i)
+      unmoved_.local()[i] = constrained_[i] != 0 ? displacement.local()[i] : 0;
     const double reference = find_residual(force, unmoved_);
     final_residual_ = 0;
     if (reference == 0) {  // in equilibrium, whatever the initial guess
@@ -180,7 +180,7 @@ private:
         parallel::reproducible_dot(group_->get(), std::as_const(displacement).owned(), product_result_);
     energy_norm_ = std::sqrt(std::max(0.0, twice_energy));
     for (std::size_t i = 0; i < residual_.size(); ++i)
-      product_result_[i] = held_[i] != 0 ? 0 : force[i] - product_result_[i];
+      product_result_[i] = constrained_[i] != 0 ? 0 : force[i] - product_result_[i];
     const double largest = parallel::largest_magnitude(*group_, product_result_);
     if (largest == 0 || !std::isfinite(largest)) return largest;
     unit_ = std::ldexp(1.0, std::ilogb(largest));
@@ -199,7 +199,7 @@ private:
   /// Sums the diagonal block of a node over its tetrahedra's residual stiffness, in ascending order.
   void update_block(std::int32_t node) {
     Symmetric k{};
-    for (const auto number : round_node_[node]) {
+    for (const auto number : node_to_cell_[node]) {
       if (!residual_stiffness_->carries(number)) continue;
       const auto& t = operators_->tetrahedra[index(number)];
       const auto corner = static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());
@@ -221,7 +221,7 @@ private:
       k[4] += mean * (g[0] * g[2]);
       k[5] += mean * (g[0] * g[1]);
     }
-    const Symmetric inverse = inverse_on_free(k, &held_[3 * index(node)]);
+    const Symmetric inverse = inverse_on_free(k, &constrained_[3 * index(node)]);
     std::ranges::transform(inverse, inverse_block_[coarse_.position(node)].begin(),
                            [](double x) { return static_cast<float>(x); });
   }
@@ -234,13 +234,13 @@ private:
   double multiply(std::span<float> image) {
     ghosts_.update(direction_);
     const double curvature = fast_product_.apply({direction_.data()->data(), 3 * direction_.size()}, image);
-    for (const auto i : held_components_) image[i] = 0;
+    for (const auto i : constrained_components_) image[i] = 0;
     return curvature;
   }
 
   double precondition(std::span<const float> residual, std::span<float> result) {
     const double bound = coarse_.precondition(residual, inverse_block_, result);
-    for (const auto i : held_components_) result[i] = 0;
+    for (const auto i : constrained_components_) result[i] = 0;
     return parallel::reproducible_dot(group_->get(), residual, result, bound);
   }
 
@@ -249,13 +249,13 @@ private:
   const PdsOperators* operators_;
   const IsotropicElasticity* elasticity_;
   const ResidualStiffness* residual_stiffness_;
-  HeldComponents held_;
-  NodeTetrahedra round_node_;
+  HeldComponents constrained_;
+  NodeTetrahedra node_to_cell_;
   StiffnessProduct<double> product_;
   StiffnessProduct<float> fast_product_;
   CoarseSpace coarse_;
   std::vector<std::array<float, 6>> inverse_block_;  // of the owned nodes, in the order of the coarse space
-  std::vector<std::size_t> held_components_;         // of owned nodes
+  std::vector<std::size_t> constrained_components_;  // of owned nodes
   std::vector<double> product_result_;
   double energy_norm_ = 0;  // of the displacement to which the residual belongs
   double unit_ = 1;         // of residual and correction
@@ -275,9 +275,9 @@ private:
 StaticSolver::StaticSolver(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                            const PdsOperators& operators, const IsotropicElasticity& elasticity,
                            const Edges& edges, const ResidualStiffness& residual_stiffness,
-                           HeldComponents held)
+                           HeldComponents constrained)
     : problem_(std::make_unique<Problem>(group, subdomain, operators, elasticity, edges, residual_stiffness,
-                                         std::move(held))) {}
+                                         std::move(constrained))) {}
 
 StaticSolver::~StaticSolver() = default;
 

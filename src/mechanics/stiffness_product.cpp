@@ -106,7 +106,7 @@ double StiffnessProduct<Real>::apply(std::span<const Real> displacement, std::sp
       else  // The safe scale refers to the body's initial coefficients.
         top = top > Exponents::safe ? Exponents::safe : top - retreat;
       if (top < Exponents::least)
-        throw std::runtime_error("stiffness product: a coefficient is not finite, or has grown out of range");
+        throw std::runtime_error("stiffness product: a coefficient is not finite or is out of range");
       continue;
     }
     gain_exponent_.reset();

@@ -30,7 +30,8 @@ SideIndex::SideIndex(const Shape& shape, double tolerance) : tolerance_(toleranc
     for (std::size_t i = 0; i < loop.size(); ++i) {
       const Point way = loop.to(i) - loop.from(i);
       const double length = norm(way);
-      sides_.push_back({loop.from(i), loop.to(i), 1 / length * way, length, loop.part[i]});
+      // Divided, so that the vector of a side along an axis is one of +-1 and 0.
+      sides_.push_back({loop.from(i), loop.to(i), {way[0] / length, way[1] / length}, length, loop.part[i]});
     }
   bounds_ = bounds_of(shape.loops.front().corners);
   const Point size = bounds_.upper - bounds_.lower;
@@ -94,7 +95,7 @@ bool SideIndex::contains(const Point& p) const {
 double SideIndex::distance(const Point& p) const {
   const Cell cell = cell_of(p);
   double nearest = infinity;
-  const auto look = [&](std::size_t column, std::size_t row) {
+  const auto search = [&](std::size_t column, std::size_t row) {
     for (const std::int32_t s : sides_in({column, row})) {
       const Side& side = sides_[static_cast<std::size_t>(s)];
       nearest = std::min(nearest, plane::distance(p, side.from, side.to));
@@ -111,11 +112,11 @@ double SideIndex::distance(const Point& p) const {
     for (std::size_t row = bottom; row <= std::min(top, n_[1] - 1); ++row) {
       const bool is_end = row == top || (cell.row >= ring && row == bottom);
       if (is_end) {
-        for (std::size_t column = left; column <= std::min(right, n_[0] - 1); ++column) look(column, row);
+        for (std::size_t column = left; column <= std::min(right, n_[0] - 1); ++column) search(column, row);
         continue;
       }
-      if (cell.column >= ring) look(left, row);
-      if (right < n_[0] && ring > 0) look(right, row);
+      if (cell.column >= ring) search(left, row);
+      if (right < n_[0] && ring > 0) search(right, row);
     }
   }
   return nearest;

@@ -121,7 +121,7 @@ input::Parameters sample_parameters(const input::Parameters& parameters, std::ui
     for (std::size_t k = 0; k < values.size(); ++k)
       drawn.push_back(
           fmt::format("{} = {}", parameters.random[k].key, format_value(parameters.random[k], values[k])));
-    fail("the values drawn make no sound input ({}): {}", fmt::join(drawn, ", "),
+    fail("the drawn values do not give a valid input ({}): {}", fmt::join(drawn, ", "),
          fmt::join(error.messages(), "; "));
   }
 }

@@ -16,9 +16,11 @@
 
 #include <chrono>
 #include <cstdio>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -28,36 +30,61 @@ using namespace crackle;
 constexpr double groups_per_rank = 250;
 constexpr double sample_seconds = 13;  // for jobs/paper/clock-from-zero.toml with `verlet` and `auto`
 
-/// Steps of mock samples that make their realization and then sleep for some seconds.
-ensemble::SampleSteps pretended(ensemble::RealizationMaker make, double seconds) {
-  ensemble::SampleSteps steps;
-  steps.make = std::move(make);
-  steps.split = [](std::uint64_t, const geometry::Realization&, int n_parts) {
-    return std::vector<geometry::Subdomain>(static_cast<std::size_t>(n_parts));
-  };
-  steps.compute = [seconds](const auto&, auto, const auto&, const auto&) {
-    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
-    return dynamics::SampleResult();
-  };
-  steps.analyse = [](auto, const auto&, const auto&) { return ensemble::SampleAnalysis(); };
-  steps.write = [](auto, const auto&, const auto&, const auto&) {};
-  steps.write_failure = [](auto, const auto&, const auto*) {};
-  steps.failure_row = [](auto, const std::string&) { return analysis::SampleSummary(); };
-  return steps;
-}
+/// Steps that sleep for some seconds in place of the computation.
+class PretendedSteps final : public ensemble::SampleSteps {
+public:
+  explicit PretendedSteps(double seconds) : seconds_(seconds) {}
 
-double rate(const parallel::Communicator& world, const ensemble::SampleSteps& steps, std::uint64_t n,
+  std::vector<geometry::Subdomain> split(const geometry::Realization&, int n_parts) override {
+    return std::vector<geometry::Subdomain>(static_cast<std::size_t>(n_parts));
+  }
+  dynamics::SampleResult compute(const parallel::Communicator&, const geometry::Subdomain&,
+                                 dynamics::SampleControl) override {
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds_));
+    return {};
+  }
+  ensemble::SampleAnalysis analyse(const geometry::Realization&, const dynamics::SampleResult&) override {
+    return {};
+  }
+  void write(const geometry::Realization&, const dynamics::SampleResult&,
+             const ensemble::SampleAnalysis&) override {}
+  void write_failure(const analysis::SampleSummary&, const ensemble::PartialSample*) override {}
+  analysis::SampleSummary failure_row(const std::string&) override { return {}; }
+
+private:
+  double seconds_;
+};
+
+/// Samples that make their realization and then only sleep.
+class PretendedSamples final : public ensemble::SampleSource {
+public:
+  PretendedSamples(ensemble::RealizationMaker make, double seconds)
+      : make_(std::move(make)), seconds_(seconds) {}
+
+  geometry::Realization make(std::uint64_t sample) override { return make_(sample); }
+  std::unique_ptr<ensemble::SampleSteps> steps(std::uint64_t) override {
+    return std::make_unique<PretendedSteps>(seconds_);
+  }
+
+private:
+  ensemble::RealizationMaker make_;
+  double seconds_;
+};
+
+class NoEvents final : public ensemble::ScheduleEvents {
+  void started(std::uint64_t) override {}
+  void finished(const ensemble::SampleReport&) override {}
+};
+
+double rate(const parallel::Communicator& world, PretendedSamples source, std::uint64_t n,
             input::MeshMakers makers) {
   std::vector<std::uint64_t> samples(n);
   std::iota(samples.begin(), samples.end(), 0);
-  ensemble::ScheduleEvents events;
-  events.started = [](std::uint64_t) {};
-  events.finished = [](const ensemble::SampleReport&) {};
-  events.tick = [] {};
+  NoEvents events;
   const auto layout = ensemble::make_group_layout(world.size(), 1);
   parallel::barrier_asleep(world);
   const Stopwatch watch;
-  ensemble::schedule_samples(world, layout, samples, steps, events,
+  ensemble::schedule_samples(world, layout, samples, source, events,
                              {.n_realizations = static_cast<std::size_t>(world.size())}, makers);
   return static_cast<double>(n) / watch.seconds();
 }
@@ -81,17 +108,18 @@ int main(int argc, char** argv) {
       if (world.is_root()) fmt::print("{:<52} {:10.1f} samples per second\n", what, samples_per_second);
     };
     using input::MeshMakers;
-    const auto meshes = pretended(make, 0);
+    const PretendedSamples meshes(make, 0);
     print("meshes of the input, by the master", rate(world, meshes, n, MeshMakers::master));
     print("meshes of the input, by the groups", rate(world, meshes, n, MeshMakers::groups));
-    print("no meshes at all: messages", rate(world, pretended(make_nothing, 0), 100 * n, MeshMakers::groups));
+    print("no meshes at all: messages",
+          rate(world, PretendedSamples(make_nothing, 0), 100 * n, MeshMakers::groups));
     const double n_groups = groups_per_rank * (world.size() - 1);
     const double pause = sample_seconds / groups_per_rank;
     const std::string many = fmt::format("{:.0f} groups, ", n_groups);
     print(fmt::format("{}samples of {:.0f} s, at most", many, sample_seconds), n_groups / sample_seconds);
-    print(many + "meshes by the master", rate(world, pretended(make, pause), n, MeshMakers::master));
+    print(many + "meshes by the master", rate(world, PretendedSamples(make, pause), n, MeshMakers::master));
     print(many + "meshes by the groups",
-          rate(world, pretended(make_nothing, pause), 10 * n, MeshMakers::groups));
+          rate(world, PretendedSamples(make_nothing, pause), 10 * n, MeshMakers::groups));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "benchmark_hand_out: %s\n", error.what());
     status = 1;

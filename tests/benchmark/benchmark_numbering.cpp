@@ -9,7 +9,7 @@
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/reader.h"
 #include "crackle/mechanics/internal_force.h"
-#include "geometry/notched_box.h"
+#include "geometry/extruded_plate.h"
 
 #include <benchmark/benchmark.h>
 
@@ -96,7 +96,7 @@ void evaluate_forces(benchmark::State& state, const Numbering& numbering, const 
 
 void register_benchmarks(const char* input) {
   const input::Parameters parameters = input::read(input);
-  const geometry::NotchedBox body(parameters.specimen);
+  const geometry::ExtrudedPlate body(parameters.specimen);
   const std::uint64_t seed = parameters.ensemble.seed;
   const Realization realization = geometry::make_realization(
       body, geometry::make_mother_points(body, parameters.mesh, seed), parameters.mesh, seed, 0);

@@ -20,7 +20,7 @@
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/sleeping_wait.h"
 
-#include "geometry/notched_box.h"
+#include "geometry/extruded_plate.h"
 #include "mechanics/fixed_point_force.h"
 
 #include <fmt/format.h>
@@ -64,7 +64,7 @@ private:
 struct Sample {
   parallel::Communicator self{MPI_COMM_SELF};
   input::Parameters parameters;
-  geometry::NotchedBox geometry;
+  geometry::ExtrudedPlate geometry;
   geometry::MotherPoints base;
   geometry::Realization realization;
   geometry::Subdomain subdomain;

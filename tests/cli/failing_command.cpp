@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   int status = 0;
   {
     const crackle::parallel::Communicator world(MPI_COMM_WORLD);
-    status = crackle::apps::end_together(world, [&] {
+    status = crackle::apps::end_collectively(world, [&] {
       if (world.rank() == world.size() - 1) throw std::runtime_error("this rank is out of order");
       MPI_Barrier(world.get());
       return 0;

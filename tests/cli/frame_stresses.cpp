@@ -50,13 +50,13 @@ struct Sample {
       const auto fall_phase_time = read<double>(file, "softening/phase_time");
       const auto share = read<double>(file, "softening/share");
       for (std::size_t i = 0; i < softened.size(); ++i)
-        tooth_falls.push_back({softened[i], fall_load_time[i], fall_phase_time[i], 0, share[i], 0});
+        stiffness_reductions.push_back({softened[i], fall_load_time[i], fall_phase_time[i], 0, share[i], 0});
     }
     if (parameters.fracture.release != input::Release::facet) return;
-    const auto tied = read<std::int64_t>(file, "ties/tetrahedron");
-    const auto tie_load_time = read<double>(file, "ties/load_time");
-    const auto tie_phase_time = read<double>(file, "ties/phase_time");
-    const auto edges = read<std::uint8_t>(file, "ties/edges");
+    const auto tied = read<std::int64_t>(file, "bridge_releases/tetrahedron");
+    const auto tie_load_time = read<double>(file, "bridge_releases/load_time");
+    const auto tie_phase_time = read<double>(file, "bridge_releases/phase_time");
+    const auto edges = read<std::uint8_t>(file, "bridge_releases/edges");
     for (std::size_t i = 0; i < tied.size(); ++i)
       bridge_releases.push_back({tied[i], tie_load_time[i], tie_phase_time[i], 0, edges[i]});
   }
@@ -66,7 +66,7 @@ struct Sample {
   geometry::Realization mesh;
   std::vector<fracture::Break> breaks;
   std::vector<fracture::BridgeRelease> bridge_releases;
-  std::vector<fracture::ToothFall> tooth_falls;
+  std::vector<fracture::StiffnessReduction> stiffness_reductions;
   std::vector<double> time;
   std::vector<float> displacement;
 };
@@ -83,7 +83,8 @@ void print_stresses(const std::filesystem::path& path) {
     fracture::Releases releases;
     std::ranges::copy_if(sample.breaks, std::back_inserter(releases.breaks), is_open);
     std::ranges::copy_if(sample.bridge_releases, std::back_inserter(releases.bridge_releases), is_open);
-    std::ranges::copy_if(sample.tooth_falls, std::back_inserter(releases.tooth_falls), is_open);
+    std::ranges::copy_if(sample.stiffness_reductions, std::back_inserter(releases.stiffness_reductions),
+                         is_open);
     const auto& parameters = sample.parameters;
     fracture::BreakableBody body(subdomain, parameters.material, parameters.fracture.release,
                                  parameters.fracture.contact);

@@ -58,12 +58,9 @@ TIPS = ((6e-3, 65e-3, 1), (WIDTH - 6e-3, 75e-3, -1))  # y, z, direction of growt
 
 
 def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), pending: tuple[int, ...] = (),
-                   with_ensemble_file: bool = True, version: int = 3, slots: tuple = SLOTS, stop: str = "",
+                   with_ensemble_file: bool = True, slots: tuple = SLOTS, stop: str = "",
                    sections: tuple = tuple((1, y) for y in SECTIONS * 1e3), leading: Optional[list[int]] = None) -> list[dict]:
-    """Writes the folder and returns the samples' rows.
-
-    Of version 3 the program takes the rows from ensemble.h5 only; of version 2, which has no leading notches, also from sample
-    files.
+    """Writes the folder, of version 4 of the format, and returns the samples' rows.
 
     @param stop the keys of [ensemble.stop]
     @param sections axis and position [mm] of each
@@ -87,10 +84,10 @@ def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), p
         if i in failed:
             rows[i] = _empty_row(2, "static solve diverged after 500 iterations (residual 3.1e-2 of the load)", len(slots))
         file = folder / "samples" / f"{i:04d}.h5"
-        _write_sample(file, i, rows[i], text, version)
+        _write_sample(file, i, rows[i], text)
         seal(file)
     if with_ensemble_file:
-        _write_ensemble_file(folder / "ensemble.h5", rows, text, version, sections)
+        _write_ensemble_file(folder / "ensemble.h5", rows, text, sections)
     return rows
 
 
@@ -111,24 +108,20 @@ def changed(file: Path) -> Iterator[h5py.File]:
     seal(file)
 
 
-# Of a version and above.
-NUMBERS = {2: ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "crack_speed_ratio", "traced_area",
-               "effective_toughness", "energy_error"),
-           3: ("first_break_time", "first_break_load", "crack_area_before_onset", "equilibrium_residual")}
-COUNTS = {2: ("outcome", "pattern", "bifurcations", "kinks", "breaks"),
-          3: ("dynamic_phases", "leading_notch", "bifurcations_projected")}
-
-
-def _results(version: int) -> list[str]:
-    return [name for table in (NUMBERS, COUNTS) for since, names in table.items() if since <= version for name in names]
+VERSION = 4  # of the format
+NUMBERS = ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "crack_speed_ratio", "traced_area",
+           "effective_toughness", "energy_error", "first_break_time", "first_break_load", "crack_area_before_onset",
+           "equilibrium_residual", "peak_load", "displacement_at_peak", "work_of_fracture")
+COUNTS = ("outcome", "pattern", "bifurcations", "kinks", "breaks", "dynamic_phases", "leading_notch", "bifurcations_projected")
+POSITIONS = ("position", "z_spread", "arrival_time", "branches")  # notches x sections
 
 
 def _empty_row(status: int, error: str, n_notches: int = len(TIPS)) -> dict:
     shape = (n_notches, SECTIONS.size)
-    return {"status": status, "error": error, **{name: np.nan for names in NUMBERS.values() for name in names},
-            **{name: 0 for names in COUNTS.values() for name in names}, "leading_notch": -1,
-            "z": np.full(shape, np.nan), "z_spread": np.full(shape, np.nan),
-            "branches": np.zeros(shape, int), "facets": [], "lines": []}
+    return {"status": status, "error": error, **{name: np.nan for name in NUMBERS},
+            **{name: 0 for name in COUNTS}, "leading_notch": -1,
+            "position": np.full(shape, np.nan), "z_spread": np.full(shape, np.nan), "arrival_time": np.full(shape, np.nan),
+            "branches": np.zeros(shape, int), "facets": [], "lines": [], "branching": []}
 
 
 def _make_sample(number: int, n_notches: int) -> dict:
@@ -155,9 +148,10 @@ def _make_sample(number: int, n_notches: int) -> dict:
                        z[start] + direction * 0.7 * tail, notch, (y[start] + tail) / 380, number)
             branch = np.stack([tip_y + direction * (y[start] + tail), z[start] + direction * 0.7 * tail], axis=1)
             row["lines"].append((notch, len(row["lines"]) - 1, branch))
+            row["branching"].append((notch, *branch[0], (y[start]) / 380))
         position = direction * (SECTIONS - tip_y)
         arrived = (position >= 0) & (position <= reach[notch])
-        row["z"][notch, arrived] = np.interp(position[arrived], y, z)
+        row["position"][notch, arrived] = np.interp(position[arrived], y, z)
         row["branches"][notch, arrived] = 1
         row["z_spread"][notch, arrived] = 1.2e-4
     for _ in range(4):  # stray breaks
@@ -166,7 +160,7 @@ def _make_sample(number: int, n_notches: int) -> dict:
     row.update(outcome=3 if pattern == 3 else 2, pattern=pattern, overlap={1: 0.1, 2: 0.8, 3: 0.4}[pattern], kinks=number % 3, onset_force=random.normal(381, 12), crack_area=2e-7 * len(facets),
                crack_speed_max=random.normal(520, 40), crack_speed_ratio=0.5, effective_toughness=220.0, traced_area=1.3e-4, breaks=len(facets),
                bifurcations_projected=row["bifurcations"], dynamic_phases=1,
-               leading_notch=int(np.isfinite(row["z"]).sum(axis=1).argmax()),
+               leading_notch=int(np.isfinite(row["position"]).sum(axis=1).argmax()),
                energy_error=10 ** random.uniform(-6, -4),
                facets=facets)
     row["onset_time"] = (row["onset_force"] - 135) / 5 + 27
@@ -187,18 +181,18 @@ def _add_strip(facets: list, random: np.random.Generator, y: np.ndarray, z: np.n
             facets.append((corners, -3e-3 if before_onset else centre_time + random.uniform(0, 2e-6), notch))
 
 
-def _write_identity(root: h5py.File, kind: str, text: str, version: int) -> None:
-    root.attrs.update({"kind": kind, "schema_version": version, "program_version": "1.0.0", "git_commit": "synthetic",
+def _write_identity(root: h5py.File, kind: str, text: str) -> None:
+    root.attrs.update({"kind": kind, "schema_version": VERSION, "program_version": "1.0.0", "git_commit": "synthetic",
                        "library_versions": "Open MPI 4.1.4, PETSc 3.18.5, HDF5 1.10.8", "seed": 2012,
                        "input": text})
 
 
-def _write_sample(file: Path, number: int, row: dict, text: str, version: int) -> None:
+def _write_sample(file: Path, number: int, row: dict, text: str) -> None:
     with h5py.File(file, "w") as root:
-        _write_identity(root, "crackle sample", text, version)
-        root.attrs.update({"sample": number, "status": row["status"], "error": row["error"]})
+        _write_identity(root, "crackle sample", text)
+        root.attrs.update({"sample": number, "status": row["status"], "error": row["error"], "note": ""})
         summary = root.create_group("summary")
-        for name in (*_results(version), "z", "z_spread", "branches"):
+        for name in (*NUMBERS, *COUNTS, *POSITIONS):
             summary[name] = row[name]
         root["timing/wall_time"] = 12.5
         if row["status"] != 1:
@@ -210,6 +204,10 @@ def _write_sample(file: Path, number: int, row: dict, text: str, version: int) -
         cracks = [0, 1, -1]
         surface["crack"] = np.array([cracks.index(facet[2]) for facet in facets], dtype="i4")
         surface["cracks/notch"] = np.array(cracks, dtype="i4")
+        surface["cracks/area"] = [2e-7 * sum(facet[2] == notch for facet in facets) for notch in cracks]
+        surface["cracks/first_time"] = surface["cracks/last_time"] = np.zeros(len(cracks))
+        surface["area"] = np.full(len(facets), 2e-7)
+        _write_branching(root, row["branching"])
         lines = root.create_group("crack_lines")
         lines["position"] = np.concatenate([points for _, _, points in row["lines"]])
         count = np.array([len(points) for _, _, points in row["lines"]])
@@ -217,6 +215,28 @@ def _write_sample(file: Path, number: int, row: dict, text: str, version: int) -
         lines["lines/notch"] = [notch for notch, _, _ in row["lines"]]
         lines["lines/parent"] = [parent for _, parent, _ in row["lines"]]
         _write_fields(root)
+
+
+def _write_branching(root: h5py.File, points: list[tuple]) -> None:
+    group = root.create_group("forks")
+    group["position"] = np.array([point[1:3] for point in points]).reshape(-1, 2)
+    group["time"] = np.array([point[3] for point in points])
+    group["notch"] = np.array([point[0] for point in points], dtype="i4")
+    for name, value in (("x", THICKNESS / 2), ("length", 4e-3), ("angle", 0.6), ("share", 1.0)):
+        group[name] = np.full(len(points), value)
+    for name in ("in_projection", "in_space"):
+        group[name] = np.ones(len(points), "u1")
+
+
+def _write_history(root: h5py.File, time: np.ndarray) -> None:
+    history = root.create_group("history")
+    history.attrs["rayleigh_speed"] = 950.0
+    history["time"], history["phase_time"] = 76 + time, time
+    history["phase"] = np.ones(time.size, "i4")
+    history["governing_load"] = 380 + 1e6 * time
+    history["governing_displacement"] = 1e-3 + 10 * time
+    for name, value in (("crack_area", 1e-6), ("crack_length", 1e-3), ("tip_speed", 400.0), ("energy_release_rate", 50.0)):
+        history[name] = np.full((time.size, len(TIPS)), value)
 
 
 def _write_fields(root: h5py.File) -> None:
@@ -235,6 +255,8 @@ def _write_fields(root: h5py.File) -> None:
     frames["velocity"] = np.full((time.size, *nodes.shape), 0.5, "f4")
     root["breaks/tetrahedron"] = np.arange(100, 100 + time.size)
     root["breaks/cut"] = np.arange(time.size, dtype="i4")
+    root["breaks/load_time"], root["breaks/phase_time"] = np.full(time.size, 76.0), time
+    _write_history(root, time)
     energy = root.create_group("energy")
     energy["time"] = time
     for name, value in (("kinetic", 0.01), ("strain", 0.02), ("external", 0.04), ("released", 0.01),
@@ -242,22 +264,21 @@ def _write_fields(root: h5py.File) -> None:
         energy[name] = np.full(time.size, value)
 
 
-def _write_ensemble_file(file: Path, rows: list[dict], text: str, version: int, sections: tuple) -> None:
+def _write_ensemble_file(file: Path, rows: list[dict], text: str, sections: tuple) -> None:
     n_samples = len(rows)
     with h5py.File(file, "w") as root:
-        _write_identity(root, "crackle ensemble", text, version)
+        _write_identity(root, "crackle ensemble", text)
         texts = {"dtype": h5py.string_dtype()}
         root.create_dataset("samples/error", data=[row["error"] for row in rows], **texts)
-        for name in ("status", *_results(version)):
+        for name in ("status", *NUMBERS, *COUNTS):
             root[f"samples/{name}"] = np.array([row[name] for row in rows])
         root["timing/wall_time"] = np.full(n_samples, 12.5)
         root["crack_path/section"] = [1e-3 * at for _, at in sections]
-        for name in ("z", "z_spread", "branches"):
+        for name in POSITIONS:
             root[f"crack_path/{name}"] = np.array([row[name] for row in rows])
-        if version > 2:
-            root.create_dataset("samples/note", data=[""] * n_samples, **texts)
-            root["crack_path/section_axis"] = [axis for axis, _ in sections]
-            root["crack_path/position"] = root["crack_path/z"][...]
+        root.create_dataset("samples/note", data=[""] * n_samples, **texts)
+        root["crack_path/section_axis"] = [axis for axis, _ in sections]
+        root["crack_path/z"] = root["crack_path/position"][...]
 
 
 if __name__ == "__main__":

@@ -124,7 +124,7 @@ class Compare(unittest.TestCase):
     def test_the_text_names_what_is_compared(self):
         result = self.compare("a", "b", "slots")
         self.assertEqual(result.returncode, 0, result.stderr)
-        for part in ("b less a\n11 pairs of samples", "slots less a\nnot paired, as the bodies differ", "onset force [N], mean",
+        for part in ("b minus a\n11 pairs of samples", "slots minus a\nnot paired, because the bodies differ", "onset force [N], mean",
                      "energy distance [mm]", "Holm"):
             self.assertIn(part, result.stdout)
 
@@ -140,7 +140,7 @@ class Compare(unittest.TestCase):
         write_ensemble(self.folder / "none", 2, pending=(0, 1))
         (self.folder / "empty").mkdir()
         for arguments, message in ((("a", "nowhere"), "nowhere"), (("a", "empty"), "empty"), (("a",), "folders"),
-                                   (("a", "none"), "'none' has no sample that is done"), (("--confidence", "2", "a", "b"), "confidence")):
+                                   (("a", "none"), "'none' has no completed sample"), (("--confidence", "2", "a", "b"), "confidence")):
             result = self.compare(*arguments)
             self.assertEqual(result.returncode, 1, arguments)
             self.assertIn(message, result.stderr)

@@ -45,7 +45,7 @@ duration = "40 us"
 """
 BENT_AND_BACK = """[[boundary]]
 on = "edge-2"
-displacement = ["free", "1.32 mm", "free"]
+displacement = ["free", "1.5 mm", "free"]
 history = [["0 s", 0], ["10 s", 1], ["20 s", 0]]
 [time]
 duration = "10 us"

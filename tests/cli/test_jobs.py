@@ -114,7 +114,7 @@ class Jobs(unittest.TestCase):
             self.assertEqual(len(self.calls("srun")), 1)
             self.assertEqual(self.calls("scontrol"), ["requeue 7"] if goes_back else [], settings)
             if not goes_back:
-                self.assertIn(f"in the queue again {n_before} times", result.stdout)
+                self.assertIn(f"after {n_before} requeues", result.stdout)
 
     def test_a_failure_inside_is_a_crash_on_any_number_of_ranks(self):
         for n_ranks in (1, 2, 3):

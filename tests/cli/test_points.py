@@ -114,7 +114,7 @@ class Points(unittest.TestCase):
         self.plate.write_text(INPUT.replace("[mesh]", '[mesh]\nbase = "own"'))
         result = invoke("run", self.plate, "-o", self.out)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        self.assertIn("base mesh: each sample has its own", result.stdout)
+        self.assertIn("base mesh: one for each sample", result.stdout)
         with h5py.File(self.out / "ensemble.h5") as root:
             self.assertNotIn("mother_points", root)
             scope = root["statistics"].attrs["interval_scope"]
@@ -175,7 +175,7 @@ class Points(unittest.TestCase):
         (self.out / "samples" / "0001.h5").unlink()
         result = invoke("run", self.plate, "-o", self.out, "--resume")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        self.assertIn("1 of 2 samples to do", result.stdout)
+        self.assertIn("1 of 2 samples to compute", result.stdout)
         before = {path: path.stat().st_mtime_ns for path in self.out.rglob("*")}
         lines = self.cloud.read_text().splitlines(keepends=True)
         inner = next(i for i, point in enumerate(written)

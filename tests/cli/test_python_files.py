@@ -87,7 +87,7 @@ class Places(Folders):
         (self.folder / SAMPLE).rmdir()
         (self.folder / "ensemble.h5").unlink()
         (self.folder / "ensemble.h5").symlink_to("ensemble.h5")
-        with self.assertRaisesRegex(crackle.ResultsError, "ensemble.h5' cannot be read: Too many levels"):
+        with self.assertRaisesRegex(crackle.ResultsError, "cannot read '.*ensemble.h5': Too many levels"):
             crackle.open(self.folder)
 
     def test_a_link_to_a_file_is_followed(self):
@@ -131,7 +131,7 @@ class Contents(Folders):
 
     def test_readers_name_the_damaged_file(self):
         self.flip((self.folder / SAMPLE).stat().st_size // 2)
-        self.refusals(self.folder / SAMPLE, "is damaged: its content does not have the check sum", ("package", "report", "paraview"))
+        self.refusals(self.folder / SAMPLE, "is damaged: its content does not match its checksum", ("package", "report", "paraview"))
 
     def test_damage_after_the_first_reading_is_found(self):
         sample = crackle.open(self.folder)[1]
@@ -143,13 +143,13 @@ class Contents(Folders):
         content = (self.folder / SAMPLE).read_bytes()
         for length in (len(content) - 1, len(content) - 32, len(content) // 2, 100, 10, 0):
             (self.folder / SAMPLE).write_bytes(content[:length])
-            with self.subTest(length=length), self.assertRaisesRegex(crackle.ResultsError, "0001.h5' (is damaged|is not an HDF5|cannot be)"):
+            with self.subTest(length=length), self.assertRaisesRegex(crackle.ResultsError, "0001.h5'(, which may be damaged| is damaged| is not an HDF5)"):
                 crackle.open(self.folder)[1]
 
     def test_damage_in_the_results_of_all_names_them(self):
         with h5py.File(self.folder / "ensemble.h5", "r+") as root:
             del root["samples/status"]
-        with self.assertRaisesRegex(crackle.ResultsError, "ensemble.h5' lacks something that is needed: .*status"):
+        with self.assertRaisesRegex(crackle.ResultsError, "ensemble.h5' is incomplete: .*status"):
             crackle.open(self.folder).samples
 
     def test_files_of_other_programs_are_told(self):

@@ -82,28 +82,21 @@ class Document(Folders):
         results = {result["name"]: result for result in found["results"]}
         force = numbers(rows["onset_force"])[done]
         np.testing.assert_allclose(results["onset_force"]["quantiles"], np.quantile(force, [0, 0.25, 0.5, 0.75, 1]))
-        forks = np.array(rows["bifurcations"])[done]
-        n_any = int((forks > 0).sum())
+        branching = np.array(rows["bifurcations"])[done]
+        n_any = int((branching > 0).sum())
         self.assertEqual([results["bifurcations"][name] for name in ("mean", "n_any", "share")],
-                         [forks.mean(), n_any, n_any / 9])
+                         [branching.mean(), n_any, n_any / 9])
         np.testing.assert_allclose([results["bifurcations"][name] for name in ("lower", "upper")],
                                    stats.binomtest(n_any, 9).proportion_ci(0.95, "wilson"), atol=1e-12)
         outcomes = np.array(rows["outcome"])[done]
         self.assertEqual(results["outcome"]["counts"], [int((outcomes == k).sum()) for k in range(5)])
 
     def test_what_older_files_lack_is_missing(self):
-        write_ensemble(self.folder, 4, version=2)
+        write_ensemble(self.folder, 4)
         found = document_of(self.folder)
-        self.assertNotIn("bifurcations_projected", found["samples"])
-        self.assertNotIn("bifurcations_projected", [result["name"] for result in found["results"]])
-        self.assertTrue(any(leading is not None and leading >= 0 for leading in found["samples"]["leading_notch"]))
-        (note,) = found["notes"]
-        self.assertIn("The leading notch is not in these files", note)
-        ensemble = reading.read_ensemble(self.folder)
-        self.assertNotIn("bifurcations_projected", ensemble.samples.numbers)
-        text = subprocess.run([os.environ["CRACKLE"], "stats", self.folder], check=True, capture_output=True, text=True).stdout
-        self.assertIn("\nforks in space ", text)
-        self.assertNotIn("\nforks in projection ", text)
+        self.assertNotIn("first_break_x", found["samples"])
+        self.assertNotIn("first_break_x", [result["name"] for result in found["results"]])
+        self.assertNotIn("first_break_x", reading.read_ensemble(self.folder).samples.numbers)
 
     def test_the_outline_encloses_the_plate_without_its_slots(self):
         slots = (("y-min", 65, 6, 0.6), ("y-max", 75, 5, 0.5), ("y-min", 30, 2, 0.4), ("z-max", 10, 3, 0.7),
@@ -122,33 +115,26 @@ class Document(Folders):
         self.assertEqual([plate.notch_axis.tolist(), plate.notch_direction.tolist()], [[1, 1, 1, 2, 2], [1, -1, 1, -1, 1]])
         np.testing.assert_allclose(plate.notch_slot[1], [[WIDTH - 5e-3, WIDTH], [74.75e-3, 75.25e-3]])
         np.testing.assert_allclose(plate.slot_ends[:2], [64.7e-3, 65.3e-3])
-        np.testing.assert_allclose([plate.ligament(notch) for notch in range(5)],
-                                   [WIDTH - 6e-3, WIDTH - 5e-3, WIDTH - 2e-3, 137e-3, 136e-3])
-
-    def test_a_ligament_ends_at_the_next_slot(self):
-        write_ensemble(self.folder, 1, slots=(("y-min", 65, 6, 0.6), ("y-max", 65.2, 5, 0.6), ("z-min", 22, 4, 0.8)))
-        plate = reading.read_ensemble(self.folder).plate
-        np.testing.assert_allclose([plate.ligament(notch) for notch in range(3)], [WIDTH - 11e-3, WIDTH - 11e-3, 64.9e-3 - 4e-3])
 
     def test_the_frame_of_the_leading_crack_is_that_of_the_body(self):
         write_ensemble(self.folder, 3)
         ensemble = reading.read_ensemble(self.folder)
-        self.assertEqual([(turn.reference, turn.reflects_y, turn.reflects_z, turn.notch) for turn in ensemble.turns],
+        self.assertEqual([(s.reference, s.reflects_y, s.reflects_z, s.notch) for s in ensemble.symmetries],
                          [(0, False, False, [0, 1]), (0, True, True, [1, 0])])
-        np.testing.assert_allclose(ensemble.turns[1].turned(np.array([[7e-3, 73e-3]]), ensemble.plate), [[17.5e-3, 67e-3]])
+        np.testing.assert_allclose(ensemble.symmetries[1].mapped(np.array([[7e-3, 73e-3]]), ensemble.plate), [[17.5e-3, 67e-3]])
         ranks = ensemble.ranks
         self.assertEqual([ranks["leader"].row_of(0, 0), ranks["leader"].row_of(0, 1), ranks["follower"].row_of(0, 1)], [0, None, 0])
         first, second = SLOTS
         for other, expected in ((("y-max", 75, 5, 0.6), [(0, False, False), (1, False, False)]),
                                 (("y-min", 75, *second[2:]), [(0, False, False), (0, False, True)])):
             write_ensemble(self.folder, 1, slots=(first, other))
-            turns = reading.read_ensemble(self.folder).turns
-            self.assertEqual([(turn.reference, turn.reflects_y, turn.reflects_z) for turn in turns], expected)
+            symmetries = reading.read_ensemble(self.folder).symmetries
+            self.assertEqual([(s.reference, s.reflects_y, s.reflects_z) for s in symmetries], expected)
 
     def test_statistics_by_rank_are_in_that_frame(self):
         rows = write_ensemble(self.folder, 9, failed=(3,))
         ensemble = reading.read_ensemble(self.folder)
-        z = np.array([row["z"] for row in rows])
+        z = np.array([row["position"] for row in rows])
         turned = 140e-3 - z[:, ::-1, ::-1]
         leading = ensemble.leading[:, None]
         path = np.where(leading[..., None] == 1, turned, z)
@@ -193,7 +179,7 @@ class Program(Folders):
             with self.assertRaisesRegex(program.ResultsError, "^there is no program '/nowhere/crackle'$"):
                 reading.read_ensemble(self.folder)
         with mock.patch.dict(os.environ, {"CRACKLE": "", "PATH": "/nowhere"}), mock.patch.object(program, "_PLACES", ()):
-            with self.assertRaisesRegex(program.ResultsError, "tools/build makes it; --program or"):
+            with self.assertRaisesRegex(program.ResultsError, "build it with tools/build, or"):
                 reading.read_ensemble(self.folder)
         self.assertEqual(program.find_program(Path("/bin/sh")), "/bin/sh")
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""jobs/ensemble.sbatch and jobs/array.sbatch under SLURM itself: a job whose time is too short parks, goes back into
+"""jobs/ensemble.sbatch and jobs/array.sbatch under SLURM itself: a job whose time is too short suspends, goes back into
 the queue and ends with the results of an undisturbed run; so does one of whose ranks one is killed. Status 77: this
 machine has no SLURM.
 """

@@ -18,7 +18,7 @@ import h5py
 import survival_fixture
 from survival_fixture import SMALL, TRIALS, SurvivalCase
 
-PARK_SECONDS = 10  # within which a run of this size has parked
+SUSPEND_SECONDS = 10  # within which a run of this size has suspended
 
 
 class Survival(SurvivalCase):
@@ -32,8 +32,8 @@ class Survival(SurvivalCase):
                 self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
                 start = time.monotonic()
                 process.send_signal(number)
-                out, err = process.communicate(timeout=PARK_SECONDS)
-                print(f"{number.name}: parked in {time.monotonic() - start:.2f} s")
+                out, err = process.communicate(timeout=SUSPEND_SECONDS)
+                print(f"{number.name}: suspended in {time.monotonic() - start:.2f} s")
                 self.assertEqual(process.returncode, 3, out + err)
                 self.assertIn(f"{number.name}: stopping\n", out)
                 self.assertFalse(list(self.out.glob("lock-*")))
@@ -69,10 +69,10 @@ class Survival(SurvivalCase):
         process = self.start("run", self.slow, "-o", self.out)
         self.wait_for(lambda: (self.out / "input.toml").exists(), process)
         self.freeze(process)
-        self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume"), "another run is at work",
+        self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume"), "another run is active",
                             f"process {process.pid} on ", "lock-0-2")
         self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume", "--samples", "1-2"),
-                            "another run is at work on some of these samples")
+                            "another run is computing some of these samples")
         self.kill(process)
         result = self.call("run", self.slow, "-o", self.out, "--resume")
         self.assertIn("is taken over: process", result.stdout)
@@ -90,7 +90,7 @@ class Survival(SurvivalCase):
         requeued = {"SLURM_JOB_ID": "56", "SLURM_STEP_ID": "0", "SLURM_RESTART_COUNT": "1"}
         result = self.call("run", self.small, "-o", self.out, "--resume", extra_environment=requeued)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("was an earlier start of this job", result.stdout)
+        self.assertIn("is an earlier start of this job", result.stdout)
         # Another step of this start of the job, on another node.
         lock.write_text("host elsewhere\nprocess 12\nstart 34\njob 56\nrestart 1\nstep 1\n")
         self.assert_refused(self.call("run", self.small, "-o", self.out, "--resume", extra_environment=requeued),
@@ -117,18 +117,18 @@ class Survival(SurvivalCase):
                 # From outside, and from another namespace, in which the number is the reader's own.
                 for other in ([], launcher):
                     self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume", launcher=other),
-                                        "another run is at work", f"process {number} on ")
+                                        "another run is active", f"process {number} on ")
                 os.kill(child, signal.SIGKILL)
                 process.communicate()
         # Nobody here can know that it has ended.
-        self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume"), "another run is at work")
+        self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume"), "another run is active")
         os.utime(self.out / "lock-0-2", (time.time() - 3600, time.time() - 3600))
         result = self.call("run", self.slow, "-o", self.out, "--resume", "--time-limit", "0.5s")
-        self.assertRegex(result.stdout, f"is taken over: process {number} on .* has not touched it for 60 min")
+        self.assertRegex(result.stdout, f"is taken over: process {number} on .* has not updated it for 60 min")
 
     def test_other_inputs_are_refused_with_the_differences(self):
         shutil.copytree(self.whole(self.small), self.out)
-        self.assert_refused(self.call("run", self.small, "-o", self.out), "holds an ensemble already", "--resume")
+        self.assert_refused(self.call("run", self.small, "-o", self.out), "already holds an ensemble", "--resume")
         other = self.root / "other.toml"
         other.write_text(SMALL.replace("0.38", "0.37").replace("seed = 1", "seed = 2"))
         self.assert_refused(self.call("run", other, "-o", self.out, "--resume"), "ensemble.seed is 2, not 1",
@@ -142,7 +142,7 @@ class Survival(SurvivalCase):
         shutil.copytree(self.whole(self.small), self.out)
         result = self.call("run", more, "-o", self.out, "--resume")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        self.assertIn("2 of 5 samples to do", result.stdout)
+        self.assertIn("2 of 5 samples to compute", result.stdout)
         at_once = self.root / "at-once"
         self.assertEqual(self.call("run", more, "-o", at_once).returncode, 0)
         # Only the text of the input differs, in the files of the first samples.
@@ -153,7 +153,7 @@ class Survival(SurvivalCase):
         """Continues; the files must be named, set aside and computed again."""
         result = self.call("run", self.small, "-o", self.out, "--resume")
         for name in names:
-            self.assertIn(f"{name}.invalid-1 and computed again", result.stdout)
+            self.assertIn(f"{name}.invalid-1 and the sample computed again", result.stdout)
         aside = sorted((self.out / "samples").glob("*.invalid-*"))
         self.assertEqual([file.name for file in aside], [f"{name}.invalid-1" for name in sorted(names)])
         for file in aside:
@@ -204,7 +204,7 @@ class Survival(SurvivalCase):
         result = self.call("run", self.small, "-o", self.out, "--resume")
         self.assertEqual(result.returncode, 1, result.stdout)
         self.assertRegex(result.stderr, rf"0001\.h5': version {version - 1} of the file format, written by .*; this program "
-                         rf"writes version {version}; continue with the program that began this ensemble")
+                         rf"writes version {version}; continue with the program that started this ensemble")
         self.assertEqual(file.read_bytes(), before)
 
     # Disks.
@@ -232,8 +232,8 @@ class Survival(SurvivalCase):
     def test_folders_that_cannot_be(self):
         (self.root / "plain").write_text("a file")
         self.assert_refused(self.call("run", self.small, "-o", self.root / "plain"), "is not a folder")
-        self.assert_refused(self.call("run", self.small, "-o", self.root / "plain" / "out"), "cannot be made")
-        self.assert_refused(self.call("run", self.small, "-o", "/proc/crackle"), "cannot be made")
+        self.assert_refused(self.call("run", self.small, "-o", self.root / "plain" / "out"), "cannot make the folder")
+        self.assert_refused(self.call("run", self.small, "-o", "/proc/crackle"), "cannot make the folder")
 
     def test_a_folder_that_vanishes(self):
         process = self.start("run", self.slow, "-o", self.out)

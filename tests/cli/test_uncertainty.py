@@ -170,7 +170,7 @@ class Uncertainty(unittest.TestCase):
         np.testing.assert_array_equal(failed, depth >= width)
         for position in np.array(rows["crack_path"]["position"], float)[(depth > 6e-3) & ~failed]:
             self.assertTrue(np.isnan(position[0]).all(), "where the notch is, its crack has no crossing")
-        self.assertIn(f"Warning: {failed.sum()} of 6 draws will fail; the first: the values drawn make no sound input", checked)
+        self.assertIn(f"Warning: {failed.sum()} of 6 draws will fail; the first: the drawn values do not give a valid input", checked)
         self.assertIn("failed: sample", output)
         self.assertIn("specimen.notch[0].depth = ", np.array(rows["samples"]["error"])[failed][0])
 
@@ -205,7 +205,7 @@ class Uncertainty(unittest.TestCase):
             output = self.call("run", self.write(text.replace("samples = 2", "samples = 3")), "-o", plan, "--resume",
                                status=0 if extends else 1)
             self.assertEqual((self.folder / plan / "samples" / "0001.h5").read_bytes(), before)
-            self.assertIn("1 of 3 samples to do" if extends else "ensemble.samples is 3, not 2", output)
+            self.assertIn("1 of 3 samples to compute" if extends else "ensemble.samples is 3, not 2", output)
 
     # Sweeps
 
@@ -319,7 +319,7 @@ values = ["independent", "sobol"]
             self.assertIn("this is a sweep", self.call(*command, status=1))
         for command in ("watch", "compare"):
             self.assertIn("holds a sweep", self.call(command, *["out"] * (2 if command == "compare" else 1), status=1))
-        self.assertIn("go with the folder of one of its cases", self.call("stats", "out", "--json", status=1))
+        self.assertIn("give the folder of one of its cases", self.call("stats", "out", "--json", status=1))
 
 
 if __name__ == "__main__":

@@ -50,13 +50,13 @@ class Watch(unittest.TestCase):
             log = run.communicate()[0]
             self.assertEqual(run.returncode, 0, log)
         self.assertEqual(running.returncode, 0, running.stderr)
-        self.assertRegex(running.stdout, rf"at work: process {run.pid} on ")
-        self.assertRegex(running.stdout, r"[12] done, 0 failed, [12] left of 3")
-        self.assertIn("3 of 3 samples to do", running.stdout)
+        self.assertRegex(running.stdout, rf"active: process {run.pid} on ")
+        self.assertRegex(running.stdout, r"[12] done, 0 failed, [12] pending of 3")
+        self.assertIn("3 of 3 samples to compute", running.stdout)
         self.assertEqual(followed.returncode, 0, followed.stderr)
         pictures = followed.stdout.split(f"{self.folder}: ")
         self.assertGreater(len(pictures), 2, "it looked once only")
-        self.assertRegex(pictures[-1], r"^3 done, 0 failed, 0 left of 3\nno run is at work here\n")
+        self.assertRegex(pictures[-1], r"^3 done, 0 failed, 0 pending of 3\nno run is active here\n")
         rows = re.findall(r"(?m)^ +(\d) +done +([\d.]+) ", pictures[-1])
         self.assertEqual([number for number, _ in rows], ["0", "1", "2"])
         for number, force in rows:
@@ -80,8 +80,8 @@ class Watch(unittest.TestCase):
         os.utime(lock, (time.time() - 3600,) * 2)
         watched = self.watch()
         self.assertEqual(watched.returncode, 0, watched.stderr)
-        self.assertTrue(watched.stdout.startswith(f"{self.folder}: 2 done, 0 failed, 0 left of 2\n"
-                                                  "stopped early: these are enough, of 3\nno run is at work here\n"), watched.stdout)
+        self.assertTrue(watched.stdout.startswith(f"{self.folder}: 2 done, 0 failed, 0 pending of 2\n"
+                                                  "stopped early: these samples suffice, 3 were planned\nno run is active here\n"), watched.stdout)
 
     def test_of_no_ensemble_it_says_so(self):
         done = self.watch("--once")

@@ -110,7 +110,7 @@ def main():
     jobs += [(run_path, "missing file", "nowhere.toml", "there is no such file"),
              (run_path, "folder", "folder", "is a directory"),
              (run_path, "device without end", "/dev/zero", "1: longer than 131072 bytes"),
-             (run_path, "empty device", "/dev/null", "1: there are no keys in the file")]
+             (run_path, "empty device", "/dev/null", "1: the file has no keys")]
     jobs = [job for job in jobs if options.only in getattr(job[-1], "name", job[1])]
     if options.count:
         print(len(jobs))

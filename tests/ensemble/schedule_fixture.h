@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <set>
 #include <string>
@@ -24,60 +26,119 @@ struct Calls {
   std::vector<std::uint64_t> made, computed, written, failures_written;
 };
 
+/// What a test does in the course of a step, by throwing for instance; empty: nothing.
+struct Disturbance {
+  using Computing = std::function<void(const parallel::Communicator& group, std::uint64_t sample,
+                                       const dynamics::SampleControl& control)>;
+  std::function<void(std::uint64_t sample)> making, writing, writing_failure;
+  std::function<void(std::uint64_t sample, std::vector<geometry::Subdomain>& parts)> split;
+  Computing computing, computed;
+  /// In place of the computation.
+  std::function<dynamics::SampleResult(const parallel::Communicator& group, std::uint64_t sample)> compute;
+  std::function<void(const dynamics::SampleResult& result)> analysing;
+  dynamics::SampleLog progress;
+};
+
 /// Steps with a known result: the onset force is the sum over the nodes of all ranks, 100 sample + 45.
-inline SampleSteps make_steps(Calls& calls) {
-  SampleSteps steps;
-  steps.make = [&](std::uint64_t sample) {
-    calls.made.push_back(sample);
+class FakeSteps final : public SampleSteps {
+public:
+  FakeSteps(std::uint64_t sample, Calls& calls, const Disturbance& test)
+      : sample_(sample), calls_(calls), test_(test) {}
+
+  std::vector<geometry::Subdomain> split(const geometry::Realization& realization, int n_parts) override {
+    EXPECT_EQ(realization.tetrahedra.size(), 3u);
+    EXPECT_EQ(realization.boundary.at(0).surface, 7);
+    EXPECT_EQ(realization.report.min_quality, 0.25);
+    std::vector<geometry::Subdomain> parts(static_cast<std::size_t>(n_parts));
+    for (std::size_t i = 0; i < realization.nodes.size(); ++i)
+      parts[i % parts.size()].nodes.push_back(realization.nodes[i]);
+    if (test_.split) test_.split(sample_, parts);
+    return parts;
+  }
+  dynamics::SampleResult compute(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                                 dynamics::SampleControl control) override {
+    if (test_.compute) return test_.compute(group, sample_);
+    if (test_.computing) test_.computing(group, sample_, control);
+    calls_.computed.push_back(sample_);
+    double sum = 0;
+    for (const auto& node : subdomain.nodes) sum += node[0];
+    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, group.get()),
+                        "MPI_Allreduce");
+    if (test_.computed) test_.computed(group, sample_, control);
+    dynamics::SampleResult result;
+    result.onset_force = sum;
+    return result;
+  }
+  SampleAnalysis analyse(const geometry::Realization&, const dynamics::SampleResult& result) override {
+    if (test_.analysing) test_.analysing(result);
+    SampleAnalysis analysis;
+    analysis.summary.status = SampleStatus::done;
+    analysis.summary.onset_force = result.onset_force;
+    return analysis;
+  }
+  void write(const geometry::Realization&, const dynamics::SampleResult&, const SampleAnalysis&) override {
+    if (test_.writing) test_.writing(sample_);
+    calls_.written.push_back(sample_);
+  }
+  void write_failure(const analysis::SampleSummary& failure, const PartialSample*) override {
+    if (test_.writing_failure) test_.writing_failure(sample_);
+    EXPECT_EQ(failure.status, SampleStatus::failed);
+    calls_.failures_written.push_back(sample_);
+  }
+  analysis::SampleSummary failure_row(const std::string& reason) override {
+    analysis::SampleSummary summary;
+    summary.status = SampleStatus::failed;
+    summary.error = reason;
+    return summary;
+  }
+
+private:
+  std::uint64_t sample_;
+  Calls& calls_;
+  const Disturbance& test_;
+};
+
+class FakeSource final : public SampleSource {
+public:
+  FakeSource(Calls& calls, const Disturbance& test) : calls_(calls), test_(test) {}
+
+  geometry::Realization make(std::uint64_t sample) override {
+    if (test_.making) test_.making(sample);
+    calls_.made.push_back(sample);
     geometry::Realization realization;
     for (int i = 0; i < 10; ++i) realization.nodes.push_back({10.0 * static_cast<double>(sample) + i, 0, 0});
     realization.tetrahedra.resize(3);
     realization.boundary.push_back({{0, 1, 2}, 7});
     realization.report.min_quality = 0.25;
     return realization;
-  };
-  steps.split = [](std::uint64_t, const geometry::Realization& realization, int n_parts) {
-    EXPECT_EQ(realization.tetrahedra.size(), 3u);
-    EXPECT_EQ(realization.boundary.at(0).surface, 7);
-    EXPECT_EQ(realization.report.min_quality, 0.25);
-    std::vector<geometry::Subdomain> parts(static_cast<std::size_t>(n_parts));
-    for (std::size_t i = 0; i < realization.nodes.size(); ++i) {
-      parts[i % parts.size()].nodes.push_back(realization.nodes[i]);
-    }
-    return parts;
-  };
-  steps.compute = [&](const parallel::Communicator& group, std::uint64_t sample,
-                      const geometry::Subdomain& subdomain, const dynamics::SampleControl&) {
-    calls.computed.push_back(sample);
-    double sum = 0;
-    for (const auto& node : subdomain.nodes) sum += node[0];
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, group.get()),
-                        "MPI_Allreduce");
-    dynamics::SampleResult result;
-    result.onset_force = sum;
-    return result;
-  };
-  steps.analyse = [](std::uint64_t, const geometry::Realization&, const dynamics::SampleResult& result) {
-    SampleAnalysis analysis;
-    analysis.summary.status = SampleStatus::done;
-    analysis.summary.onset_force = result.onset_force;
-    return analysis;
-  };
-  steps.write = [&](std::uint64_t sample, const geometry::Realization&, const dynamics::SampleResult&,
-                    const SampleAnalysis&) { calls.written.push_back(sample); };
-  steps.write_failure = [&](std::uint64_t sample, const analysis::SampleSummary& failure,
-                            const PartialSample*) {
-    EXPECT_EQ(failure.status, SampleStatus::failed);
-    calls.failures_written.push_back(sample);
-  };
-  steps.failure_row = [](std::uint64_t, const std::string& reason) {
-    analysis::SampleSummary summary;
-    summary.status = SampleStatus::failed;
-    summary.error = reason;
-    return summary;
-  };
-  return steps;
-}
+  }
+  std::unique_ptr<SampleSteps> steps(std::uint64_t sample) override {
+    return std::make_unique<FakeSteps>(sample, calls_, test_);
+  }
+  dynamics::SampleControl control() override {
+    dynamics::SampleControl control;
+    control.progress = test_.progress;
+    return control;
+  }
+
+private:
+  Calls& calls_;
+  const Disturbance& test_;
+};
+
+/// Records what the master hears.
+class FakeEvents final : public ScheduleEvents {
+public:
+  void started(std::uint64_t sample) override { EXPECT_TRUE(samples_started.insert(sample).second); }
+  void finished(const SampleReport& report) override {
+    EXPECT_TRUE(reports.emplace(report.sample, report).second) << "sample " << report.sample;
+    ++n_finished;
+  }
+
+  std::set<std::uint64_t> samples_started;
+  std::map<std::uint64_t, SampleReport> reports;
+  std::atomic<std::size_t> n_finished = 0;  // for steps in other threads
+};
 
 /// The lists of all ranks, sorted, on every rank.
 inline std::vector<std::uint64_t> gather(const parallel::Communicator& world,
@@ -104,14 +165,15 @@ class Schedule : public testing::Test {
 protected:
   void run(int ranks_per_sample, const std::vector<std::uint64_t>& samples) {
     layout_ = make_group_layout(world_.size(), ranks_per_sample);
-    ScheduleEvents events;
-    events.started = [&](std::uint64_t sample) { EXPECT_TRUE(started_.insert(sample).second); };
-    events.finished = [&](const SampleReport& report) {
-      EXPECT_TRUE(reports_.emplace(report.sample, report).second) << "sample " << report.sample;
-      ++n_finished_;
-    };
-    events.tick = [] {};
-    schedule_samples(world_, layout_, samples, steps_, events, {.n_realizations = 2}, makers_);
+    FakeSource source(calls_, test_);
+    schedule_samples(world_, layout_, samples, source, events_, {.n_realizations = 2}, makers_);
+  }
+
+  /// Forgets earlier runs.
+  void forget() {
+    calls_ = {};
+    events_.reports.clear();
+    events_.samples_started.clear();
   }
 
   /// Expects that samples `failing` have failed with `reason`, and that all others of 0..n-1 have the known
@@ -140,10 +202,9 @@ protected:
   GroupLayout layout_;
   input::MeshMakers makers_ = input::MeshMakers::master;
   Calls calls_;
-  SampleSteps steps_ = make_steps(calls_);
-  std::set<std::uint64_t> started_;
-  std::map<std::uint64_t, SampleReport> reports_;
-  std::atomic<std::size_t> n_finished_ = 0;  // for steps in other threads
+  Disturbance test_;
+  FakeEvents events_;
+  std::map<std::uint64_t, SampleReport>& reports_ = events_.reports;
 };
 
 }  // namespace crackle::ensemble

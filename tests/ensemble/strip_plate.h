@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/common/index.h"
-#include "crackle/ensemble/sample_task.h"
+#include "crackle/ensemble/case.h"
 #include "crackle/input/reader.h"
 
 #include <fmt/format.h>
@@ -49,7 +49,7 @@ density = "1180 kg/m^3"
 strength = "35 MPa"
 exponent = 2
 impulse = "1e-8 MPa^2 s"
-memory = "cumulative"
+accumulation = "cumulative"
 release = "element"
 [[boundary]]
 on = "z-min"
@@ -104,9 +104,8 @@ inline dynamics::SampleResult break_strip(const parallel::Communicator& group, s
   return result;
 }
 
-inline const SampleFunction strip = [](const parallel::Communicator& group, std::uint64_t sample,
-                                       const geometry::Subdomain& subdomain, const dynamics::SampleControl&) {
-  return break_strip(group, sample, subdomain);
-};
+inline const Mechanics strip =
+    [](const parallel::Communicator& group, const input::Parameters&, const geometry::Subdomain& subdomain,
+       const dynamics::SampleControl& control) { return break_strip(group, control.sample, subdomain); };
 
 }  // namespace crackle::ensemble

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sample that is parked and continued repeatedly, on changing numbers of ranks, ends bitwise equal to an
+// A sample that is suspended and continued repeatedly, on changing numbers of ranks, ends bitwise equal to an
 // undisturbed one.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/checkpoint.h"
@@ -78,14 +78,14 @@ protected:
     return geometry::split(mesh_, geometry::partition(mesh_, group.size()), halo_)[index(group.rank())];
   }
 
-  /// The sample in pieces, each parked after a number of polls. Complete on rank 0.
+  /// The sample in pieces, each suspended after a number of polls. Complete on rank 0.
   /// @param on_fewer every second piece is computed on rank 0 alone
   SampleResult in_pieces(const input::Parameters& parameters, bool on_fewer) {
     std::vector<std::byte> saved;
     SampleResult result;
-    n_parked_ = n_saved_ = n_again_in_double_ = n_on_in_double_ = 0;
-    bool is_parked = true;
-    for (int piece = 0; is_parked; ++piece) {
+    n_suspended_ = n_saved_ = n_again_in_double_ = n_on_in_double_ = 0;
+    bool is_suspended = true;
+    for (int piece = 0; is_suspended; ++piece) {
       const parallel::Communicator& group = on_fewer && piece % 2 == 1 ? self_ : world_;
       int n_looks = 0;
       SampleControl control;
@@ -96,15 +96,15 @@ protected:
         ++n_saved_;
       };
       control.log = [&](const std::string& line) {
-        n_again_in_double_ += line.find("is computed again in double") != line.npos ? 1 : 0;
-        n_on_in_double_ += line.find("continues in double") != line.npos ? 1 : 0;
+        n_again_in_double_ += line.find("is computed again with time.precision") != line.npos ? 1 : 0;
+        n_on_in_double_ += line.find("continues with time.precision") != line.npos ? 1 : 0;
       };
       if (group.is_root()) control.checkpoint = saved;
       if (group.size() == world_.size() || world_.is_root())
         result = run_sample(group, parameters, part(group), control);
-      is_parked = result.parked;
-      MPI_Bcast(&is_parked, 1, MPI_CXX_BOOL, 0, world_.get());
-      n_parked_ += is_parked ? 1 : 0;
+      is_suspended = result.suspended;
+      MPI_Bcast(&is_suspended, 1, MPI_CXX_BOOL, 0, world_.get());
+      n_suspended_ += is_suspended ? 1 : 0;
     }
     return result;
   }
@@ -114,10 +114,10 @@ protected:
     const auto whole = run_sample(world_, parameters, part(world_));
     const auto pieces = in_pieces(parameters, on_fewer);
     if (!world_.is_root()) return;
-    std::printf("%s%s: %zu breaks, %ld dynamic phases, %ld steps, parked %d times with %d checkpoints\n",
+    std::printf("%s%s: %zu breaks, %ld dynamic phases, %ld steps, suspended %d times with %d checkpoints\n",
                 name, on_fewer ? " with changing ranks" : "", whole.breaks.size(),
                 static_cast<long>(whole.counts.dynamic_phases), static_cast<long>(whole.counts.steps),
-                n_parked_, n_saved_);
+                n_suspended_, n_saved_);
     EXPECT_GT(whole.breaks.size(), 20U) << "the case must break";
     EXPECT_GE(n_saved_, 2);
     test::expect_same_course(whole, pieces);
@@ -130,13 +130,13 @@ protected:
   }
 
   /// The checkpoint saved when the sample is asked to park at its `n`th poll. On the root.
-  std::vector<std::byte> parked_at_poll(int n, const input::Parameters& parameters) const {
+  std::vector<std::byte> suspended_at_poll(int n, const input::Parameters& parameters) const {
     std::vector<std::byte> saved;
     int n_looks = 0;
     SampleControl control;
     control.stop = [&] { return ++n_looks >= n; };
     control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
-    EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).parked);
+    EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).suspended);
     return saved;
   }
 
@@ -144,7 +144,7 @@ protected:
   double halo_ = 0;
   geometry::Realization mesh_ =
       test::make_box({.size = torn_bar().specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
-  int n_parked_ = 0, n_saved_ = 0;
+  int n_suspended_ = 0, n_saved_ = 0;
   int n_again_in_double_ = 0, n_on_in_double_ = 0;
 };
 
@@ -193,6 +193,32 @@ TEST_F(Checkpoints, KeepTheTeethThatFell) {
   compare("softening, quasi-static", parameters, true);
 }
 
+TEST_F(Checkpoints, KeepReleasesUnderWay) {
+  for (const auto release : {input::Release::element, input::Release::facet, input::Release::softening}) {
+    auto parameters = torn_bar();
+    parameters.fracture.release = release;
+    parameters.fracture.release_time = 1e-6;  // some 100 steps, three polls
+    if (release == input::Release::softening) parameters.fracture.toughness = 900;
+    compare("release in time", parameters, true);
+  }
+  auto parameters = torn_bar();
+  parameters.fracture.release_time = 1e-6;
+  parameters.fracture.contact = input::Contact::frictionless;
+  compare("release in time with contact", parameters, true);
+  parameters = pulled_bar();
+  parameters.fracture.release_time = 5e-7;
+  compare("release in time, quasi-static", parameters, true);
+}
+
+TEST_F(Checkpoints, KeepTheStrengthsNearCracks) {
+  for (auto parameters : {torn_bar(), pulled_bar()}) {
+    parameters.fracture.strength = 45e6;
+    parameters.fracture.toughness = 50;
+    parameters.time.step = 5e-9;
+    compare("strength and toughness", parameters, true);
+  }
+}
+
 TEST_F(Checkpoints, KeepWhatBallsBroke) {
   auto parameters = torn_bar();
   parameters.fracture.length = halo_ = 1.5e-3;
@@ -225,7 +251,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
   int n_running = 0, n_between = 0;
   // One in each of the two phases, and one between them.
   for (int n = 1; n < 40 && (n_running < 2 || n_between < 1); ++n) {
-    const auto saved = parked_at_poll(n, in_double);
+    const auto saved = suspended_at_poll(n, in_double);
     bool is_saved = !saved.empty();
     MPI_Bcast(&is_saved, 1, MPI_CXX_BOOL, 0, world_.get());
     if (!is_saved) continue;
@@ -249,7 +275,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
   std::string lines;
   SampleControl control;
   control.log = [&](const std::string& line) { lines += line + "\n"; };
-  control.checkpoint = parked_at_poll(10, mixed);
+  control.checkpoint = suspended_at_poll(10, mixed);
   const auto result = run_sample(world_, in_double, part(world_), control);
   if (world_.is_root()) {
     EXPECT_NE(lines.find("the checkpoint is not used: it was made in mixed numbers"), std::string::npos)
@@ -268,7 +294,7 @@ TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
   bool is_found = false;
   for (int n = 1; !is_found; ++n) {
     ASSERT_LT(n, 40) << "no phase runs after one that has arrested";
-    saved = parked_at_poll(n, parameters);
+    saved = suspended_at_poll(n, parameters);
     if (!parallel::share(world_, !saved.empty())) continue;
     const auto checkpoint = share_checkpoint(world_, saved);
     is_found = checkpoint.running && !checkpoint.ended.empty();
@@ -285,7 +311,7 @@ TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
     saved.assign(bytes.begin(), bytes.end());
     ++n_saved;
   };
-  EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).parked);
+  EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).suspended);
   EXPECT_EQ(n_saved, 0) << "an earlier moment replaced a later one";
 
   SampleControl again;
@@ -311,7 +337,7 @@ TEST_F(Checkpoints, OfAnotherSampleOrCutShortAreNotUsed) {
   control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
   auto other = parameters;
   other.fracture.strength *= 1.01;
-  EXPECT_TRUE(run_sample(world_, other, part(world_), control).parked);
+  EXPECT_TRUE(run_sample(world_, other, part(world_), control).suspended);
   if (world_.is_root()) {
     ASSERT_FALSE(saved.empty());
   }
@@ -335,9 +361,9 @@ TEST_F(Checkpoints, ThatCannotBeKeptDoNotEndTheSample) {
   control.save = [](std::span<const std::byte>) { throw std::runtime_error("No space left on device"); };
   control.checkpoint_interval = 0;
   const auto result = run_sample(world_, torn_bar(), part(world_), control);
-  EXPECT_FALSE(result.parked);
+  EXPECT_FALSE(result.suspended);
   if (world_.is_root()) {
-    EXPECT_NE(lines.find("the checkpoint could not be kept: No space left on device"), std::string::npos);
+    EXPECT_NE(lines.find("the checkpoint could not be written: No space left on device"), std::string::npos);
     EXPECT_FALSE(result.breaks.empty());
   }
 }

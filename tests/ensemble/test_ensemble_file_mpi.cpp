@@ -42,9 +42,9 @@ protected:
       row.onset_time = 76 + 0.1 * i;
       row.outcome = i % 4;
       row.pattern = 1 + i % 3;
-      row.leading_notch = i % 3 - 1;
+      row.leading_start = i % 3 - 1;
       row.overlap = 0.1 * i;
-      row.bifurcations = i;
+      row.branching_points = i;
       row.kinks = 3 * i;
       row.breaks = 1'000 * i;
       row.crack_area = 1e-4 * i;
@@ -227,7 +227,7 @@ TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
     row.z_spread.clear();
     row.arrival_time.clear();
     row.branches.clear();
-    row.leading_notch = -1;
+    row.leading_start = -1;
   }
   const fs::path file = shared_folder / "ensemble.h5";
   write_ensemble(world, file, parameters, even_block(world), analysis::make_statistics(rows, 0, 3), base);

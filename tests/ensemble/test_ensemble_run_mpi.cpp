@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Whole ensembles with real meshes and files, and a cheap rule instead of the mechanics.
-#include "crackle/ensemble/ensemble_run.h"
-#include "crackle/ensemble/single_sample.h"
+#include "crackle/ensemble/run.h"
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
@@ -61,15 +60,22 @@ protected:
   void TearDown() override { MPI_Barrier(world_.get()); }
 
   RunOutcome run(const std::string& name, const input::Parameters& parameters, bool resume,
-                 const SampleFunction& function = strip) {
+                 const Mechanics& function = strip) {
     return run_on(world_, name, parameters, resume, function);
   }
   RunOutcome run_on(const parallel::Communicator& ranks, const std::string& name,
-                    const input::Parameters& parameters, bool resume,
-                    const SampleFunction& function = strip) {
+                    const input::Parameters& parameters, bool resume, const Mechanics& function = strip) {
     log_.str("");
-    return run_ensemble(ranks, parameters, {.folder = root_ / name, .plan = {.resume = resume}, .log = &log_},
-                        function);
+    return ensemble::run(ranks, parameters, {},
+                         {.folder = root_ / name, .plan = {.resume = resume}, .log = &log_}, function);
+  }
+
+  /// One sample, on all ranks as a group.
+  RunOutcome run_single(const std::string& name, const input::Parameters& parameters, const PlanOptions& plan,
+                        const Mechanics& function = strip) {
+    log_.str("");
+    return ensemble::run(world_, parameters, {}, {.folder = root_ / name, .plan = plan, .log = &log_},
+                         function);
   }
 
   /// The samples for which a function was called on the roots of groups, over all ranks.
@@ -83,22 +89,23 @@ protected:
     computed_here_.clear();
     return samples;
   }
-  SampleFunction recording(const SampleFunction& function) {
-    return [this, function](const auto& group, auto sample, const auto& subdomain, const auto& log) {
-      if (group.is_root()) computed_here_.push_back(sample);
-      return function(group, sample, subdomain, log);
+  Mechanics recording(const Mechanics& function) {
+    return [this, function](const auto& group, const auto& parameters, const auto& subdomain,
+                            const auto& control) {
+      if (group.is_root()) computed_here_.push_back(control.sample);
+      return function(group, parameters, subdomain, control);
     };
   }
 
   /// Four samples on all ranks, on one, a single sample, and an ensemble that has lost one sample.
   void expect_same_alone_on_many_ranks_and_resumed(const input::Parameters& parameters) {
     EXPECT_EQ(run("all", parameters, false).done, 4);
-    const auto report =
-        run_single_sample(world_, parameters, {.folder = root_ / "one", .sample = 2}, strip, {});
-    EXPECT_EQ(report.summary.status, SampleStatus::done);
+    const std::string log = log_.str();
+    EXPECT_EQ(run_single("one", parameters, {.single = 2}).done, 1);
+    log_.str(log);
     if (world_.is_root()) {
       EXPECT_THAT(log_.str(), HasSubstr(parameters.mesh.base == input::Base::own
-                                            ? "base mesh: each sample has its own, of some "
+                                            ? "base mesh: one for each sample, about "
                                             : "base mesh: "));
       EXPECT_THAT(io::differences(io::sample_path(root_ / "one", 2), io::sample_path(root_ / "all", 2)),
                   IsEmpty());
@@ -129,7 +136,7 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
   EXPECT_EQ(outcome.file_error, "");
   EXPECT_THAT(computed(), ElementsAre(0, 1, 2, 3, 4));
   if (!world_.is_root()) return;
-  EXPECT_THAT(log_.str(), HasSubstr("5 of 5 samples to do"));
+  EXPECT_THAT(log_.str(), HasSubstr("5 of 5 samples to compute"));
   EXPECT_THAT(log_.str(), HasSubstr("base mesh: "));
   EXPECT_THAT(log_.str(), HasSubstr("sample 4 done: separated, onset 384.0 N"));
   EXPECT_THAT(log_.str(), HasSubstr("5 done, 0 failed, 0 pending after"));
@@ -147,7 +154,7 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
   const double median = analysis::quantile({380, 381, 382, 383, 384}, 0.5);
   EXPECT_THAT(log_.str(),
               HasSubstr(fmt::format(
-                  "\nmean z of leaders at y = 10 mm: {:.3f} mm, median onset {:.3f} N\n",
+                  "\nmean z of leading cracks at y = 10 mm: {:.3f} mm, median onset {:.3f} N\n",
                   analysis::make_statistics(content.samples, parameters).leader.z_mean[1] * 1e3, median)));
   std::printf("crack areas %.3f and %.3f mm^2, first crossing at %.3f mm\n",
               content.samples[0].crack_area * 1e6, content.samples[1].crack_area * 1e6,
@@ -163,7 +170,7 @@ TEST_F(EnsembleRun, SameEnsembleWithTwoRanksPerSample) {
   EXPECT_EQ(run("all", parameters, false).done, 3);
   if (!world_.is_root()) return;
   if (world_.size() == 4) {
-    EXPECT_THAT(log_.str(), HasSubstr("rank 3 is left over and stays idle"));
+    EXPECT_THAT(log_.str(), HasSubstr("rank 3 stays idle"));
   }
   run_on(parallel::Communicator(MPI_COMM_SELF), "alone", parameters, false);
   expect_same_ensemble(root_ / "all", root_ / "alone", 3);
@@ -210,11 +217,11 @@ end = "round"
 
 TEST_F(EnsembleRun, PoisonedSampleFailsAlone) {
   const auto parameters = plate(4, 1);
-  const auto outcome =
-      run("out", parameters, false, [](const auto& group, auto sample, const auto& subdomain, const auto&) {
-        if (sample == 2) throw std::runtime_error("injected");
-        return break_strip(group, sample, subdomain);
-      });
+  const auto outcome = run("out", parameters, false,
+                           [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+                             if (control.sample == 2) throw std::runtime_error("injected");
+                             return break_strip(group, control.sample, subdomain);
+                           });
   EXPECT_EQ(outcome.done, 3);
   EXPECT_EQ(outcome.failed, 1);
   if (world_.is_root()) {
@@ -234,14 +241,15 @@ TEST_F(EnsembleRun, PoisonedSampleFailsAlone) {
 TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginning) {
   const auto parameters = plate(3, 1);
   std::size_t found = 0;  // size of the checkpoints to continue from, on this rank [byte]
-  const auto checkpointed = [&](bool fails) -> SampleFunction {
-    return [&found, fails](const auto& group, auto sample, const auto& subdomain,
+  const auto checkpointed = [&](bool fails) -> Mechanics {
+    return [&found, fails](const auto& group, const auto& own, const auto& subdomain,
                            const dynamics::SampleControl& control) {
+      const std::uint64_t sample = control.sample;
       found += control.checkpoint.size();
       const std::vector<std::byte> bytes(100);
       if (sample == 1 && group.is_root()) control.save(bytes);
       if (sample == 1 && fails) throw std::runtime_error("no memory");
-      return strip(group, sample, subdomain, control);
+      return strip(group, own, subdomain, control);
     };
   };
   EXPECT_EQ(run("retried", parameters, false, checkpointed(true)).failed, 1);
@@ -253,14 +261,14 @@ TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginnin
   }
   MPI_Barrier(world_.get());
   log_.str("");
-  const auto outcome = run_ensemble(
-      world_, parameters,
+  const auto outcome = ensemble::run(
+      world_, parameters, {},
       {.folder = root_ / "retried", .plan = {.resume = true, .retry_failed = true}, .log = &log_},
       checkpointed(false));
   EXPECT_EQ(outcome.done, 3);
   EXPECT_EQ(found, 0u);
   if (!world_.is_root()) return;
-  EXPECT_THAT(log_.str(), HasSubstr("1 of them failed before and are computed again"));
+  EXPECT_THAT(log_.str(), HasSubstr("1 of them had failed and are computed again"));
   EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "retried", 1)));
 }
 
@@ -268,18 +276,19 @@ TEST_F(EnsembleRun, AParkedSampleSaysThatItsCheckpointCouldNotBeKept) {
   if (world_.is_root())
     fs::create_directories(io::checkpoint_path(root_ / "full", 0).string() + ".partial/in the way");
   MPI_Barrier(world_.get());
-  const auto parked = [](const auto& group, auto, const auto&, const dynamics::SampleControl& control) {
+  const auto parked = [](const auto& group, const auto&, const auto&,
+                         const dynamics::SampleControl& control) {
     if (group.is_root()) {
       EXPECT_THROW(control.save(std::vector<std::byte>(100)), std::runtime_error);
     }
     dynamics::SampleResult result;
-    result.parked = true;
+    result.suspended = true;
     return result;
   };
   EXPECT_EQ(run("full", plate(1, 1), true, parked).left, 1);
   if (!world_.is_root()) return;
-  EXPECT_THAT(log_.str(), HasSubstr("sample 0 parked after"));
-  EXPECT_THAT(log_.str(), HasSubstr(", but its checkpoint could not be kept: cannot write '"));
+  EXPECT_THAT(log_.str(), HasSubstr("sample 0 suspended after"));
+  EXPECT_THAT(log_.str(), HasSubstr(", but its checkpoint could not be written: cannot write '"));
 }
 
 TEST_F(EnsembleRun, ResumeComputesWhatIsMissing) {
@@ -297,17 +306,18 @@ TEST_F(EnsembleRun, ResumeComputesWhatIsMissing) {
   if (!world_.is_root()) return;
   expect_same_ensemble(root_ / "whole", root_ / "cut", 5);
   EXPECT_TRUE(fs::exists(io::sample_path(root_ / "cut", 3).string() + ".invalid-1"));
-  EXPECT_THAT(log_.str(), HasSubstr("0003.h5.invalid-1 and computed again"));
-  EXPECT_THAT(log_.str(), HasSubstr("2 of 5 samples to do"));
+  EXPECT_THAT(log_.str(), HasSubstr("0003.h5.invalid-1 and the sample computed again"));
+  EXPECT_THAT(log_.str(), HasSubstr("2 of 5 samples to compute"));
 }
 
 TEST_F(EnsembleRun, StopsWhenTheMeanPathIsKnownWhateverFinishesFirst) {
   const auto parameters =
       plate(16, 1, "[ensemble.stop]\nhalf_width = \"5 mm\"\nconfidence = 0.9\nmin_samples = 4\n");
   // Early samples take longest, so that later ones end first.
-  const auto slow_first = [](const auto& group, auto sample, const auto& subdomain, const auto&) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(sample < 3 ? 200 - 40 * sample : 1));
-    return break_strip(group, sample, subdomain);
+  const auto slow_first = [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+    std::this_thread::sleep_for(
+        std::chrono::milliseconds(control.sample < 3 ? 200 - 40 * control.sample : 1));
+    return break_strip(group, control.sample, subdomain);
   };
   const auto outcome = run("all", parameters, false, recording(slow_first));
   EXPECT_EQ(outcome.done, 4);
@@ -320,7 +330,7 @@ TEST_F(EnsembleRun, StopsWhenTheMeanPathIsKnownWhateverFinishesFirst) {
   EXPECT_EQ(again.left, 0);
   EXPECT_THAT(computed(), IsEmpty()) << "an ensemble that has stopped needs no more samples";
   if (!world_.is_root()) return;
-  EXPECT_THAT(log_.str(), HasSubstr("stopped early: samples 0 to 3 of 16 are enough"));
+  EXPECT_THAT(log_.str(), HasSubstr("stopped early: samples 0 to 3 suffice, 16 were planned"));
   std::printf("%zu samples computed, 4 needed\n", all_computed.size());
 
   const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
@@ -341,7 +351,7 @@ TEST_F(EnsembleRun, TheEndNamesWhatIsPendingAndHowToGoOn) {
                      .log = &log_,
                      .stop = [] { return std::optional<std::string>("asked"); },
                      .next = {.resume = "go on!", .retry_failed = "again!", .report = "pictures!"}};
-  run_ensemble(world_, parameters, options, strip);
+  ensemble::run(world_, parameters, {}, options, strip);
   if (world_.is_root()) {
     EXPECT_THAT(log_.str(), HasSubstr("\npending: samples 0-4\n0 done, 0 failed, 5 pending after "));
     EXPECT_THAT(log_.str(), HasSubstr("\nto continue: go on!\n"));
@@ -350,7 +360,7 @@ TEST_F(EnsembleRun, TheEndNamesWhatIsPendingAndHowToGoOn) {
   options.plan.resume = true;
   options.plan.range = SampleRange{1, 3};
   log_.str("");
-  run_ensemble(world_, parameters, options, strip);
+  ensemble::run(world_, parameters, {}, options, strip);
   if (world_.is_root()) {
     EXPECT_THAT(log_.str(), HasSubstr("\npending: samples 1-3\nsamples 1 to 3: 0 done"));
     EXPECT_THAT(log_.str(), HasSubstr("\nto continue: go on!\n"));
@@ -358,12 +368,12 @@ TEST_F(EnsembleRun, TheEndNamesWhatIsPendingAndHowToGoOn) {
   options.plan.range.reset();
   options.stop = {};
   log_.str("");
-  run_ensemble(world_, parameters, options,
-               [](const auto& group, auto sample, const auto& subdomain, const auto&) {
-                 auto result = break_strip(group, sample, subdomain);
-                 if (sample % 2 == 1) throw std::runtime_error("injected");
-                 return result;
-               });
+  ensemble::run(world_, parameters, {}, options,
+                [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+                  auto result = break_strip(group, control.sample, subdomain);
+                  if (control.sample % 2 == 1) throw std::runtime_error("injected");
+                  return result;
+                });
   if (!world_.is_root()) return;
   EXPECT_THAT(log_.str(),
               HasSubstr("\nto compute failed samples again: again!\npictures and report: pictures!\n"));
@@ -372,10 +382,10 @@ TEST_F(EnsembleRun, TheEndNamesWhatIsPendingAndHowToGoOn) {
 
 TEST_F(EnsembleRun, CracksFasterThanTheRayleighSpeedAreWarnedOf) {
   const auto parameters = plate(3, 1);
-  const auto at_once = [](const auto& group, auto sample, const auto& subdomain, const auto&) {
-    auto result = break_strip(group, sample, subdomain);
+  const auto at_once = [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+    auto result = break_strip(group, control.sample, subdomain);
     // The first one is slow.
-    for (auto& record : result.breaks) record.phase_time *= sample == 0 ? 1e3 : 1e-6;
+    for (auto& record : result.breaks) record.phase_time *= control.sample == 0 ? 1e3 : 1e-6;
     return result;
   };
   run("out", parameters, false, at_once);
@@ -399,7 +409,7 @@ TEST_F(EnsembleRun, RefusalsAreAgreedAndWriteNothing) {
     }
     return std::string("not refused");
   };
-  EXPECT_THAT(refused("out", parameters, false), HasSubstr("holds an ensemble already"));
+  EXPECT_THAT(refused("out", parameters, false), HasSubstr("already holds an ensemble"));
   EXPECT_THAT(refused("out", plate(1, 1), true), HasSubstr("ensemble.samples is 1, fewer than 2"));
   auto other = plate(2, 1);
   other.text.replace(other.text.find("seed = 7"), 8, "seed = 8");
@@ -416,11 +426,11 @@ TEST_F(EnsembleRun, RefusalsAreAgreedAndWriteNothing) {
 TEST_F(EnsembleRun, FileThatCannotBeWrittenFailsItsSampleUntilItCan) {
   const auto parameters = plate(3, 1);
   const fs::path blocked = io::sample_path(root_ / "out", 1);
-  const auto outcome =
-      run("out", parameters, false, [&](const auto& group, auto sample, const auto& subdomain, const auto&) {
-        if (sample == 1) fs::create_directories(blocked / "in the way");
-        return break_strip(group, sample, subdomain);
-      });
+  const auto outcome = run("out", parameters, false,
+                           [&](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+                             if (control.sample == 1) fs::create_directories(blocked / "in the way");
+                             return break_strip(group, control.sample, subdomain);
+                           });
   EXPECT_EQ(outcome.done, 2);
   EXPECT_EQ(outcome.failed, 1);
   if (world_.is_root()) {
@@ -435,12 +445,12 @@ TEST_F(EnsembleRun, FileThatCannotBeWrittenFailsItsSampleUntilItCan) {
 
 TEST_F(EnsembleRun, VanishedFolderEndsInAReport) {
   const auto parameters = plate(1, 1);
-  const auto outcome =
-      run("out", parameters, false, [&](const auto& group, auto sample, const auto& subdomain, const auto&) {
-        fs::remove_all(root_ / "out");
-        std::ofstream(root_ / "out") << "a file in place of the folder";
-        return break_strip(group, sample, subdomain);
-      });
+  const auto outcome = run("out", parameters, false,
+                           [&](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+                             fs::remove_all(root_ / "out");
+                             std::ofstream(root_ / "out") << "a file in place of the folder";
+                             return break_strip(group, control.sample, subdomain);
+                           });
   EXPECT_EQ(outcome.done, 0);
   EXPECT_EQ(outcome.failed, 1);
   EXPECT_TRUE(outcome.lost);
@@ -453,17 +463,14 @@ TEST_F(EnsembleRun, VanishedFolderEndsInAReport) {
 TEST_F(EnsembleRun, SingleSampleIsTheOneOfTheEnsemble) {
   const auto parameters = plate(2, 1);
   run("out", parameters, false);
-  std::vector<std::string> lines;
-  const auto report = run_single_sample(world_, parameters, {.folder = root_ / "one", .sample = 1}, strip,
-                                        [&](const std::string& line) { lines.push_back(line); });
-  EXPECT_EQ(report.summary.status, SampleStatus::done);
+  EXPECT_EQ(run_single("one", parameters, {.single = 1}).done, 1);
   if (world_.is_root()) {
     EXPECT_THAT(io::differences(io::sample_path(root_ / "one", 1), io::sample_path(root_ / "out", 1)),
                 IsEmpty());
-    EXPECT_THAT(lines, testing::Contains(HasSubstr("worst quality")));
-    EXPECT_THAT(lines, testing::Contains(HasSubstr("element updates per second")));
+    EXPECT_THAT(log_.str(), HasSubstr("worst quality"));
+    EXPECT_THAT(log_.str(), HasSubstr("element updates per second"));
   } else {
-    EXPECT_THAT(lines, IsEmpty());
+    EXPECT_EQ(log_.str(), "");
   }
 }
 
@@ -473,37 +480,39 @@ TEST_F(EnsembleRun, SingleSampleIsNotReplacedWithoutAWord) {
   const fs::path file = io::sample_path(root_ / "out", 1);
   std::map<std::string, std::string> before;
   if (world_.is_root()) before = contents(root_);
-  SingleSampleOptions options{.folder = root_ / "out", .sample = 1};
+  PlanOptions options{.single = 1};
   const auto refusal = [&]() -> std::string {
     try {
-      run_single_sample(world_, parameters, options, strip, {});
+      run_single("out", parameters, options);
     } catch (const parallel::AgreedError& error) {
       return error.what();
     }
     return "none";
   };
-  EXPECT_THAT(refusal(), HasSubstr("0001.h5 holds this sample already; keep it with --resume, or compute it "
+  EXPECT_THAT(refusal(), HasSubstr("0001.h5 already holds this sample; keep it with --resume, or compute it "
                                    "again with --overwrite"));
   if (world_.is_root()) {
     EXPECT_EQ(contents(root_), before);
     fs::resize_file(file, 100);
   }
   MPI_Barrier(world_.get());
-  EXPECT_THAT(refusal(), HasSubstr("0001.h5 holds this sample already")) << "damaged as it is";
+  EXPECT_THAT(refusal(), HasSubstr("0001.h5 already holds this sample")) << "damaged as it is";
   options.overwrite = true;
-  const auto failing = [](const auto& group, auto sample, const auto& subdomain, const auto&) {
-    break_strip(group, sample, subdomain);
+  const auto failing = [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+    break_strip(group, control.sample, subdomain);
     throw std::runtime_error("injected");
     return dynamics::SampleResult();
   };
-  EXPECT_EQ(run_single_sample(world_, parameters, options, failing, {}).summary.status, SampleStatus::failed);
+  EXPECT_EQ(run_single("out", parameters, options, failing).failed, 1);
   options.overwrite = false;
-  EXPECT_THAT(refusal(), HasSubstr("already, as one that failed; keep it with --resume, or compute it again "
-                                   "with --retry-failed or --overwrite"));
+  EXPECT_THAT(
+      refusal(),
+      HasSubstr("already holds this sample, as one that failed; keep it with --resume, or compute it again "
+                "with --retry-failed or --overwrite"));
   options.overwrite = true;
   if (world_.is_root()) std::ofstream(io::checkpoint_path(root_ / "out", 1)) << "rubbish";
   MPI_Barrier(world_.get());
-  EXPECT_EQ(run_single_sample(world_, parameters, options, strip, {}).summary.status, SampleStatus::done);
+  EXPECT_EQ(run_single("out", parameters, options).done, 1);
   if (world_.is_root()) {
     EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "out", 1)));
     run_on(parallel::Communicator(MPI_COMM_SELF), "same", parameters, false);
@@ -513,26 +522,25 @@ TEST_F(EnsembleRun, SingleSampleIsNotReplacedWithoutAWord) {
 
 TEST_F(EnsembleRun, SingleSampleThatFailsOrDoesNotExist) {
   const auto parameters = plate(2, 1);
-  const auto report =
-      run_single_sample(world_, parameters, {.folder = root_ / "one", .sample = 1},
-                        [](const auto& group, auto sample, const auto& subdomain, const auto&) {
-                          const auto result = break_strip(group, sample, subdomain);
-                          if (group.rank() == group.size() - 1) throw std::runtime_error("injected");
-                          return result;
-                        },
-                        {});
-  EXPECT_EQ(report.summary.status, SampleStatus::failed);
+  const auto outcome =
+      run_single("one", parameters, {.single = 1},
+                 [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+                   const auto result = break_strip(group, control.sample, subdomain);
+                   if (group.rank() == group.size() - 1) throw std::runtime_error("injected");
+                   return result;
+                 });
+  EXPECT_EQ(outcome.failed, 1);
   if (world_.is_root()) {
-    EXPECT_EQ(report.summary.error, "computation: injected");
+    EXPECT_EQ(outcome.rows.at(0).error, "computation: injected");
     EXPECT_EQ(io::read_summary(io::sample_path(root_ / "one", 1), parameters, 1).status,
               SampleStatus::failed);
   }
-  SingleSampleOptions again{.folder = root_ / "one", .sample = 1, .resume = true};
-  EXPECT_EQ(run_single_sample(world_, parameters, again, strip, {}).summary.status, SampleStatus::failed);
+  PlanOptions again{.resume = true, .single = 1};
+  EXPECT_EQ(run_single("one", parameters, again).failed, 1);
   again.retry_failed = true;
-  EXPECT_EQ(run_single_sample(world_, parameters, again, strip, {}).summary.status, SampleStatus::done);
+  EXPECT_EQ(run_single("one", parameters, again).done, 1);
   try {
-    run_single_sample(world_, parameters, {.folder = root_ / "two", .sample = 2}, strip, {});
+    run_single("two", parameters, {.single = 2});
     FAIL() << "no exception";
   } catch (const parallel::AgreedError& error) {
     EXPECT_THAT(error.what(), HasSubstr("ensemble.samples = 2 has samples 0 to 1"));

@@ -2,7 +2,7 @@
 // Any stage of a sample may fail on any rank of its group: the sample fails with stage and reason, the other
 // samples of the ensemble are bitwise equal to those of an undisturbed run, and nothing deadlocks.
 #include "crackle/common/index.h"
-#include "crackle/ensemble/ensemble_run.h"
+#include "crackle/ensemble/run.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/mechanics/static_solver.h"
@@ -63,7 +63,7 @@ density = "1180 kg/m^3"
 strength = "35 MPa"
 exponent = 2
 impulse = "1e-8 MPa^2 s"
-memory = "cumulative"
+accumulation = "cumulative"
 release = "facet"
 [[boundary]]
 on = "z-min"
@@ -170,10 +170,7 @@ protected:
     RunOptions options{.folder = root_ / name, .log = &log_};
     options.enter = enter;
     log_.str("");
-    return run_ensemble(world_, parameters, options,
-                        [&](const auto& group, auto, const auto& subdomain, const auto& control) {
-                          return dynamics::in_two_pieces(group, parameters, subdomain, control);
-                        });
+    return ensemble::run(world_, parameters, {}, options, dynamics::in_two_pieces);
   }
 
   void expect_same(const std::string& name, int sample) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Arrays sent in pieces, shares of a group, sleeping waits, failures of the root thrown on all ranks.
 #include "crackle/common/packing.h"
-#include "crackle/ensemble/sample_group.h"
+#include "crackle/ensemble/group.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/message.h"

@@ -88,14 +88,14 @@ protected:
     return all;
   }
 
-  /// The sample in pieces, each parked after a number of polls. Complete on rank 0.
+  /// The sample in pieces, each suspended after a number of polls. Complete on rank 0.
   /// @param on_fewer every second piece is computed on rank 0 alone
   SampleResult in_pieces(const input::Parameters& parameters, bool on_fewer) {
     std::vector<std::byte> saved;
     SampleResult result;
-    n_parked_ = 0;
-    bool is_parked = true;
-    for (int piece = 0; is_parked; ++piece) {
+    n_suspended_ = 0;
+    bool is_suspended = true;
+    for (int piece = 0; is_suspended; ++piece) {
       const parallel::Communicator& group = on_fewer && piece % 2 == 1 ? self_ : world_;
       int n_looks = 0;
       SampleControl control;
@@ -105,9 +105,9 @@ protected:
       if (group.is_root()) control.checkpoint = saved;
       if (group.size() == world_.size() || world_.is_root())
         result = run_sample(group, parameters, part(group), control);
-      is_parked = result.parked;
-      MPI_Bcast(&is_parked, 1, MPI_CXX_BOOL, 0, world_.get());
-      n_parked_ += is_parked ? 1 : 0;
+      is_suspended = result.suspended;
+      MPI_Bcast(&is_suspended, 1, MPI_CXX_BOOL, 0, world_.get());
+      n_suspended_ += is_suspended ? 1 : 0;
     }
     return result;
   }
@@ -115,7 +115,7 @@ protected:
   parallel::Communicator world_{MPI_COMM_WORLD}, self_{MPI_COMM_SELF};
   geometry::Realization mesh_ =
       test::make_box({.size = torn_bar().specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
-  int n_parked_ = 0;
+  int n_suspended_ = 0;
 };
 
 /// With fully or partly broken tetrahedra, before and after the matrix is assembled.
@@ -231,7 +231,7 @@ TEST_F(PetscEngine, HasTheSameBitsOnTheSameNumberOfRanks) {
     const auto pieces = in_pieces(each, false);
     if (!world_.is_root()) continue;
     EXPECT_GT(whole.breaks.size(), 20U) << "the case must break";
-    EXPECT_GE(n_parked_, 2);
+    EXPECT_GE(n_suspended_, 2);
     test::expect_same_course(whole, again);
     test::expect_same_course(whole, pieces);
   }
@@ -242,9 +242,9 @@ TEST_F(PetscEngine, GoesOnOnAnotherNumberOfRanks) {
     const auto whole = sample(each);
     const auto pieces = in_pieces(each, true);
     if (!world_.is_root()) continue;
-    std::printf("%d ranks, and one in between: %zu breaks, parked %d times\n", world_.size(),
-                whole.breaks.size(), n_parked_);
-    EXPECT_GE(n_parked_, 2);
+    std::printf("%d ranks, and one in between: %zu breaks, suspended %d times\n", world_.size(),
+                whole.breaks.size(), n_suspended_);
+    EXPECT_GE(n_suspended_, 2);
     EXPECT_EQ(events(whole.breaks), events(pieces.breaks));
     EXPECT_EQ(whole.counts.steps, pieces.counts.steps);
     EXPECT_EQ(whole.counts.force_evaluations, pieces.counts.force_evaluations);
@@ -262,7 +262,7 @@ TEST_F(PetscEngine, DoesNotGoOnFromTheOtherEngine) {
     SampleControl control;
     control.stop = [&] { return ++n_looks > 10; };
     control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
-    EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).parked);
+    EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).suspended);
     parameters.time.engine = from == Engine::petsc ? Engine::fixed_point : Engine::petsc;
     std::string lines;
     SampleControl again;

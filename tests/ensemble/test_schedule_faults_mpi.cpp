@@ -13,13 +13,9 @@ using testing::HasSubstr;
 TEST_F(Schedule, SampleThatFailsOnAllRanksFailsAlone) {
   for (const int ranks_per_sample : {1, 2, 3}) {
     if (!enough_ranks(ranks_per_sample)) continue;
-    reports_.clear();
-    started_.clear();
-    calls_ = {};
-    auto compute = make_steps(calls_).compute;
-    steps_.compute = [compute](const auto& group, auto sample, const auto& subdomain, const auto& log) {
+    forget();
+    test_.computing = [](const auto&, auto sample, const auto&) {
       if (sample == 2) throw parallel::AgreedError(0, "energy blew up");
-      return compute(group, sample, subdomain, log);
     };
     run(ranks_per_sample, numbers(6));
     expect_only_failing(6, {2}, "computation: energy blew up");
@@ -31,15 +27,10 @@ TEST_F(Schedule, SampleThatFailsOnOneRankFailsAlone) {
   for (const int ranks_per_sample : {1, 2, 3}) {
     for (const bool on_root : {true, false}) {
       if (!enough_ranks(ranks_per_sample)) continue;
-      reports_.clear();
-      started_.clear();
-      auto compute = make_steps(calls_).compute;
-      steps_.compute = [compute, on_root](const auto& group, auto sample, const auto& subdomain,
-                                          const auto& log) {
-        const auto result = compute(group, sample, subdomain, log);
+      forget();
+      test_.computed = [on_root](const auto& group, auto sample, const auto&) {
         if (sample == 1 && group.rank() == (on_root ? 0 : group.size() - 1)) throw std::runtime_error("NaN");
         if (sample == 4 && group.rank() == (on_root ? 0 : group.size() - 1)) throw 7;
-        return result;
       };
       run(ranks_per_sample, numbers(6));
       expect_only_failing(6, {1, 4}, "computation: ");
@@ -53,8 +44,7 @@ TEST_F(Schedule, SampleThatFailsOnOneRankFailsAlone) {
 
 TEST_F(Schedule, MessagesOfAFailedSampleDoNotReachTheNext) {
   if (world_.size() < 3) GTEST_SKIP() << "needs 3 ranks";
-  steps_.compute = [](const parallel::Communicator& group, std::uint64_t sample, const geometry::Subdomain&,
-                      const dynamics::SampleControl&) {
+  test_.compute = [](const parallel::Communicator& group, std::uint64_t sample) {
     if (group.rank() == 0) {
       MPI_Send(&sample, 1, MPI_UINT64_T, 1, 0, group.get());
       if (sample % 2 == 0) throw std::runtime_error("before the message is received");
@@ -73,17 +63,13 @@ TEST_F(Schedule, MessagesOfAFailedSampleDoNotReachTheNext) {
 }
 
 TEST_F(Schedule, RealizationThatCannotBeMadeFailsAlone) {
-  auto make = steps_.make;
-  steps_.make = [make](std::uint64_t sample) {
+  test_.making = [](std::uint64_t sample) {
     if (sample == 0 || sample == 4 || sample == 5) throw std::runtime_error("redrawing does not end");
-    return make(sample);
   };
   for (const auto makers :
        {input::MeshMakers::master, input::MeshMakers::groups, input::MeshMakers::automatic}) {
     makers_ = makers;
-    calls_ = {};
-    reports_.clear();
-    started_.clear();
+    forget();
     run(1, numbers(6));
     expect_only_failing(6, {0, 4, 5}, "mesh: redrawing does not end");
     EXPECT_EQ(gather(world_, calls_.computed), (std::vector<std::uint64_t>{1, 2, 3}));
@@ -92,23 +78,18 @@ TEST_F(Schedule, RealizationThatCannotBeMadeFailsAlone) {
 }
 
 TEST_F(Schedule, AllRealizationsFail) {
-  steps_.make = [](std::uint64_t) -> geometry::Realization { throw std::runtime_error("no room"); };
+  test_.making = [](std::uint64_t) { throw std::runtime_error("no room"); };
   run(1, numbers(5));
   expect_only_failing(5, {0, 1, 2, 3, 4}, "mesh: no room");
 }
 
 TEST_F(Schedule, PartitionAndAnalysisThatFailAreNamed) {
-  auto split = steps_.split;
-  steps_.split = [split](std::uint64_t sample, const geometry::Realization& realization, int n_parts) {
-    if (realization.nodes[0][0] == 10) throw std::runtime_error("METIS says no");
-    if (realization.nodes[0][0] == 20) return std::vector<geometry::Subdomain>(9);
-    return split(sample, realization, n_parts);
+  test_.split = [](std::uint64_t sample, std::vector<geometry::Subdomain>& parts) {
+    if (sample == 1) throw std::runtime_error("METIS says no");
+    if (sample == 2) parts.resize(9);
   };
-  auto analyse = steps_.analyse;
-  steps_.analyse = [analyse](std::uint64_t sample, const geometry::Realization& realization,
-                             const dynamics::SampleResult& result) {
+  test_.analysing = [](const dynamics::SampleResult& result) {
     if (result.onset_force == 345) throw std::runtime_error("no facets");
-    return analyse(sample, realization, result);
   };
   const int ranks_per_sample = world_.size() >= 3 ? 2 : 1;
   run(ranks_per_sample, numbers(6));
@@ -122,11 +103,8 @@ TEST_F(Schedule, PartitionAndAnalysisThatFailAreNamed) {
 }
 
 TEST_F(Schedule, FileThatCannotBeWrittenLeavesNoFile) {
-  auto write = steps_.write;
-  steps_.write = [write](std::uint64_t sample, const auto& realization, const auto& result,
-                         const auto& analysis) {
+  test_.writing = [](std::uint64_t sample) {
     if (sample == 3) throw std::runtime_error("0003.h5: no space left on device");
-    write(sample, realization, result, analysis);
   };
   run(1, numbers(6));
   expect_only_failing(6, {3}, "writing: 0003.h5: no space left on device");
@@ -137,12 +115,10 @@ TEST_F(Schedule, FileThatCannotBeWrittenLeavesNoFile) {
 }
 
 TEST_F(Schedule, FailureThatCannotBeWrittenIsReportedAllTheSame) {
-  steps_.make = [](std::uint64_t) -> geometry::Realization { throw std::runtime_error("no room"); };
-  steps_.write_failure = [](std::uint64_t, const analysis::SampleSummary&, const PartialSample*) {
-    throw std::runtime_error("read-only file system");
-  };
+  test_.making = [](std::uint64_t) { throw std::runtime_error("no room"); };
+  test_.writing_failure = [](std::uint64_t) { throw std::runtime_error("read-only file system"); };
   run(1, numbers(2));
-  expect_only_failing(2, {0, 1}, "mesh: no room; this could not be written either: read-only file system");
+  expect_only_failing(2, {0, 1}, "mesh: no room; the failure could not be recorded: read-only file system");
   for (const auto& [sample, report] : reports_) EXPECT_FALSE(report.stored) << sample;
 }
 

@@ -4,7 +4,6 @@
 #include "schedule_fixture.h"
 #include "support/cpu_time.h"
 
-#include <atomic>
 #include <chrono>
 #include <stdexcept>
 #include <thread>
@@ -21,7 +20,7 @@ TEST_F(Schedule, EverySampleIsComputedOnce) {
   EXPECT_EQ(gather(world_, calls_.computed), numbers(23));
   EXPECT_EQ(gather(world_, calls_.written), numbers(23));
   if (world_.is_root()) {
-    EXPECT_EQ(started_.size(), 23u);
+    EXPECT_EQ(events_.samples_started.size(), 23u);
   }
   if (!world_.is_root()) {
     EXPECT_TRUE(calls_.made.empty()) << "only the master makes realizations";
@@ -43,14 +42,12 @@ TEST_F(Schedule, AGroupDoesNotWaitForARealization) {
   // The master's first realization is ready only after all other samples have ended: the groups make those.
   makers_ = input::MeshMakers::automatic;
   constexpr std::uint64_t n = 23;
-  auto make = steps_.make;
-  steps_.make = [&](std::uint64_t sample) {
+  test_.making = [&](std::uint64_t) {
     const auto start = std::chrono::steady_clock::now();
-    while (world_.is_root() && world_.size() > 1 && n_finished_ + 1 < n) {
+    while (world_.is_root() && world_.size() > 1 && events_.n_finished + 1 < n) {
       if (std::chrono::steady_clock::now() - start > 15s) throw std::runtime_error("groups are kept waiting");
       std::this_thread::sleep_for(1ms);
     }
-    return make(sample);
   };
   run(1, numbers(n));
   expect_only_failing(n, {}, "");
@@ -83,22 +80,19 @@ TEST_F(Schedule, MoreGroupsThanSamples) {
 }
 
 TEST_F(Schedule, TheMasterHearsWhereTheSampleOfASingleGroupStands) {
-  const auto compute = steps_.compute;
-  steps_.compute = [&](const parallel::Communicator& group, std::uint64_t sample,
-                       const geometry::Subdomain& subdomain, const dynamics::SampleControl& control) {
+  test_.computing = [](const parallel::Communicator& group, std::uint64_t,
+                       const dynamics::SampleControl& control) {
     if (control.progress && group.rank() == 0) control.progress("in the middle");
-    return compute(group, sample, subdomain, control);
   };
   std::vector<std::string> lines;
-  if (world_.is_root()) steps_.progress = [&](const std::string& line) { lines.push_back(line); };
+  if (world_.is_root()) test_.progress = [&](const std::string& line) { lines.push_back(line); };
   run(std::max(1, world_.size() - 1), numbers(3));
   expect_only_failing(3, {}, "");
   EXPECT_EQ(lines.empty(), !world_.is_root());
   EXPECT_THAT(lines, testing::Each("in the middle"));
   if (world_.size() < 3) return;
   lines.clear();
-  reports_.clear();
-  started_.clear();
+  forget();
   run(1, numbers(3));
   EXPECT_TRUE(lines.empty()) << "several groups";
 }
@@ -114,14 +108,12 @@ TEST_F(Schedule, LongSampleKeepsNoOtherWaiting) {
   // Sample 0 ends only after all others have been computed elsewhere.
   const parallel::Communicator tokens(MPI_COMM_WORLD);
   constexpr std::uint64_t n = 9;
-  auto compute = steps_.compute;
-  steps_.compute = [&](const parallel::Communicator& group, std::uint64_t sample,
-                       const geometry::Subdomain& subdomain, const dynamics::SampleControl& control) {
+  test_.computing = [&](const auto&, std::uint64_t sample, const auto&) {
     if (sample > 0) {
       for (int rank = 1; rank < tokens.size(); ++rank) {
         if (rank != tokens.rank()) MPI_Send(&sample, 1, MPI_UINT64_T, rank, 0, tokens.get());
       }
-      return compute(group, sample, subdomain, control);
+      return;
     }
     for (std::uint64_t i = 1; i < n; ++i) {
       const auto start = std::chrono::steady_clock::now();
@@ -133,7 +125,6 @@ TEST_F(Schedule, LongSampleKeepsNoOtherWaiting) {
       std::uint64_t other = 0;
       MPI_Recv(&other, 1, MPI_UINT64_T, MPI_ANY_SOURCE, 0, tokens.get(), MPI_STATUS_IGNORE);
     }
-    return compute(group, sample, subdomain, control);
   };
   run(1, numbers(n));
   expect_only_failing(n, {}, "");
@@ -147,36 +138,20 @@ TEST_F(Schedule, MasterServesWhileItMakesARealization) {
   if (world_.size() < 3) GTEST_SKIP() << "needs 2 groups";
   // The second realization is not ready before the first sample is reported: while one group waits for it,
   // the other's report is received.
-  std::atomic<bool> reported = false;
-  auto make = steps_.make;
-  steps_.make = [&](std::uint64_t sample) {
+  test_.making = [&](std::uint64_t sample) {
     const auto start = std::chrono::steady_clock::now();
-    while (sample == 1 && !reported) {
+    while (sample == 1 && events_.n_finished == 0) {
       if (std::chrono::steady_clock::now() - start > 15s) throw std::runtime_error("no report is taken");
       std::this_thread::sleep_for(1ms);
     }
-    return make(sample);
   };
-  layout_ = make_group_layout(world_.size(), 1);
-  ScheduleEvents events;
-  events.started = [](std::uint64_t) {};
-  events.finished = [&](const SampleReport& report) {
-    reported = true;
-    reports_.emplace(report.sample, report);
-  };
-  events.tick = [] {};
-  schedule_samples(world_, layout_, numbers(4), steps_, events, {.n_realizations = 2},
-                   input::MeshMakers::master);
+  run(1, numbers(4));
   expect_only_failing(4, {}, "");
 }
 
 TEST_F(Schedule, WhoWaitsSleeps) {
   if (world_.size() == 1) GTEST_SKIP() << "needs 2 ranks";
-  auto compute = steps_.compute;
-  steps_.compute = [compute](const auto& group, auto sample, const auto& subdomain, const auto& control) {
-    std::this_thread::sleep_for(1s);
-    return compute(group, sample, subdomain, control);
-  };
+  test_.computing = [](const auto&, auto, const auto&) { std::this_thread::sleep_for(1s); };
   const auto start = std::chrono::steady_clock::now();
   const double before = test::cpu_seconds();
   run(1, {0});  // only one of several groups has work

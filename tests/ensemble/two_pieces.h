@@ -11,7 +11,7 @@
 
 namespace crackle::dynamics {
 
-/// A sample that is parked in a dynamic phase and continued, to include saving and restoring.
+/// A sample that is suspended in a dynamic phase and continued, to include saving and restoring.
 inline SampleResult in_two_pieces(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain, const SampleControl& given = {}) {
   SampleResult result;
@@ -20,11 +20,12 @@ inline SampleResult in_two_pieces(const parallel::Communicator& group, const inp
     bool is_saved = false;
     SampleControl control = given;
     control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
-    // The first save is due at the first poll of a dynamic phase, and at the second one the sample is parked.
+    // The first save is due at the first poll of a dynamic phase, and at the second one the sample is
+    // suspended.
     control.checkpoint_interval = 0;
     control.stop = [&] { return group.is_root() && !saved.empty() && std::exchange(is_saved, true); };
     result = run_sample(group, parameters, subdomain, control);
-    if (!result.parked) return;
+    if (!result.suspended) return;
     control.stop = {};
     control.checkpoint_interval = given.checkpoint_interval;
     control.checkpoint = saved;

@@ -97,12 +97,13 @@ inline geometry::Realization make_box(const BoxMesh& box) {
   }
   for (const auto& [key, entry] : faces) {
     if (entry.first != 1) continue;
-    geometry::FaceId surface = 6;  // wall of a cut-out
+    constexpr std::array<geometry::FaceId, 6> number{0, 1, 5, 3, 2, 4};  // of the faces in a box's body
+    geometry::FaceId surface = 6;                                        // wall of a cut-out
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (const double side : {0.0, 1.0}) {
         const bool on_side = std::ranges::all_of(
             key, [&](std::int32_t node) { return mesh.nodes[index(node)][axis] == side * box.size[axis]; });
-        if (on_side) surface = static_cast<geometry::FaceId>(2 * axis + (side > 0 ? 1 : 0));
+        if (on_side) surface = number[2 * axis + (side > 0 ? 1 : 0)];
       }
     }
     mesh.boundary.push_back({entry.second, surface});

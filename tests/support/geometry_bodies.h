@@ -4,8 +4,10 @@
 
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/parameters.h"
-#include "geometry/notched_box.h"
+#include "geometry/extruded_plate.h"
 
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::testing {
@@ -16,8 +18,8 @@ inline input::Notch notch(input::Face face, double at_mm, double depth_mm, doubl
   return {.face = face, .at = at_mm * mm, .depth = depth_mm * mm, .height = height_mm * mm};
 }
 
-inline geometry::NotchedBox body(const Vector& size_mm, std::vector<input::Notch> notches = {}) {
-  return geometry::NotchedBox({{size_mm[0] * mm, size_mm[1] * mm, size_mm[2] * mm}, std::move(notches)});
+inline geometry::ExtrudedPlate body(const Vector& size_mm, std::vector<input::Notch> notches = {}) {
+  return geometry::ExtrudedPlate({{size_mm[0] * mm, size_mm[1] * mm, size_mm[2] * mm}, std::move(notches)});
 }
 
 inline input::Mesh mesh(double spacing_mm, double notch_spacing_mm, double growth = 0.1) {
@@ -42,15 +44,34 @@ inline input::MeshRegion region(input::Region box_mm, double spacing_mm) {
 
 /// The plate of the paper, shortened, with its two anti-symmetric notches: about 6,000 nodes with
 /// plate_mesh().
-inline geometry::NotchedBox short_plate() {
+inline geometry::ExtrudedPlate short_plate() {
   return body({3, 16, 24}, {notch(input::Face::y_min, 9, 4, 0.6), notch(input::Face::y_max, 15, 4, 0.6)});
 }
 inline input::Mesh plate_mesh() {
   return mesh(1.5, 0.3, 0.12);
 }
 
+/// The walls and the tip of notch i of a box, and their positions.
+struct SlotFaces {
+  geometry::FaceId lower_wall, upper_wall, tip_face;
+  double lower, upper, tip;  ///< [m]
+};
+inline SlotFaces slot_faces(const geometry::Body& body, int i) {
+  const std::vector<geometry::FaceId> faces = body.faces_named("notch-" + std::to_string(i));
+  const Vector& across = body.crack_starts()[index(i)].across;
+  const auto at_axis = index(across[1] != 0 ? 1 : 2), depth_axis = 3 - at_axis;
+  const auto position = [&](geometry::FaceId id, std::size_t axis) {
+    return body.faces()[index(id)].patch.origin[axis];
+  };
+  SlotFaces slot{faces.at(0), faces.at(2), faces.at(1), 0, 0, position(faces.at(1), depth_axis)};
+  if (body.faces()[index(slot.lower_wall)].outward[at_axis] < 0) std::swap(slot.lower_wall, slot.upper_wall);
+  slot.lower = position(slot.lower_wall, at_axis);
+  slot.upper = position(slot.upper_wall, at_axis);
+  return slot;
+}
+
 /// A notch in each of the four possible faces.
-inline geometry::NotchedBox four_notches() {
+inline geometry::ExtrudedPlate four_notches() {
   return body({2, 10, 12}, {notch(input::Face::y_min, 6, 2, 0.5), notch(input::Face::y_max, 5, 3, 0.8),
                             notch(input::Face::z_min, 5, 2, 0.4), notch(input::Face::z_max, 4, 1, 1.5)});
 }

@@ -193,7 +193,7 @@ struct RandomPlate : PlateText {
     if (sizes.size() > 1 && sizes[1] > 12) return "in two pieces";
     // Chords deviate by up to a tenth of a curve's radius.
     if (cutters_come_near(-0.3)) return "cutters overlap";
-    if (hole_leaves(-0.3)) return "a hole reaches over the edge";
+    if (hole_leaves(-0.3)) return "a hole crosses the edge";
     return "";
   }
 
@@ -202,11 +202,11 @@ struct RandomPlate : PlateText {
     const auto says = [&](const char* words) { return refusal.find(words) != std::string::npos; };
     const double doubt = 2 * cell;
     if (says("touches or overlaps") && cutters_come_near(doubt)) return "cutters overlap";
-    if (says("reaches over the edge") && hole_leaves(doubt)) return "a hole reaches over the edge";
+    if (says("crosses the edge") && hole_leaves(doubt)) return "a hole crosses the edge";
     if (says("cuts the body in") && pieces().size() > 1) return "in two pieces";
     if (says("lies outside the body") && cutter_is_outside()) return "a hole or slot outside";
-    if (says("degrees, where no tetrahedron is better")) return sharpest() < 20 ? "a sharp corner" : "";
-    if (says("is too much for round ends")) return "a slot higher than long";
+    if (says("degrees, which limits the quality there")) return sharpest() < 20 ? "a sharp corner" : "";
+    if (says("is too high for a slot")) return "a slot higher than long";
     return "";
   }
 

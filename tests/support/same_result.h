@@ -52,9 +52,10 @@ inline void expect_same_course(const dynamics::SampleResult& a, const dynamics::
   expect_same_rows("bridge", a.bridge_releases, b.bridge_releases, [](const fracture::BridgeRelease& r) {
     return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.released_energy, r.edges);
   });
-  expect_same_rows("tooth", a.tooth_falls, b.tooth_falls, [](const fracture::ToothFall& r) {
-    return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.released_energy, r.share, r.ductility);
-  });
+  expect_same_rows(
+      "tooth", a.stiffness_reductions, b.stiffness_reductions, [](const fracture::StiffnessReduction& r) {
+        return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.released_energy, r.share, r.ductility);
+      });
   expect_same_rows("energy", a.energy, b.energy, [](const dynamics::EnergyRow& r) {
     return std::bit_cast<std::array<std::uint64_t, sizeof(r) / sizeof(std::uint64_t)>>(r);
   });

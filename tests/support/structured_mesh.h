@@ -5,7 +5,7 @@
 #include "crackle/fracture/break_record.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/realization.h"
-#include "geometry/notched_box.h"
+#include "geometry/extruded_plate.h"
 
 #include <algorithm>
 #include <array>
@@ -151,12 +151,13 @@ private:
       }
     }
     for (const auto& [face, found] : faces) {
-      if (found.second == 1) realization_.boundary.push_back({face, 6 + 3 * found.first});
+      if (found.second == 1)
+        realization_.boundary.push_back({face, body_.crack_starts()[index(found.first)].faces.front()});
     }
   }
 
   input::Specimen specimen_;
-  geometry::NotchedBox body_;
+  geometry::ExtrudedPlate body_;
   std::array<int, 3> n_{};
   geometry::Realization realization_;
   std::vector<geometry::Point> reference_;

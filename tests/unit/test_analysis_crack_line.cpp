@@ -26,8 +26,9 @@ protected:
   }
   std::vector<CrackLine> lines(const std::function<int(const Point&)>& label,
                                const std::function<double(const Point&)>& time) const {
-    return crack_lines(
-        mesh.body(), make_crack_surface(mesh.body(), mesh.realization(), mesh.break_between(label, time), 0));
+    const CrackSurface surface =
+        make_crack_surface(mesh.body(), mesh.realization(), mesh.break_between(label, time), 0);
+    return crack_lines(mesh.body(), surface, find_branches(mesh.body(), surface));
   }
   static double growing(const Point& p) { return p[1] > 4 ? (p[1] - 4) / 500 : -1; }
 
@@ -40,7 +41,7 @@ TEST_F(Lines, AStraightCrackIsAStraightLine) {
   const CrackLine& line = found[0];
   std::printf("%zu points from y = %.2f to %.2f, bend %.2e\n", line.points.size(), line.points.front().y,
               line.points.back().y, line.bend);
-  EXPECT_EQ(line.notch, 0);
+  EXPECT_EQ(line.start, 0);
   EXPECT_EQ(line.parent, -1);
   EXPECT_EQ(line.kinks, 0);
   EXPECT_NEAR(line.bend, 0, 0.01);
@@ -76,10 +77,12 @@ TEST_F(Lines, AKinkIsSharpAndABendIsNot) {
 }
 
 TEST_F(Lines, ABranchLeavesItsParent) {
-  // A fork at y = 16.5; the upper branch ends at y = 30, where the longer one stays the main line.
-  const auto fork = [](const Point& p) { return p[2] > (p[1] > 16.5 ? 14.5 : 8.5) ? 2 : p[2] > 8.5 ? 1 : 0; };
+  // Branching at y = 16.5; the upper branch ends at y = 30, where the longer one stays the main line.
+  const auto branching = [](const Point& p) {
+    return p[2] > (p[1] > 16.5 ? 14.5 : 8.5) ? 2 : p[2] > 8.5 ? 1 : 0;
+  };
   const auto time = [](const Point& p) { return p[2] > 12 && p[1] > 30 ? -1.0 : growing(p); };
-  const auto found = lines(fork, time);
+  const auto found = lines(branching, time);
   ASSERT_EQ(found.size(), 2u);
   std::printf("main line to (%.1f, %.1f), branch from (%.1f, %.1f) to (%.1f, %.1f)\n",
               found[0].points.back().y, found[0].points.back().z, found[1].points.front().y,
@@ -105,7 +108,7 @@ public:
     const double step = 0.01;
     double angle = 0;
     std::array<double, 2> p{0, 0};
-    const auto go = [&](double curvature) {
+    const auto advance = [&](double curvature) {
       points_.push_back(p);
       angle += curvature * step;
       p[0] += step * std::cos(angle);
@@ -113,9 +116,9 @@ public:
     };
     for (const Piece& piece : pieces) {
       angle += piece.turn * M_PI / 180;
-      for (double way = 0; way < piece.length; way += step) go(piece.curvature);
+      for (double s = 0; s < piece.length; s += step) advance(piece.curvature);
     }
-    while (p[0] < test::MadeCrack::width) go(0);  // straight on
+    while (p[0] < test::MadeCrack::width) advance(0);  // straight on
     points_.push_back(p);
   }
 
@@ -150,7 +153,8 @@ TEST(Kinks, AreThoseOfThePathAtAnySpacing) {
         Case{"40 degrees there and back", Pieces{{{0, 6, 0}, {40, 4, 0}, {-40, 3, 0}}}, 2}}) {
     for (const double spacing : {0.2, 0.29, 0.4, 0.5}) {
       const test::MadeCrack crack(spacing, 2.5, 1, c.path, c.path.low(), c.path.high());
-      const int found = count_kinks(crack_lines(crack.body(), crack.surface()));
+      const int found = count_kinks(
+          crack_lines(crack.body(), crack.surface(), find_branches(crack.body(), crack.surface())));
       std::printf("%s at %g mm: %d kinks\n", c.name, spacing, found);
       EXPECT_EQ(found, c.n_kinks);
     }
@@ -158,7 +162,7 @@ TEST(Kinks, AreThoseOfThePathAtAnySpacing) {
 }
 
 TEST_F(Lines, NothingWithoutCracks) {
-  EXPECT_TRUE(crack_lines(mesh.body(), CrackSurface{}).empty());
+  EXPECT_TRUE(crack_lines(mesh.body(), {}, {}).empty());
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ protected:
                    });
   }
   SectionCrossing crossing(const CrackSurface& cracks, int notch, double y) const {
-    return section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), {.y = {y}, .z = {}})
+    return section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks), {.y = {y}, .z = {}})
         .at(static_cast<std::size_t>(notch));
   }
 
@@ -59,29 +59,29 @@ TEST_F(CrackPath, CrossingsOfAPlaneCrackLieOnItsPlane) {
   const CrackSurface cracks = straight(10);
   const std::vector<double> sections{3.5, 4.5, 6.5, 9.5, 10.5};
   const auto crossings =
-      section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), {.y = sections, .z = {}});
+      section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks), {.y = sections, .z = {}});
   ASSERT_EQ(crossings.size(), 10u);
   for (std::size_t s = 0; s < sections.size(); ++s) {
     std::printf("y = %g: z = %.15g, branches %zu\n", sections[s], crossings[s].position,
-                crossings[s].arms.size());
+                crossings[s].branches.size());
   }
   for (const std::size_t s : {1u, 2u, 3u}) {
     EXPECT_NEAR(crossings[s].position, plane_0, 1e-12);
-    EXPECT_EQ(crossings[s].arms.size(), 1U);
+    EXPECT_EQ(crossings[s].branches.size(), 1U);
   }
   for (const std::size_t s : {0u, 4u, 5u, 6u, 7u, 8u, 9u}) {  // in the notch, ahead of the crack, notch 1
     EXPECT_TRUE(std::isnan(crossings[s].position));
-    EXPECT_EQ(crossings[s].arms.size(), 0U);
+    EXPECT_EQ(crossings[s].branches.size(), 0U);
   }
 }
 
 TEST_F(CrackPath, TheCrackThatCrossesMostOfItsLigamentLeads) {
-  EXPECT_EQ(leading_notch(mesh.body(), two_cracks(14, 6)), 0);
-  EXPECT_EQ(leading_notch(mesh.body(), two_cracks(10, 2)), 1);
-  EXPECT_EQ(leading_notch(mesh.body(), straight(10)), 0);
-  EXPECT_EQ(leading_notch(mesh.body(), CrackSurface{}), -1);
-  EXPECT_EQ(leading_notch(mesh.body(), straight(4.9)), -1) << "less than started_share";
-  EXPECT_EQ(leading_notch(mesh.body(), two_cracks(16, 0)), 0) << "of equals at the same time the first";
+  EXPECT_EQ(leading_start(mesh.body(), two_cracks(14, 6)), 0);
+  EXPECT_EQ(leading_start(mesh.body(), two_cracks(10, 2)), 1);
+  EXPECT_EQ(leading_start(mesh.body(), straight(10)), 0);
+  EXPECT_EQ(leading_start(mesh.body(), CrackSurface{}), -1);
+  EXPECT_EQ(leading_start(mesh.body(), straight(4.9)), -1) << "less than started_share";
+  EXPECT_EQ(leading_start(mesh.body(), two_cracks(16, 0)), 0) << "of equals at the same time the first";
 }
 
 TEST_F(CrackPath, OfEqualsTheOneThatGetsThereFirstLeads) {
@@ -96,31 +96,7 @@ TEST_F(CrackPath, OfEqualsTheOneThatGetsThereFirstLeads) {
                   return p[1] < 12 ? 3 + (12 - p[1]) / speed : -1.0;
                 });
     EXPECT_EQ(crossed_shares(mesh.body(), cracks)[0], crossed_shares(mesh.body(), cracks)[1]);
-    EXPECT_EQ(leading_notch(mesh.body(), cracks), speed > 2 ? 1 : 0);
-  }
-}
-
-TEST_F(CrackPath, TheLeadingNotchFollowsFromCrossingsWhereTheyTellItApart) {
-  const input::Sections sections{.y = {5, 8, 11},
-                                 .z = {}};  // shares of 1/12, 4/12, 7/12 and 7/12, 4/12, 1/12
-  const double no = std::numeric_limits<double>::quiet_NaN();
-  const auto found = [&](const std::vector<double>& z) { return leading_notch(mesh.body(), sections, z); };
-  EXPECT_EQ(found({8, 8, 8, no, 15, 15}), 0) << "where it arrived last the other one is missing";
-  EXPECT_EQ(found({8, no, no, no, 15, 15}), 1);
-  EXPECT_EQ(found({8, no, no, no, no, no}), 0);
-  EXPECT_EQ(found({8, 8, no, no, 15, 15}), std::nullopt) << "both came as far";
-  EXPECT_EQ(found({8, 8, 8, 15, 15, 15}), std::nullopt) << "both came to the last section";
-  EXPECT_EQ(found({no, no, no, no, no, no}), std::nullopt);
-  // A gap in the path changes nothing.
-  EXPECT_EQ(found({8, no, 8, no, 15, 15}), 0);
-  // The crossings and the surface give the same result.
-  for (const auto& [end_0, end_1] : {std::pair{14.0, 7.0}, {6.0, 2.0}, {12.0, 8.0}}) {
-    const CrackSurface cracks = two_cracks(end_0, end_1);
-    std::vector<double> z;
-    for (const SectionCrossing& crossing :
-         section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), sections))
-      z.push_back(crossing.position);
-    EXPECT_EQ(found(z), leading_notch(mesh.body(), cracks)) << end_0;
+    EXPECT_EQ(leading_start(mesh.body(), cracks), speed > 2 ? 1 : 0);
   }
 }
 
@@ -133,7 +109,7 @@ TEST_F(CrackPath, CrossingsFollowASkewedCrack) {
     const SectionCrossing found = crossing(cracks, 0, y);
     std::printf("y = %g: z = %.15g, expected %.15g\n", y, found.position, plane_0 + 0.3 * y);
     EXPECT_NEAR(found.position, plane_0 + 0.3 * y, 1e-12);
-    EXPECT_EQ(found.arms.size(), 1U);
+    EXPECT_EQ(found.branches.size(), 1U);
     // 0.2 (x - 2) over x = 0..4, in addition to the roughness of the cubes.
     EXPECT_GT(found.spread, 0.8 / std::sqrt(12.0) - 1e-12);
     EXPECT_LT(found.spread, 0.8 / std::sqrt(12.0) + 0.05);
@@ -164,9 +140,9 @@ TEST_F(CrackPath, TheMeanIsTakenOverTheThicknessCovered) {
   const CrackSurface cracks = surface([](const Point& p) { return p[2] > (p[0] < 2.5 ? 8.5 : 9.5) ? 1 : 0; },
                                       [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
   const SectionCrossing found = crossing(cracks, 0, 8.5);
-  std::printf("step: z = %.15g, branches %zu\n", found.position, found.arms.size());
+  std::printf("step: z = %.15g, branches %zu\n", found.position, found.branches.size());
   EXPECT_NEAR(found.position, 8.5 * 0.625 + 9.5 * 0.375, 0.1);
-  EXPECT_EQ(found.arms.size(), 1U);
+  EXPECT_EQ(found.branches.size(), 1U);
 }
 
 TEST_F(CrackPath, ACrackOverASmallPartOfTheThicknessHasNotArrived) {
@@ -179,7 +155,7 @@ TEST_F(CrackPath, ACrackOverASmallPartOfTheThicknessHasNotArrived) {
     const SectionCrossing found = crossing(cracks, 0, 10.5);
     std::printf("covering %g of 4: z = %g\n", width, found.position);
     EXPECT_EQ(std::isnan(found.position), width < min_thickness_share * 4);
-    EXPECT_EQ(found.arms.size(), width < min_thickness_share * 4 ? 0 : 1);
+    EXPECT_EQ(found.branches.size(), width < min_thickness_share * 4 ? 0 : 1);
   }
 }
 
@@ -189,7 +165,7 @@ TEST_F(CrackPath, AHoleInTheCrackIsNoBranch) {
               [](const Point& p) { return p[1] > 4 && std::abs(p[0] - 2) > 0.5 ? 0.0 : -1.0; });
   const SectionCrossing found = crossing(cracks, 0, 8.5);
   EXPECT_NEAR(found.position, plane_0, 0.1);
-  EXPECT_EQ(found.arms.size(), 1U);
+  EXPECT_EQ(found.branches.size(), 1U);
 }
 
 TEST_F(CrackPath, StrayBreaksBesideTheCrackDoNotCount) {
@@ -212,17 +188,17 @@ TEST_F(CrackPath, StrayBreaksBesideTheCrackDoNotCount) {
   const CrackSurface clean = make_crack_surface(mesh.body(), mesh.realization(), breaks_of(false), 0);
   const CrackSurface with_stray = make_crack_surface(mesh.body(), mesh.realization(), breaks_of(true), 0);
   ASSERT_EQ(with_stray.cracks.size(), 1u);  // the chain is part of the crack of notch 0
-  ASSERT_EQ(with_stray.cracks[0].notch, 0);
+  ASSERT_EQ(with_stray.cracks[0].start, 0);
   const SectionCrossing found = crossing(with_stray, 0, y);
-  std::printf("with stray breaks: z = %g, branches %zu\n", found.position, found.arms.size());
+  std::printf("with stray breaks: z = %g, branches %zu\n", found.position, found.branches.size());
   EXPECT_NEAR(found.position, plane_0, 0.35);
-  EXPECT_EQ(found.arms.size(), 1U);
-  EXPECT_EQ(find_forks(mesh.body(), with_stray).n_in_space(), 0);
+  EXPECT_EQ(found.branches.size(), 1U);
+  EXPECT_EQ(find_branches(mesh.body(), with_stray).n_in_space(), 0);
   EXPECT_EQ(classify(mesh.body(), with_stray), classify(mesh.body(), clean));
 }
 
 TEST_F(CrackPath, OfTwoBranchesTheOneThatCoversMoreIsTheMainCrossing) {
-  // A fork at y = 6: the upper branch at z = 13.5 lacks the part x > 3.
+  // Branching at y = 6: the upper branch at z = 13.5 lacks the part x > 3.
   const CrackSurface cracks = surface(
       [](const Point& p) { return p[2] > (p[1] > 6.5 ? 13.5 : plane_0) ? 2
                                   : p[2] > plane_0                     ? 1
@@ -231,8 +207,8 @@ TEST_F(CrackPath, OfTwoBranchesTheOneThatCoversMoreIsTheMainCrossing) {
         return p[1] > 4 && !(p[2] > 10 && p[1] > 8 && p[0] > 3) ? (p[2] > 10 ? 0.0 : 1.0) : -1.0;
       });
   const SectionCrossing found = crossing(cracks, 0, 10.5);
-  std::printf("fork: z = %g, branches %zu\n", found.position, found.arms.size());
-  EXPECT_EQ(found.arms.size(), 2U);
+  std::printf("branching: z = %g, branches %zu\n", found.position, found.branches.size());
+  EXPECT_EQ(found.branches.size(), 2U);
   EXPECT_NEAR(found.position, plane_0, 1e-12);
 }
 
@@ -243,33 +219,33 @@ TEST_F(CrackPath, OfEqualCrossingsOfOneArmTheEarlierIsTheMainCrossing) {
                                      : p[2] > plane_0                     ? 1
                                                                           : 0; },
         [=](const Point& p) { return p[1] > 4 ? ((p[2] > 10) == upper_first ? 0.0 : 1.0) : -1.0; });
-    const CrackArms one{{}, std::vector<std::int32_t>(cracks.facets.size(), 0)};
+    const CrackBranches one{{}, std::vector<std::int32_t>(cracks.facets.size(), 0)};
     const SectionCrossing found = section_crossings(mesh.body(), cracks, one, {.y = {12.5}, .z = {}}).at(0);
-    EXPECT_EQ(found.arms.size(), 2U);
+    EXPECT_EQ(found.branches.size(), 2U);
     EXPECT_NEAR(found.position, upper_first ? 13.5 : plane_0, 1e-12);
   }
 }
 
 TEST_F(CrackPath, CrossesAtTheMainArmWhereArmsLieOverEachOther) {
-  // From y = 6.5 on a second arm runs at z = 13.5; the first one ends at y = 13.
+  // From y = 6.5 on a second branch runs at z = 13.5; the first one ends at y = 13.
   const CrackSurface cracks = surface(
       [&](const Point& p) { return p[2] > (p[1] > 6.5 ? 13.5 : plane_0) ? 2
                                    : p[2] > plane_0                     ? 1
                                                                         : 0; },
       [](const Point& p) { return p[1] > 4 && (p[2] > 12 || p[1] < 13) ? 0.0 : -1.0; });
-  const CrackArms arms = find_forks(mesh.body(), cracks);
-  ASSERT_EQ(arms.forks.size(), 1U);
-  EXPECT_TRUE(arms.forks[0].is_in_projection && arms.forks[0].is_in_space);
-  EXPECT_NEAR(arms.forks[0].y, 7, 1);
-  EXPECT_NEAR(arms.forks[0].z, 11, 1);
-  EXPECT_EQ(arms.forks[0].share, 1);
+  const CrackBranches branches = find_branches(mesh.body(), cracks);
+  ASSERT_EQ(branches.points.size(), 1U);
+  EXPECT_TRUE(branches.points[0].is_in_projection && branches.points[0].is_in_space);
+  EXPECT_NEAR(branches.points[0].y, 7, 1);
+  EXPECT_NEAR(branches.points[0].z, 11, 1);
+  EXPECT_EQ(branches.points[0].share, 1);
   const SectionCrossing found = crossing(cracks, 0, 10.5);
-  ASSERT_EQ(found.arms.size(), 2U);
-  EXPECT_NEAR(found.position, 13.5, 1e-12) << "the arm that goes on";
-  EXPECT_EQ(found.arms[0].arm, 1);
-  EXPECT_NEAR(found.arms[0].position, plane_0, 1e-12);
-  EXPECT_EQ(found.arms[0].share, 1);
-  EXPECT_EQ(found.arms[1].arm, 0);
+  ASSERT_EQ(found.branches.size(), 2U);
+  EXPECT_NEAR(found.position, 13.5, 1e-12) << "the branch that continues";
+  EXPECT_EQ(found.branches[0].branch, 1);
+  EXPECT_NEAR(found.branches[0].position, plane_0, 1e-12);
+  EXPECT_EQ(found.branches[0].share, 1);
+  EXPECT_EQ(found.branches[1].branch, 0);
 }
 
 TEST_F(CrackPath, PatternsFollowTheSharesOfTheLigaments) {
@@ -341,24 +317,24 @@ TEST_F(CrackPath, OverlapTurnsAndDoesNotMirror) {
 
 TEST_F(CrackPath, ACrackAwayFromTheNotchesIsAnotherPattern) {
   const CrackSurface cracks = surface([](const Point& p) { return p[2] > 20.5 ? 1 : 0; });
-  ASSERT_EQ(cracks.cracks.at(0).notch, -1);
+  ASSERT_EQ(cracks.cracks.at(0).start, -1);
   EXPECT_EQ(classify(mesh.body(), cracks), Pattern::other);
   EXPECT_EQ(classify(mesh.body(), CrackSurface{}), Pattern::none);
 }
 
-TEST_F(CrackPath, BifurcationsAreForksWithLongBranches) {
+TEST_F(CrackPath, BranchingNeedsLongBranches) {
   struct Case {
     const char* name;
-    double fork, end;  // the second branch starts at y = fork and ends at y = end
+    double start, end;  // the second branch starts at y = start and ends at y = end
     int expected;
   };
   for (const Case& c : {Case{"none", 20, 20, 0}, Case{"long", 7.5, 16, 1}, Case{"short", 7.5, 9, 0}}) {
     const CrackSurface cracks = surface(
-        [&](const Point& p) { return p[2] > (p[1] > c.fork ? 13.5 : plane_0) ? 2
-                                     : p[2] > plane_0                        ? 1
-                                                                             : 0; },
+        [&](const Point& p) { return p[2] > (p[1] > c.start ? 13.5 : plane_0) ? 2
+                                     : p[2] > plane_0                         ? 1
+                                                                              : 0; },
         [&](const Point& p) { return p[1] > 4 && !(p[2] > 12 && p[1] > c.end) ? 0.0 : -1.0; });
-    const int found = find_forks(mesh.body(), cracks).n_in_space();
+    const int found = find_branches(mesh.body(), cracks).n_in_space();
     std::printf("%s branch: %d bifurcations\n", c.name, found);
     EXPECT_EQ(found, c.expected);
   }
@@ -373,14 +349,14 @@ TEST_F(CrackPath, BranchesThatSoonMeetAgainAreNoBifurcation) {
           return island ? 1 : p[2] > plane_0 ? 2 : 0;
         },
         [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
-    const int found = find_forks(mesh.body(), cracks).n_in_space();
+    const int found = find_branches(mesh.body(), cracks).n_in_space();
     std::printf("island of %g m: %d bifurcations\n", length, found);
     EXPECT_EQ(found, length > 5 ? 1 : 0);
-    EXPECT_EQ(crossing(cracks, 0, 7.5).arms.size(), 2U);
+    EXPECT_EQ(crossing(cracks, 0, 7.5).branches.size(), 2U);
   }
 }
 
-TEST_F(CrackPath, AThreefoldForkIsTwoBifurcations) {
+TEST_F(CrackPath, AThreefoldBranchingIsTwoBranchingPoints) {
   const CrackSurface cracks = surface(
       [](const Point& p) {
         const double low = p[1] > 7.5 ? 4.5 : plane_0;
@@ -388,8 +364,8 @@ TEST_F(CrackPath, AThreefoldForkIsTwoBifurcations) {
         return p[2] > high ? 3 : p[2] > plane_0 ? 2 : p[2] > low ? 1 : 0;
       },
       [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
-  EXPECT_EQ(find_forks(mesh.body(), cracks).n_in_space(), 2);
-  EXPECT_EQ(crossing(cracks, 0, 12.5).arms.size(), 3U);
+  EXPECT_EQ(find_branches(mesh.body(), cracks).n_in_space(), 2);
+  EXPECT_EQ(crossing(cracks, 0, 12.5).branches.size(), 3U);
 }
 
 TEST_F(CrackPath, ACrackThatTurnsBackIsNoBifurcation) {
@@ -397,8 +373,8 @@ TEST_F(CrackPath, ACrackThatTurnsBackIsNoBifurcation) {
   const CrackSurface cracks =
       surface([](const Point& p) { return p[1] < 12.5 && p[2] > plane_0 && p[2] < 13.5 ? 1 : 0; },
               [](const Point& p) { return p[1] > (p[2] > 12 ? 6 : 4) ? 0.0 : -1.0; });
-  EXPECT_EQ(crossing(cracks, 0, 9.5).arms.size(), 2U);
-  EXPECT_EQ(find_forks(mesh.body(), cracks).n_in_space(), 0);
+  EXPECT_EQ(crossing(cracks, 0, 9.5).branches.size(), 2U);
+  EXPECT_EQ(find_branches(mesh.body(), cracks).n_in_space(), 0);
 }
 
 TEST_F(CrackPath, SpeedOfAnEvenFrontIsExact) {
@@ -413,7 +389,7 @@ TEST_F(CrackPath, SpeedOfAnEvenFrontIsExact) {
 }
 
 TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
-  // Half of the way before the dynamic phase, then slow, then fast, then slow.
+  // Half of the ligament before the dynamic phase, then slow, then fast, then slow.
   const auto time = [](const Point& p) {
     const double layer = std::floor(p[1] - 4);
     if (layer < 0) return -1.0;
@@ -605,16 +581,16 @@ protected:
       0);
 };
 
-TEST_F(CrackPathAtZFace, CrossesTheSectionsAlongItsWay) {
-  const auto crossings = section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks),
+TEST_F(CrackPathAtZFace, CrossesTheSectionsAlongItsLigament) {
+  const auto crossings = section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks),
                                            {.y = {8.6, 14.5}, .z = {6.5, 8.5, 9.5}});
   ASSERT_EQ(crossings.size(), 10u);
   for (const SectionCrossing& found : crossings)
-    std::printf("position %.15g, branches %zu\n", found.position, found.arms.size());
+    std::printf("position %.15g, branches %zu\n", found.position, found.branches.size());
   // For notch 0 the sections z = 6.5 and 8.5, at y; for notch 1 the section y = 14.5, at z.
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     const bool arrived = i == 2 || i == 3 || i == 6;
-    EXPECT_EQ(crossings[i].arms.size(), arrived ? 1 : 0) << i;
+    EXPECT_EQ(crossings[i].branches.size(), arrived ? 1 : 0) << i;
     if (arrived) {
       EXPECT_NEAR(crossings[i].position, i == 6 ? 11.5 : 8.5, 1e-12) << i;
     } else {
@@ -625,9 +601,9 @@ TEST_F(CrackPathAtZFace, CrossesTheSectionsAlongItsWay) {
 
 TEST_F(CrackPathAtZFace, SectionsOfOneAxisDoNotDependOnTheOther) {
   const auto both =
-      section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), {.y = {14.5}, .z = {6.5}});
+      section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks), {.y = {14.5}, .z = {6.5}});
   const auto only_z =
-      section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), {.y = {}, .z = {6.5}});
+      section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks), {.y = {}, .z = {6.5}});
   EXPECT_EQ(only_z.at(0).position, both.at(1).position);
   EXPECT_EQ(only_z.at(0).spread, both.at(1).spread);
 }
@@ -638,7 +614,7 @@ TEST(CrackPathAtOneZFace, HasAPatternAndASpeed) {
       mesh.break_between([](const Point& p) { return p[1] > 8.5 ? 1 : 0; },
                          [](const Point& p) { return p[2] > 4 ? std::floor(p[2] - 4) : -1.0; });
   const CrackSurface cracks = make_crack_surface(mesh.body(), mesh.realization(), breaks, 0);
-  ASSERT_EQ(cracks.cracks.at(0).notch, 0);
+  ASSERT_EQ(cracks.cracks.at(0).start, 0);
   EXPECT_EQ(classify(mesh.body(), cracks), Pattern::one_crack);
   EXPECT_NEAR(max_crack_speed(mesh.body(), cracks), 1, 1e-9);
 }

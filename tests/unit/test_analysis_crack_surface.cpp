@@ -25,8 +25,8 @@ geometry::Realization one_tetrahedron(const std::array<Point, 4>& p) {
   return realization;
 }
 
-geometry::NotchedBox plain_box() {
-  return geometry::NotchedBox(input::Specimen{{1, 1, 1}, {}});
+geometry::ExtrudedPlate plain_box() {
+  return geometry::ExtrudedPlate(input::Specimen{{1, 1, 1}, {}});
 }
 
 TEST(CrackSurface, RegularTetrahedronHasThreeOrFourEqualFacets) {
@@ -159,7 +159,7 @@ protected:
   }
   static std::vector<int> notches(const CrackSurface& surface) {
     std::vector<int> result;
-    for (const Crack& crack : surface.cracks) result.push_back(crack.notch);
+    for (const Crack& crack : surface.cracks) result.push_back(crack.start);
     return result;
   }
   /// Crack id of each break.
@@ -239,7 +239,7 @@ TEST_F(CrackOrigin, CracksOfTwoNotchesStayApartAndTheRunningOneTakesTheMeetingPl
       const auto surface = cracks_of(order);
       order.pop_back();
       EXPECT_EQ(notches(surface), upper_runs ? (std::vector{0, 1}) : (std::vector{1, 0}));
-      EXPECT_EQ(surface.cracks.at(static_cast<std::size_t>(ids(surface).back())).notch, upper_runs ? 1 : 0);
+      EXPECT_EQ(surface.cracks.at(static_cast<std::size_t>(ids(surface).back())).start, upper_runs ? 1 : 0);
     }
     std::printf("%d tetrahedra touch both cracks\n", n_meeting);
     EXPECT_GT(n_meeting, 0);

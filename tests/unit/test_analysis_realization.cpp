@@ -5,7 +5,7 @@
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 
-#include "geometry/notched_box.h"
+#include "geometry/extruded_plate.h"
 #include "support/cut_realization.h"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ protected:
     mesh.growth = 0.04;
     mesh.perturbation = 0.2;
     mesh.min_quality = 0.1;
-    body = std::make_unique<geometry::NotchedBox>(specimen);
+    body = std::make_unique<geometry::ExtrudedPlate>(specimen);
     realization = std::make_unique<geometry::Realization>(
         geometry::make_realization(*body, geometry::make_mother_points(*body, mesh, 1), mesh, 1, 0));
     std::printf("%zu nodes, %zu tetrahedra\n", realization->nodes.size(), realization->tetrahedra.size());
@@ -58,7 +58,7 @@ protected:
                      RandomStream(7, 0, "crack"));
   }
 
-  static inline std::unique_ptr<geometry::NotchedBox> body;
+  static inline std::unique_ptr<geometry::ExtrudedPlate> body;
   static inline std::unique_ptr<geometry::Realization> realization;
 };
 
@@ -73,43 +73,43 @@ TEST_F(CrackOnRealization, RoughCracksAreReadAsOnePath) {
                                        [](const Point& p) { return p[1] > 6 * mm; }, stray_share);
     const std::vector<double> sections{7 * mm, 9 * mm, 12.25 * mm, 15.5 * mm, 17.5 * mm, 22 * mm};
     const auto crossings =
-        section_crossings(*body, surface, find_forks(*body, surface), {.y = sections, .z = {}});
+        section_crossings(*body, surface, find_branches(*body, surface), {.y = sections, .z = {}});
     double worst = 0;
     for (std::size_t s = 0; s < sections.size(); ++s) {
       worst = std::max(worst, std::abs(crossings[s].position - bent_path(sections[s])));
-      EXPECT_EQ(crossings[s].arms.size(), 1U) << "y = " << sections[s];
+      EXPECT_EQ(crossings[s].branches.size(), 1U) << "y = " << sections[s];
       EXPECT_TRUE(std::isnan(crossings[sections.size() + s].position));
     }
     std::printf("stray share %.1f: %zu cracks, paths to %.3f mm, area ratio %.2f\n", stray_share,
                 surface.cracks.size(), worst / mm, surface.area() / (5 * mm * 18.5 * mm));
     EXPECT_LT(worst, spacing / 2);
-    EXPECT_EQ(surface.cracks.at(0).notch, 0);
-    EXPECT_EQ(find_forks(*body, surface).n_in_space(), 0);
+    EXPECT_EQ(surface.cracks.at(0).start, 0);
+    EXPECT_EQ(find_branches(*body, surface).n_in_space(), 0);
     EXPECT_EQ(classify(*body, surface), Pattern::one_crack);
   }
 }
 
-TEST_F(CrackOnRealization, ARoughForkIsOneBifurcation) {
+TEST_F(CrackOnRealization, RoughBranchesHaveOneBranchingPoint) {
   // At y = 10 mm a second branch leaves at 40 degrees; it ends there, or at 12 mm, which is too short, or at
   // 20 mm.
-  const double fork = 10 * mm;
-  const auto branch = [&](double y) { return 15 * mm - 0.84 * (y - fork); };
+  const double start = 10 * mm;
+  const auto branch = [&](double y) { return 15 * mm - 0.84 * (y - start); };
   for (const double end : {10 * mm, 12 * mm, 20 * mm}) {
-    const CrackSurface surface =
-        crack([&](const Point& p) { return p[2] > 15 * mm                       ? 2
-                                           : p[1] > fork && p[2] > branch(p[1]) ? 1
-                                                                                : 0; },
-              [&](const Point& p) { return p[1] > 6 * mm && (p[1] < end || p[2] > 14 * mm); }, 0.1);
+    const CrackSurface surface = crack(
+        [&](const Point& p) { return p[2] > 15 * mm                        ? 2
+                                     : p[1] > start && p[2] > branch(p[1]) ? 1
+                                                                           : 0; },
+        [&](const Point& p) { return p[1] > 6 * mm && (p[1] < end || p[2] > 14 * mm); }, 0.1);
     const std::vector<double> sections{8 * mm, 18 * mm};
     const auto crossings =
-        section_crossings(*body, surface, find_forks(*body, surface), {.y = sections, .z = {}});
-    const int found = find_forks(*body, surface).n_in_space();
-    std::printf("branch to %.0f mm: %d bifurcations, %zu crossings at 18 mm\n", end / mm, found,
-                crossings[1].arms.size());
+        section_crossings(*body, surface, find_branches(*body, surface), {.y = sections, .z = {}});
+    const int found = find_branches(*body, surface).n_in_space();
+    std::printf("branch to %.0f mm: %d branching points, %zu crossings at 18 mm\n", end / mm, found,
+                crossings[1].branches.size());
     const int expected = end > 15 * mm ? 1 : 0;
     EXPECT_EQ(found, expected);
-    EXPECT_EQ(crossings[0].arms.size(), 1U);
-    EXPECT_EQ(crossings[1].arms.size(), 1 + expected);
+    EXPECT_EQ(crossings[0].branches.size(), 1U);
+    EXPECT_EQ(crossings[1].branches.size(), 1 + expected);
   }
 }
 

@@ -34,10 +34,10 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   const CrackSurface surface =
       make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
   const input::Sections sections{.y = {6.5, 13.5}, .z = {}};
-  const CrackArms arms = find_forks(mesh.body(), surface);
+  const CrackBranches branches = find_branches(mesh.body(), surface);
   const SampleSummary row =
-      summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface), arms,
-                section_crossings(mesh.body(), surface, arms, sections), {1, 0.3, 1e-6});
+      summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface, branches), branches,
+                section_crossings(mesh.body(), surface, branches, sections), {1, 0.3, 1e-6});
 
   EXPECT_EQ(row.status, SampleStatus::done);
   EXPECT_EQ(row.error, "");
@@ -46,7 +46,7 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   EXPECT_EQ(row.outcome, static_cast<int>(dynamics::Outcome::separated));
   EXPECT_EQ(row.pattern, static_cast<int>(Pattern::two_cracks));
   EXPECT_EQ(row.overlap, 1);
-  EXPECT_EQ(row.bifurcations, 0);
+  EXPECT_EQ(row.branching_points, 0);
   EXPECT_EQ(row.kinks, 0);
   EXPECT_EQ(row.breaks, static_cast<std::int64_t>(result.breaks.size()));
   EXPECT_EQ(row.crack_area, surface.area());

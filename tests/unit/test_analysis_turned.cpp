@@ -72,7 +72,7 @@ TEST_F(Turned, CracksComeAsFar) {
   const CrackSurface other = moved_surface(surface);
   EXPECT_EQ(crossed_shares(mesh.body(), surface), crossed_shares(body, other));
   EXPECT_GT(crossed_shares(body, other)[0], 0.8);
-  EXPECT_EQ(leading_notch(body, other), leading_notch(mesh.body(), surface));
+  EXPECT_EQ(leading_start(body, other), leading_start(mesh.body(), surface));
   EXPECT_DOUBLE_EQ(path_overlap(body, other, 0, 1), path_overlap(mesh.body(), surface, 0, 1));
   EXPECT_GT(path_overlap(body, other, 0, 1), 0.5);
   EXPECT_EQ(classify(body, other), Pattern::two_cracks);
@@ -82,8 +82,9 @@ TEST_F(Turned, CracksComeAsFar) {
 
 TEST_F(Turned, LinesAreTurnedToo) {
   const CrackSurface surface = cracks(14, 3);
-  const auto lines = crack_lines(mesh.body(), surface);
-  const auto others = crack_lines(body, moved_surface(surface));
+  const CrackSurface other = moved_surface(surface);
+  const auto lines = crack_lines(mesh.body(), surface, find_branches(mesh.body(), surface));
+  const auto others = crack_lines(body, other, find_branches(body, other));
   ASSERT_EQ(lines.size(), others.size());
   ASSERT_GE(lines.size(), 2u);
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -102,7 +103,7 @@ TEST_F(Turned, SectionsCutAcrossTheLigament) {
   const CrackSurface surface = moved_surface(cracks(8, 12));
   const Point place = moved({0, 6, 8.5});
   const input::Sections sections{.y = {place[1]}, .z = {place[2]}};
-  const auto crossings = section_crossings(body, surface, find_forks(body, surface), sections);
+  const auto crossings = section_crossings(body, surface, find_branches(body, surface), sections);
   ASSERT_EQ(crossings.size(), 4u);
   EXPECT_NEAR(crossings[0].position, place[2], 0.1);
   EXPECT_TRUE(std::isnan(crossings[1].position)) << "35 degrees from the ligament";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/base_points.h"
-#include "geometry/notched_box.h"
+#include "geometry/extruded_plate.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@ namespace crackle::ensemble {
 namespace {
 
 TEST(BasePoints, LongWaitIsTold) {
-  EXPECT_EQ(waiting_notice(763e3), "placing some 0.76 million mother points takes about 34 s");
-  EXPECT_EQ(waiting_notice(2e7), "placing some 20 million mother points takes about 15 min 0 s");
+  EXPECT_EQ(waiting_notice(763e3), "generating about 0.76 million mother points takes about 34 s");
+  EXPECT_EQ(waiting_notice(2e7), "generating about 20 million mother points takes about 15 min 0 s");
   EXPECT_EQ(waiting_notice(54695), "");
 }
 
@@ -27,7 +27,7 @@ TEST(BasePoints, WaitIsToldBeforeIt) {
   };
   EXPECT_THROW(make_base_points(*geometry::make_body(parameters), parameters, stop_there),
                std::runtime_error);
-  EXPECT_EQ(heard.substr(0, 15), "placing some 1.") << heard;
+  EXPECT_EQ(heard.substr(0, 18), "generating about 1") << heard;
 }
 
 input::Parameters small_plate(input::Base base) {
@@ -43,7 +43,7 @@ input::Parameters small_plate(input::Base base) {
 TEST(BasePoints, AreSharedOrEachSamplesOwn) {
   const auto nodes = [](input::Base base, std::uint64_t sample, int attempt = 0) {
     const auto parameters = small_plate(base);  // unperturbed: the nodes are the base points
-    const geometry::NotchedBox body(parameters.specimen);
+    const geometry::ExtrudedPlate body(parameters.specimen);
     const auto shared = make_shared_points(body, parameters);
     EXPECT_EQ(shared.size() == 0, base == input::Base::own);
     return make_sample_mesh(body, shared, parameters, sample, attempt).nodes;

@@ -69,7 +69,7 @@ TEST(Comparison, SharesAsInNewcombesTables) {
 TEST(Comparison, HolmsAdjustment) {
   const double none = not_a_number;
   const std::vector<double> p{0.01, none, 0.04, 0.03, 0.005};
-  const auto adjusted = adjusted_for_looks(p);
+  const auto adjusted = adjusted_for_comparisons(p);
   EXPECT_DOUBLE_EQ(adjusted[0], 0.03);
   EXPECT_TRUE(std::isnan(adjusted[1]));
   EXPECT_DOUBLE_EQ(adjusted[2], 0.06);
@@ -171,12 +171,12 @@ input::Parameters plate() {
   return parameters;
 }
 
-SampleSummary done(double force, int forks, std::vector<double> z) {
+SampleSummary done(double force, int branching_points, std::vector<double> z) {
   SampleSummary row = empty_summary(1, 2, SampleStatus::done);
   row.onset_force = force;
-  row.bifurcations = forks;
+  row.branching_points = branching_points;
   row.position = std::move(z);
-  row.leading_notch = 0;
+  row.leading_start = 0;
   return row;
 }
 

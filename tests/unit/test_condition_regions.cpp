@@ -286,7 +286,7 @@ radius = "10 mm")",
                        .mesh = "spacing = \"1.5 mm\""};
   EXPECT_THAT(refusal(ring, "[[boundary]]\non = \"z-min\"\nfix = [\"x\", \"y\", \"z\"]\n" +
                                 traction_on("x-max", R"({ y = ["9 mm", "11 mm"], z = ["9 mm", "11 mm"] })")),
-              HasSubstr("boundary[1]: its region holds no part of \"x-max\""));
+              HasSubstr("boundary[1]: its region contains no part of \"x-max\""));
 }
 
 }  // namespace

@@ -31,7 +31,9 @@ TEST(EnergyFault, MoreThanTheLoadsGave) {
   rows.push_back(row(1e-6, 9, 1));
   EXPECT_FALSE(energy_fault(rows, 200));
   rows.push_back(row(2e-6, 11, 1));
-  EXPECT_THAT(*energy_fault(rows, 200), testing::HasSubstr("has 11 J 2 us after the start of the phase"));
+  EXPECT_THAT(
+      *energy_fault(rows, 200),
+      testing::HasSubstr("2 us after the start of the phase the energy, 11 J, exceeds the supplied 1 J"));
 }
 
 TEST(EnergyFault, RoundingOfABodyThatIsHardlyLoaded) {

@@ -155,6 +155,14 @@ TEST(ExtrudedPlate, NamesOfFaces) {
 }
 
 // A clockwise outline keeps the names of its edges.
+TEST(ExtrudedPlate, NumberOfCrackStartsFollowsFromTheInput) {
+  std::vector<input::Specimen> specimens{
+      {{1, 2, 3}, {}}, {{1, 20, 30}, {{input::Face::z_max, 5, 2, 1}, {input::Face::y_min, 9, 2, 1}}}};
+  for (const PlateText& plate : some_plates()) specimens.push_back(parsed(plate).specimen);
+  for (const input::Specimen& specimen : specimens)
+    EXPECT_EQ(n_crack_starts(specimen), make_body(specimen)->crack_starts().size());
+}
+
 TEST(ExtrudedPlate, OutlineInEitherDirection) {
   PlateText forwards{R"(thickness = "1 mm"
 outline = [["0 mm", "0 mm"], ["9 mm", "1 mm"], ["8 mm", "9 mm"], ["1 mm", "7 mm"]])"};

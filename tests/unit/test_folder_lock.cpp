@@ -73,7 +73,7 @@ TEST(FolderLock, ProcessNumbersOfOtherNamespacesAndMachinesSayNothing) {
   LockOwner contained = dead();
   contained.pid_namespace = "4026539999";
   EXPECT_EQ(why_stale(contained, self, just_touched), std::nullopt);
-  EXPECT_THAT(why_stale(contained, self, forgotten), Optional(HasSubstr("has not touched it for 10 min")));
+  EXPECT_THAT(why_stale(contained, self, forgotten), Optional(HasSubstr("has not updated it for 10 min")));
   LockOwner namesake = dead();
   namesake.boot = "another";
   EXPECT_EQ(why_stale(namesake, self, just_touched), std::nullopt) << "another machine of the same name";
@@ -97,7 +97,7 @@ TEST(FolderLock, AnEarlierStartOfTheJobHasEnded) {
   const LockOwner self = in_job(LockOwner::self(), "56", 1, "0");
   const LockOwner there = on_host(dead(), "node2");
   EXPECT_THAT(why_stale(in_job(there, "56", 0, "0"), self, just_touched),
-              Optional(HasSubstr("was an earlier start of this job")));
+              Optional(HasSubstr("is an earlier start of this job")));
   EXPECT_EQ(why_stale(in_job(there, "57", 0, "0"), self, just_touched), std::nullopt) << "another job";
   EXPECT_EQ(why_stale(in_job(there, "56", 2, "0"), self, just_touched), std::nullopt) << "a later start";
   LockOwner contained = in_job(dead(), "56", 0, "0");

@@ -9,7 +9,7 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
-#include "geometry/notched_box.h"
+#include "geometry/extruded_plate.h"
 #include "support/body_family.h"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ MeshProblem draw(std::uint64_t number, double max_points) {
       continue;
     }
     try {
-      const double n_points = estimate_n_points(NotchedBox(problem.specimen), problem.mesh);
+      const double n_points = estimate_n_points(ExtrudedPlate(problem.specimen), problem.mesh);
       if (absurd ? n_points > input::max_mother_points : n_points <= max_points) return problem;
     } catch (const std::runtime_error&) {
       return problem;  // make_mother_points must refuse it for the same reason
@@ -62,7 +62,7 @@ MeshProblem draw(std::uint64_t number, double max_points) {
 Verdict mesh(const MeshProblem& problem, std::uint64_t seed) {
   constexpr std::uint64_t n_samples = 2;
   Verdict verdict;
-  std::optional<NotchedBox> body;
+  std::optional<ExtrudedPlate> body;
   MotherPoints base;
   try {
     body.emplace(problem.specimen);
@@ -85,8 +85,7 @@ Verdict mesh(const MeshProblem& problem, std::uint64_t seed) {
 std::string true_reason(const MeshProblem& problem, const std::string& refusal) {
   const auto says = [&](const char* words) { return refusal.find(words) != std::string::npos; };
   const std::string impossible = testing::impossible(problem.specimen);
-  if (says("cuts the body in two") || says("overlap or touch") || says("does not lie inside the face"))
-    return impossible;
+  if (says("the notches touch one another or the end of a face, or cut the box in two")) return impossible;
   if (!impossible.empty()) return "";
   if (says("more than 2e+07 mother points") &&
       testing::rough_number_of_points(problem) > input::max_mother_points / 3)

@@ -16,7 +16,7 @@ namespace {
 
 class SurveyOfPlate : public ::testing::Test {
 protected:
-  const NotchedBox plate = testing::short_plate();
+  const ExtrudedPlate plate = testing::short_plate();
   const input::Mesh mesh = testing::plate_mesh();
   const MotherPoints base = make_mother_points(plate, mesh, 2012);
   const Survey survey{plate, base, mesh, 2012};

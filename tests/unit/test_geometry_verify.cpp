@@ -23,7 +23,7 @@ std::size_t index(std::int32_t i) {
 class Verify : public ::testing::Test {
 protected:
   static void SetUpTestSuite() {
-    const NotchedBox plate = testing::short_plate();
+    const ExtrudedPlate plate = testing::short_plate();
     const MotherPoints base = make_mother_points(plate, testing::plate_mesh(), 2012);
     whole_ = new Realization(make_realization(plate, base, testing::plate_mesh(), 2012, 0));
   }
@@ -52,7 +52,7 @@ protected:
     return static_cast<std::size_t>(found - broken.tetrahedra.begin());
   }
 
-  const NotchedBox plate = testing::short_plate();
+  const ExtrudedPlate plate = testing::short_plate();
   Realization broken;
 
 private:
@@ -102,11 +102,11 @@ TEST_F(Verify, BoundaryNodeMovedIntoTheBody) {
 }
 
 TEST_F(Verify, TetrahedronAcrossANotch) {
-  const SlotSection& slot = plate.sections()[0];
+  const testing::SlotFaces slot = testing::slot_faces(plate, 0);
   std::vector<std::int32_t> lower;
   std::vector<std::int32_t> upper;
   for (std::size_t i = 0; i < broken.nodes.size(); ++i) {
-    if (!plate.slot(0).contains(broken.nodes[i])) continue;
+    if (broken.nodes[i][1] > slot.tip) continue;
     if (broken.nodes[i][2] == slot.lower) lower.push_back(static_cast<std::int32_t>(i));
     if (broken.nodes[i][2] == slot.upper) upper.push_back(static_cast<std::int32_t>(i));
   }
@@ -121,7 +121,7 @@ TEST_F(Verify, TetrahedronAcrossANotch) {
     for (std::size_t i = 2; volume(across) == 0; ++i) across[3] = upper[i];
     if (volume(across) < 0) std::swap(across[2], across[3]);
     broken.tetrahedra.push_back(across);
-    expect("reaches out of the body", 0);
+    expect("extends beyond the body", 0);
   }
 }
 
@@ -148,17 +148,17 @@ TEST_F(Verify, BoundaryList) {
   broken.boundary[5].surface = 99;
   expect("boundary triangle 5 has the surface 99");
   SetUp();
-  broken.boundary[5].surface = (broken.boundary[5].surface + 2) % 6;
+  broken.boundary[5].surface = (broken.boundary[5].surface + 1) % 6;
   expect("does not lie exactly on surface");
 }
 
 // A body of another size: right nodes for the wrong body.
 TEST_F(Verify, AnotherBody) {
-  const NotchedBox longer = testing::body(
+  const ExtrudedPlate longer = testing::body(
       {3, 16, 24.000001},
       {testing::notch(input::Face::y_min, 9, 4, 0.6), testing::notch(input::Face::y_max, 15, 4, 0.6)});
   EXPECT_THAT([&] { verify(broken, longer, 0.2); }, ThrowsMessage<std::runtime_error>(HasSubstr("volume")));
-  const NotchedBox without = testing::body({3, 16, 24});
+  const ExtrudedPlate without = testing::body({3, 16, 24});
   EXPECT_THROW(verify(broken, without, 0.2), std::runtime_error);
 }
 

@@ -27,7 +27,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-geometry::NotchedBox small_body() {
+geometry::ExtrudedPlate small_body() {
   return testing::body({1, 4, 5}, {testing::notch(input::Face::y_min, 2, 1.5, 0.5)});
 }
 
@@ -40,7 +40,7 @@ input::Mesh small_mesh() {
 }
 
 geometry::Realization small() {
-  const geometry::NotchedBox body = small_body();
+  const geometry::ExtrudedPlate body = small_body();
   const input::Mesh mesh = small_mesh();
   return geometry::make_realization(body, geometry::make_mother_points(body, mesh, 1), mesh, 1, 0);
 }

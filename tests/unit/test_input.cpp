@@ -49,7 +49,7 @@ TEST(Input, Defaults) {
   EXPECT_EQ(p.mesh.min_quality, 0.2);
   EXPECT_FALSE(p.mesh.points.has_value());
   EXPECT_EQ(p.fracture.exponent, 2);
-  EXPECT_EQ(p.fracture.memory, input::Memory::cumulative);
+  EXPECT_EQ(p.fracture.accumulation, input::Accumulation::cumulative);
   EXPECT_EQ(p.fracture.release, input::Release::element);
   EXPECT_EQ(p.time.start, input::Start::quasi_static);
   EXPECT_FALSE(p.time.step.has_value());
@@ -121,14 +121,55 @@ TEST(Input, MaterialAndFractureKeys) {
   set_key(tables, "[material]", "density", R"("1.18 g/cm^3")");
   set_key(tables, "[material]", "poisson_ratio", "-0.25");
   set_key(tables, "[fracture]", "strength", R"("35 N/mm^2")");
-  set_key(tables, "[fracture]", "memory", R"("step")");
+  set_key(tables, "[fracture]", "accumulation", R"("step")");
   const auto p = parse_tables(tables);
   expect_close(p.material.youngs_modulus, 3.3e9);
   expect_close(p.material.density, 1180);
   EXPECT_EQ(p.material.poisson_ratio, -0.25);
   expect_close(p.fracture.strength, 35e6);
   expect_close(p.fracture.impulse, 1e4);
-  EXPECT_EQ(p.fracture.memory, input::Memory::step);
+  EXPECT_EQ(p.fracture.accumulation, input::Accumulation::step);
+}
+
+TEST(Input, KeysMayHaveTheirEarlierNames) {
+  auto tables = minimal_tables();
+  set_key(tables, "[fracture]", "accumulation", R"("step")");
+  const std::string current = to_text(tables);
+  const auto expected = input::parse(current, "plate.toml");
+  EXPECT_THAT(expected.notes, ::testing::IsEmpty());
+  const std::size_t at = current.find("accumulation");
+  for (const std::string earlier : {"memory", "\"memory\"", "'memory' "}) {
+    std::string text = current;
+    text.replace(at, std::string("accumulation").size(), earlier);
+    const auto p = input::parse(text, "plate.toml");
+    EXPECT_EQ(p.fracture.accumulation, input::Accumulation::step);
+    EXPECT_THAT(p.notes, ElementsAre(::testing::MatchesRegex(
+                             "plate.toml:[0-9]+: fracture.memory: the name fracture.memory is now "
+                             "fracture.accumulation; .*")));
+    EXPECT_THAT(p.text, ::testing::AllOf(HasSubstr("accumulation"), ::testing::Not(HasSubstr("memory"))));
+    EXPECT_EQ(input::sample_identity(p), input::sample_identity(expected));
+    EXPECT_EQ(input::echo(p), input::echo(expected));
+  }
+}
+
+TEST(Input, AKeyHasOnlyOneOfItsNames) {
+  auto tables = minimal_tables();
+  set_key(tables, "[mesh]", "turn", R"("none")");
+  EXPECT_EQ(parse_tables(tables).mesh.symmetry, input::MeshSymmetry::none);
+  set_key(tables, "[mesh]", "symmetry", R"("none")");
+  EXPECT_THAT(errors_of(to_text(tables)),
+              ElementsAre(HasSubstr("mesh.turn: this is the earlier name of mesh.symmetry")));
+}
+
+TEST(Input, ASweepMayNameAKeyByItsEarlierName) {
+  const std::string text =
+      to_text(minimal_tables()) + "\n[[sweep]]\nkey = \"mesh.turn\"\nvalues = [\"none\", \"random\"]\n";
+  const auto p = input::parse(text, "plate.toml");
+  EXPECT_THAT(p.notes, ElementsAre(HasSubstr("the name mesh.turn is now mesh.symmetry")));
+  const auto cases = input::sweep_cases(p, "plate.toml");
+  ASSERT_EQ(cases.size(), 2U);
+  EXPECT_EQ(cases[0].parameters.mesh.symmetry, input::MeshSymmetry::none);
+  EXPECT_EQ(cases[1].parameters.mesh.symmetry, input::MeshSymmetry::random);
 }
 
 TEST(Input, ImpulseHasTheDimensionThatTheExponentGives) {
@@ -255,9 +296,9 @@ TEST(Input, SectionsAlongLines) {
   EXPECT_STREQ(input::coordinate_of(all.back()), "distance");
   EXPECT_NE(input::sample_identity(p), input::sample_identity(parse_tables(minimal_tables())));
 
-  EXPECT_THAT(
-      errors(R"(["1 mm", "20 mm"])", R"(["0.1 cm", "20 mm"])"),
-      ElementsAre(HasSubstr("sections.line[0].to: [1 mm, 20 mm] is where the line starts; give another")));
+  EXPECT_THAT(errors(R"(["1 mm", "20 mm"])", R"(["0.1 cm", "20 mm"])"),
+              ElementsAre(HasSubstr(
+                  "sections.line[0].to: [1 mm, 20 mm] is also the start of the line; give another")));
   EXPECT_THAT(
       errors(R"(["-1 mm", "20 mm"])", R"(["-3 mm", "30 mm"])"),
       ElementsAre(HasSubstr("sections.line[0]: the line from [-1 mm, 20 mm] to [-3 mm, 30 mm] does not pass "

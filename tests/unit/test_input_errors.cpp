@@ -101,9 +101,8 @@ TEST(InputErrors, SectionsAreWhereACrackCanArrive) {
   EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("test.toml:19: sections: there are no")));
 }
 
-TEST(InputErrors, ExactlyOneOfStrengthAndToughnessIsGiven) {
-  EXPECT_THAT(errors_with("[fracture]", "toughness", R"("3 J/m^2")"),
-              ElementsAre(HasSubstr("fracture.toughness: is given besides strength")));
+TEST(InputErrors, StrengthOrToughnessIsGiven) {
+  EXPECT_THAT(errors_with("[fracture]", "toughness", R"("3 J/m^2")"), IsEmpty());
   auto tables = minimal_tables();
   for (auto& table : tables)
     std::erase_if(table.keys, [](const auto& entry) { return entry.first == "strength"; });
@@ -123,7 +122,7 @@ TEST(InputErrors, AStressIntensityIsReadInItsOwnKeyOnly) {
               ElementsAre(HasSubstr("is a stress intensity, K_Ic; give it as fracture.fracture_toughness")));
   set_key(tables, "[fracture]", "toughness", R"("30 J/m^2")");
   set_key(tables, "[fracture]", "fracture_toughness", R"("1 MPa m^0.5")");
-  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("is given besides toughness")));
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("is given together with toughness")));
 }
 
 TEST(InputErrors, AToughnessIsForTheMeasuredPoissonsRatios) {
@@ -149,8 +148,9 @@ TEST(InputErrors, AToughnessIsForTheMeasuredPoissonsRatios) {
 }
 
 TEST(InputErrors, ContactIsForDynamicsOnly) {
-  EXPECT_THAT(errors_with("[fracture]", "contact", R"("frictionless")"),
-              ElementsAre(HasSubstr("fracture.contact: \"frictionless\" is for dynamics only")));
+  EXPECT_THAT(
+      errors_with("[fracture]", "contact", R"("frictionless")"),
+      ElementsAre(HasSubstr("fracture.contact: \"frictionless\" contact is available in dynamics only")));
   auto tables = minimal_tables();
   set_key(tables, "[fracture]", "contact", R"("frictionless")");
   set_key(tables, "[time]", "start", R"("rest")");
@@ -218,9 +218,8 @@ TEST(InputErrors, ConflictsAreJudgedByFaceRegionAndComponent) {
   const std::pair<std::string, std::string> push{"velocity", R"(["free", "free", "-1 mm/s"])"};
   const std::pair<std::string, std::string> fix{"fix", R"(["x", "y"])"};
   const std::pair<std::string, std::string> fix_all{"fix", R"(["x", "y", "z"])"};
-  EXPECT_THAT(errors({on, pull}, {on, push}),
-              ElementsAre(HasSubstr("boundary[2]: prescribes the motion in z")));
-  EXPECT_THAT(errors({on, fix_all}, {on, push}), ElementsAre(HasSubstr("boundary[1] prescribes too")));
+  EXPECT_THAT(errors({on, pull}, {on, push}), ElementsAre(HasSubstr("boundary[2]: prescribes motion in z")));
+  EXPECT_THAT(errors({on, fix_all}, {on, push}), ElementsAre(HasSubstr("boundary[1] prescribes it too")));
   EXPECT_THAT(errors({on, pull, lower}, {on, push, middle}), ElementsAre(HasSubstr("boundary[2]")));
   EXPECT_THAT(errors({on, pull, lower}, {on, push, upper}), IsEmpty());
   EXPECT_THAT(errors({on, pull}, {on, fix}), IsEmpty());
@@ -231,7 +230,8 @@ TEST(InputErrors, ConflictsAreJudgedByFaceRegionAndComponent) {
 TEST(InputErrors, RestNeedsNoSupport) {
   auto tables = minimal_tables();
   set_key(tables, "[[boundary]]", "fix", R"(["z"])");
-  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("nothing holds the body in x and y")));
+  EXPECT_THAT(errors_of(to_text(tables)),
+              ElementsAre(HasSubstr("no condition supports the body in x and y")));
   set_key(tables, "[time]", "start", R"("rest")");
   EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
 }

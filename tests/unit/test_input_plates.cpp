@@ -106,9 +106,9 @@ TEST(InputPlates, OutlineFromAFileBecomesPartOfTheText) {
   };
   EXPECT_THAT(error("0 0\n1 2 3\n"), HasSubstr("edge.txt:2: not a point"));
   EXPECT_THAT(error("0 0\n1 x\n"), HasSubstr("edge.txt:2: not a point"));
-  EXPECT_THAT(error("0 0\n1 1\n"), HasSubstr("2 points bound no area"));
+  EXPECT_THAT(error("0 0\n1 1\n"), HasSubstr("2 points cannot enclose an area"));
   EXPECT_THAT(error("0 0\n1 1e9\n1 0\n"), HasSubstr("edge.txt:2: is out of range"));
-  EXPECT_THAT(error(""), HasSubstr("0 points bound no area"));
+  EXPECT_THAT(error(""), HasSubstr("0 points cannot enclose an area"));
   EXPECT_EQ(error("0 0\r\n20 0\r\n20 20\r\n"), "");
 }
 

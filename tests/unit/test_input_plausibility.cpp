@@ -64,7 +64,7 @@ TEST(Plausibility, GelsMayBeStrongForTheirStiffness) {
   auto tables = minimal_tables();
   set_key(tables, "[material]", "youngs_modulus", R"("150 kPa")");
   set_key(tables, "[fracture]", "strength", R"("20 kPa")");
-  EXPECT_THAT(input::plausibility_warnings(parse_tables(tables)), ElementsAre(HasSubstr("as gels are")));
+  EXPECT_THAT(input::plausibility_warnings(parse_tables(tables)), ElementsAre(HasSubstr("like a gel")));
 }
 
 TEST(Plausibility, NamesTheKeyThatTheInputHas) {

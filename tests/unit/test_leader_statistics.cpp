@@ -30,8 +30,8 @@ constexpr double none = std::numeric_limits<double>::quiet_NaN();
 const input::Specimen specimen{{5 * mm, 24.5 * mm, 140 * mm},
                                {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.5, 0.6)}};
 
-geometry::NotchedBox plate() {
-  return geometry::NotchedBox(specimen);
+geometry::ExtrudedPlate plate() {
+  return geometry::ExtrudedPlate(specimen);
 }
 
 /// 7 and 17.5 mm are images of each other, 12.25 mm is its own, 9 mm has none.
@@ -50,7 +50,7 @@ SampleSummary row(int leading, std::vector<double> z_mm, Pattern pattern = Patte
   SampleSummary summary = empty_summary(2, 4, SampleStatus::done);
   for (double& z : z_mm) z *= mm;
   summary.position = std::move(z_mm);
-  summary.leading_notch = leading;
+  summary.leading_start = leading;
   summary.pattern = static_cast<std::int32_t>(pattern);
   return summary;
 }
@@ -58,7 +58,7 @@ SampleSummary row(int leading, std::vector<double> z_mm, Pattern pattern = Patte
 /// The same sample rotated by 180 degrees.
 SampleSummary turned(const SampleSummary& sample) {
   SampleSummary summary = sample;
-  summary.leading_notch = 1 - sample.leading_notch;
+  summary.leading_start = 1 - sample.leading_start;
   summary.position.assign(8, none);
   const std::array<std::size_t, 4> image{3, 4, 2, 0};  // 4: none
   for (std::size_t k = 0; k < 2; ++k)
@@ -77,14 +77,14 @@ TEST(LeaderFrame, AHalfTurnMapsTheNotchesOfThePlateOnEachOther) {
   const LeaderFrame frame(plate(), sections);
   EXPECT_THAT(frame.reference(), ElementsAre(0, 0));
   const auto own = frame.source(0, 1, 1).value();
-  EXPECT_EQ(own.notch, 1);
+  EXPECT_EQ(own.start, 1);
   EXPECT_EQ(own.section, 1);
   EXPECT_FALSE(own.extent);
   const auto image = frame.source(1, 0, 0).value();
-  EXPECT_EQ(image.notch, 1);
+  EXPECT_EQ(image.start, 1);
   EXPECT_EQ(image.section, 3);
   EXPECT_EQ(image.extent, 140 * mm);
-  EXPECT_EQ(frame.source(1, 1, 2)->notch, 0);
+  EXPECT_EQ(frame.source(1, 1, 2)->start, 0);
   EXPECT_EQ(frame.source(1, 1, 2)->section, 2);
   EXPECT_FALSE(frame.source(1, 0, 1)) << "no section at 15.5 mm";
 }
@@ -141,7 +141,7 @@ TEST(LeaderFrame, SectionsAcrossZAreTurnedLikeThoseAcrossY) {
   EXPECT_EQ(frame.source(1, 0, 0)->section, 0) << "y = 70 mm is its own image";
   EXPECT_EQ(frame.source(1, 0, 0)->extent, 24 * mm);
   EXPECT_FALSE(frame.source(1, 0, 1)) << "no section at y = 110 mm";
-  EXPECT_EQ(frame.source(1, 0, 2)->notch, 1);
+  EXPECT_EQ(frame.source(1, 0, 2)->start, 1);
   EXPECT_EQ(frame.source(1, 0, 2)->section, 4);
   EXPECT_EQ(frame.source(1, 0, 2)->extent, 140 * mm);
   EXPECT_FALSE(frame.source(1, 0, 3)) << "no section at z = 14 mm";
@@ -158,7 +158,7 @@ TEST(LeaderFrame, WithoutSymmetryEachNotchIsAClassOfItsOwn) {
       body({5, 24.5, 140}, {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.4, 0.6)});
   for (const LeaderFrame& frame : {LeaderFrame(other_depth, sections), LeaderFrame(2, 4)}) {
     EXPECT_THAT(frame.reference(), ElementsAre(0, 1));
-    EXPECT_EQ(frame.source(1, 1, 1)->notch, 1);
+    EXPECT_EQ(frame.source(1, 1, 1)->start, 1);
     EXPECT_EQ(frame.source(1, 1, 1)->section, 1);
   }
 }
@@ -170,9 +170,9 @@ TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {
       row(-1, {68, none, none, none, none, none, none, none}),
   };
   const Statistics s = make_statistics(samples, parameters(3));
-  EXPECT_THAT(s.reference_notch, ElementsAre(0, 0));
-  EXPECT_THAT(s.leader.leading_notch, ElementsAre(0));
-  EXPECT_THAT(s.leader.notch, ElementsAre(0));
+  EXPECT_THAT(s.reference_start, ElementsAre(0, 0));
+  EXPECT_THAT(s.leader.leading_start, ElementsAre(0));
+  EXPECT_THAT(s.leader.start, ElementsAre(0));
   EXPECT_THAT(s.leader.reached, ElementsAre(2, 1, 2, 1));
   EXPECT_THAT(s.leader.counted, ElementsAre(2, 1, 2, 2)) << "at 9 mm only samples that are not turned";
   EXPECT_NEAR(s.leader.z_mean[0], 67.1 * mm, 1e-12);
@@ -184,8 +184,8 @@ TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {
   EXPECT_EQ(s.leader.z_quantile.size(), 20U);
   EXPECT_NEAR(s.leader.running_mean[4], 67.1 * mm, 1e-12);
   EXPECT_EQ(s.leader.running_mean[8], s.leader.running_mean[4]) << "where nothing leads nothing is added";
-  EXPECT_THAT(s.follower.leading_notch, ElementsAre(0));
-  EXPECT_THAT(s.follower.notch, ElementsAre(1));
+  EXPECT_THAT(s.follower.leading_start, ElementsAre(0));
+  EXPECT_THAT(s.follower.start, ElementsAre(1));
   EXPECT_THAT(s.follower.reached, ElementsAre(0, 0, 1, 2));
   EXPECT_NEAR(s.follower.z_mean[3], 73.1 * mm, 1e-12);
   // All cracks of a notch, leading or not.
@@ -200,9 +200,9 @@ TEST(LeaderStatistics, PositionsAtSectionsAcrossZAreTurnedInY) {
   p.specimen.notches[1].face = Face::z_max;
   p.sections = {.y = {}, .z = {8 * mm, 16 * mm}};
   SampleSummary own = empty_summary(2, 2, SampleStatus::done), other = own;
-  own.leading_notch = 0;
+  own.leading_start = 0;
   own.position = {67 * mm, 68 * mm, none, 73 * mm};
-  other.leading_notch = 1;
+  other.leading_start = 1;
   other.position = {none, none, 71 * mm, 72 * mm};
   const Statistics s = make_statistics(std::vector{own, other}, p);
   EXPECT_THAT(s.leader.reached, ElementsAre(2, 2));
@@ -215,12 +215,12 @@ TEST(LeaderStatistics, WithoutSymmetryThereAreRowsForEachLeadingNotch) {
   const std::vector<SampleSummary> samples{row(0, {67, 66, 65, 64, none, none, none, 73}),
                                            row(1, {68, none, none, none, 70, 71, 72, 73})};
   const Statistics s = make_statistics(samples, 2, 4);
-  EXPECT_THAT(s.leader.leading_notch, ElementsAre(0, 1));
-  EXPECT_THAT(s.leader.notch, ElementsAre(0, 1));
+  EXPECT_THAT(s.leader.leading_start, ElementsAre(0, 1));
+  EXPECT_THAT(s.leader.start, ElementsAre(0, 1));
   EXPECT_THAT(s.leader.reached, ElementsAre(1, 1, 1, 1, 1, 1, 1, 1));
   EXPECT_EQ(s.leader.z_mean[7], 73 * mm);
-  EXPECT_THAT(s.follower.leading_notch, ElementsAre(0, 1));
-  EXPECT_THAT(s.follower.notch, ElementsAre(1, 0));
+  EXPECT_THAT(s.follower.leading_start, ElementsAre(0, 1));
+  EXPECT_THAT(s.follower.start, ElementsAre(1, 0));
   EXPECT_THAT(s.follower.reached, ElementsAre(0, 0, 0, 1, 1, 0, 0, 0));
   EXPECT_EQ(s.follower.z_mean[4], 68 * mm);
 }
@@ -318,16 +318,15 @@ TEST(LeaderStatistics, TheTextTellsRanksApart) {
       row(-1, std::vector<double>(8, none), Pattern::none)};
   const std::string text = to_text(make_statistics(samples, parameters(3)), samples, sections);
   std::printf("%s", text.c_str());
-  EXPECT_THAT(text, ::testing::HasSubstr("\nleading notch: 0 in 1 sample, 1 in 1, none in 1\n"));
-  EXPECT_THAT(text,
-              ::testing::HasSubstr("by rank; samples that notch 1 leads are turned by the body's symmetry, "
-                                   "as if notch 0 did\n"));
+  EXPECT_THAT(text, ::testing::HasSubstr("\nleading crack start: 0 in 1 sample, 1 in 1, none in 1\n"));
+  EXPECT_THAT(text, ::testing::HasSubstr("by rank; samples led by start 1 are mapped by the body's symmetry, "
+                                         "as if start 0 led\n"));
   EXPECT_THAT(text,
               ::testing::ContainsRegex("\nleader +0 +0 +y = 7 mm +z +2 +67\\.100 +0\\.141 +1\\.271 +2\n"));
   EXPECT_THAT(
       text, ::testing::ContainsRegex("\nleader, one crack +0 +0 +y = 12\\.25 mm +z +1 +66\\.500 +- +- +1\n"));
   EXPECT_THAT(text, ::testing::ContainsRegex("\nfollower +0 +1 +y = 17\\.5 mm +z +2 +73\\.100 "));
-  EXPECT_THAT(text, ::testing::HasSubstr("\nall cracks of the notch, leading and following\nnotch "));
+  EXPECT_THAT(text, ::testing::HasSubstr("\nall cracks of the start, leading and following\nstart "));
   EXPECT_THAT(text, ::testing::ContainsRegex("\n +0 +y = 7 mm +z +2 +66\\.900 "));
   EXPECT_THAT(text, ::testing::HasSubstr(interval_scope(input::Base::shared)));
 }

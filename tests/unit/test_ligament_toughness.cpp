@@ -10,7 +10,7 @@ namespace crackle::fracture {
 namespace {
 
 Range along_ligaments(const input::Parameters& parameters) {
-  return toughness_along_ligaments(parameters, geometry::NotchedBox(parameters.specimen),
+  return toughness_along_ligaments(parameters, geometry::ExtrudedPlate(parameters.specimen),
                                    parameters.fracture.strength)
       .value();
 }
@@ -42,7 +42,7 @@ TEST(LigamentToughness, EndsAtTheNextNotch) {
   EXPECT_NEAR(range.greatest / range.least, 1 + 0.03 * 2.25 / 0.3, 0.01);
   parameters.specimen.notches.clear();
   EXPECT_FALSE(
-      toughness_along_ligaments(parameters, geometry::NotchedBox(parameters.specimen), 35e6).has_value());
+      toughness_along_ligaments(parameters, geometry::ExtrudedPlate(parameters.specimen), 35e6).has_value());
 }
 
 }  // namespace

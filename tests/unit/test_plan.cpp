@@ -121,7 +121,7 @@ TEST_F(Plan, InvalidFilesAreNamedComputedAgainAndKeptAside) {
 
   const auto lines = prepare_folder(folder_, parameters_, plan);
   ASSERT_THAT(lines, SizeIs(2));
-  EXPECT_THAT(lines[0], HasSubstr("0002.h5 is set aside as 0002.h5.invalid-2"));
+  EXPECT_THAT(lines[0], HasSubstr("0002.h5 is renamed to 0002.h5.invalid-2"));
   EXPECT_THAT(lines[0], HasSubstr("0002.h5 is truncated"));
   EXPECT_THAT(lines[1], HasSubstr("0004.h5.invalid-1"));
   EXPECT_FALSE(fs::exists(io::sample_path(folder_, 2)));
@@ -161,12 +161,12 @@ TEST_F(Plan, FailedSamplesThatAreTriedAgainBeginAnew) {
   const auto plan = make_plan(folder_, parameters_, retry, reader());
   EXPECT_THAT(plan.to_do, ElementsAre(0, 1, 2, 3, 4));
   EXPECT_THAT(plan.anew, ElementsAre(1, 3));
-  EXPECT_THAT(plan.parked, IsEmpty());
+  EXPECT_THAT(plan.suspended, IsEmpty());
   EXPECT_THAT(plan.invalid, IsEmpty());
   EXPECT_TRUE(fs::exists(checkpoint)) << "a plan writes nothing";
   prepare_folder(folder_, parameters_, plan);
   EXPECT_FALSE(fs::exists(checkpoint));
-  // Samples parked from now on are continued by --resume.
+  // Samples suspended from now on are continued by --resume.
   EXPECT_THAT(this->plan(true).to_do, ElementsAre(0, 1, 2, 3, 4));
 }
 
@@ -191,14 +191,14 @@ TEST(PartOfSamples, PartsMakeUpTheEnsemble) {
       EXPECT_EQ(next, n_samples);
     }
   }
-  EXPECT_THAT(message_of([] { part_of_samples(0, 8, 7); }), HasSubstr("no 8 parts: ensemble.samples = 7"));
+  EXPECT_THAT(message_of([] { part_of_samples(0, 8, 7); }), HasSubstr("8 parts are more than ensemble.samples = 7"));
 }
 
 TEST_F(Plan, FolderWithAnEnsembleIsRefusedWithoutResume) {
   for (const char* name : {"input.toml", "ensemble.h5", "samples/0003.h5"}) {
     fs::remove_all(folder_);
     write(folder_ / name, parameters_.text);
-    EXPECT_THAT(message_of([&] { plan(false); }), HasSubstr("out holds an ensemble already")) << name;
+    EXPECT_THAT(message_of([&] { plan(false); }), HasSubstr("out already holds an ensemble")) << name;
   }
   fs::remove_all(folder_);
   fs::create_directories(folder_ / "samples");
@@ -235,23 +235,22 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
   };
   const std::pair<std::string, std::string> sections{R"(["3 mm", "4 mm"])", R"(["3 mm", "5 mm"])"};
   const std::pair<std::string, std::string> frames{"frames = 4", "frames = 9"};
-  const std::string of_another = folder_.string() +
-                                 " holds an ensemble made from another input: compared with " +
+  const std::string of_another = folder_.string() + " holds an ensemble of another input: compared with " +
                                  (folder_ / "input.toml").string() + ", ";
-  const std::string look = "look at other sections afterwards, with crackle stats " + folder_.string() +
-                           " --sections y=\"3 mm, 5 mm\"";
+  const std::string look =
+      "use other sections later, with crackle stats " + folder_.string() + " --sections y=\"3 mm, 5 mm\"";
   EXPECT_EQ(changed({}), "");
   EXPECT_EQ(changed({sections}), of_another +
                                      "sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; keep the "
-                                     "folder's sections, or use another folder; " +
+                                     "sections of the folder, or use another folder; " +
                                      look);
   EXPECT_EQ(changed({frames}), of_another +
-                                   "output.frames is 9, not 4; keep the folder's frames, or use "
+                                   "output.frames is 9, not 4; keep the frames of the folder, or use "
                                    "another folder; frames cannot be changed afterwards");
   EXPECT_EQ(changed({sections, frames}),
             of_another +
                 "output.frames is 9, not 4, sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; keep the "
-                "folder's sections and frames, or use another folder; " +
+                "sections and frames of the folder, or use another folder; " +
                 look + "; frames cannot be changed afterwards");
   EXPECT_EQ(changed({sections, {"seed = 1", "seed = 2"}}),
             of_another +
@@ -263,7 +262,7 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
                 "\"4 mm\"]"}}),
       of_another +
           "sections.line[0].from is [1 mm, 2 mm], not absent, sections.line[0].to is [3 mm, 4 mm], not "
-          "absent; keep the folder's sections, or use another folder; look at other sections afterwards, "
+          "absent; keep the sections of the folder, or use another folder; use other sections later, "
           "with crackle stats " +
           folder_.string() + " --sections line=\"1 mm, 2 mm; 3 mm, 4 mm\"");
   // Settings that are not sections of the other input yield no sections to show.
@@ -291,7 +290,7 @@ TEST_F(Plan, FolderThatCannotBeMadeIsNamed) {
   write(root_ / "file", "");
   folder_ = root_ / "file" / "out";
   EXPECT_THAT(message_of([&] { prepare_folder(folder_, parameters_, plan(false)); }),
-              HasSubstr("file/out/samples: the folder cannot be made"));
+              HasSubstr("cannot make the folder '"));
 }
 
 TEST(FirstDifference, NamesLineAndTexts) {

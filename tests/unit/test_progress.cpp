@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Progress shown to the user: counts, time left, means; the line on a terminal and in a log.
-#include "crackle/ensemble/group_layout.h"
+#include "crackle/ensemble/group.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
 #include "support/geometry_bodies.h"
@@ -37,7 +37,7 @@ SampleReport done(std::uint64_t sample, double force, double z_middle) {
   report.summary.onset_force = force;
   report.summary.position = {0, z_middle, 0, 0, 0, 0};
   report.summary.z_spread.resize(6);
-  report.summary.leading_notch = 0;
+  report.summary.leading_start = 0;
   report.stored = true;
   return report;
 }
@@ -52,12 +52,12 @@ SampleReport failed(std::uint64_t sample) {
 }
 
 /// Two notches, three sections.
-Progress make_progress(std::size_t n_to_do, int n_groups, std::size_t n_notches = 2) {
+Progress make_progress(std::size_t n_to_do, int n_groups, std::size_t n_starts = 2) {
   input::Parameters parameters;
   parameters.ensemble.samples = 200;
   parameters.specimen.size = {0.005, 0.0245, 0.14};
   // With different depths: no symmetry maps one onto the other.
-  for (std::size_t i = 0; i < n_notches; ++i)
+  for (std::size_t i = 0; i < n_starts; ++i)
     parameters.specimen.notches.push_back(
         crackle::testing::notch(i == 0 ? input::Face::y_min : input::Face::y_max, 65, 5 + double(i), 0.6));
   parameters.sections.y = {0.007, 0.01225, 0.0175};
@@ -93,7 +93,7 @@ TEST(Progress, WatchesASectionThatNotch0CanReach) {
   report.summary.position = {nan, 0.0121, 0.0122, 0.065, nan, nan};
   progress.finished(report, 10);
   EXPECT_EQ(progress.mean_position(), 0.0122);
-  EXPECT_THAT(progress.means(), HasSubstr("mean y of leaders at z = 40 mm: 12.200 mm"));
+  EXPECT_THAT(progress.means(), HasSubstr("mean y of leading cracks at z = 40 mm: 12.200 mm"));
 }
 
 TEST(Progress, MeansLeaveOutWhatDidNotArrive) {
@@ -134,13 +134,14 @@ TEST(Progress, LastSampleBoundsTheTimeLeft) {
 TEST(Progress, LineSaysAll) {
   auto progress = make_progress(200, 2);
   progress.started(0, 0);
-  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 1 running, 199 left");
+  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 1 running, 199 pending");
   progress.finished(done(0, 402.34, 0.06831), 120);
   progress.started(1, 120);
   const std::string line = progress.line(120);
   std::printf("%s\n", line.c_str());
   EXPECT_EQ(line,
-            "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z of leaders at y = 12.25 mm: "
+            "1 done, 0 failed, 1 running, 198 pending, about 3 h 19 min remaining; mean z of leading cracks "
+            "at y = 12.25 mm: "
             "68.310 mm, median onset "
             "402.340 N");
 }
@@ -149,9 +150,9 @@ TEST(Progress, LineSaysWhereTheOnlyRunningSampleStands) {
   auto progress = make_progress(4, 2);
   progress.started(2, 0);
   progress.at_work("dynamic phase 1: 40 %");
-  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 1 running, 3 left; sample 2: dynamic phase 1: 40 %");
+  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 1 running, 3 pending; sample 2: dynamic phase 1: 40 %");
   progress.started(3, 1);
-  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 2 running, 2 left");
+  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 2 running, 2 pending");
 }
 
 TEST(Progress, SamplesAreListedAsRanges) {
@@ -166,9 +167,9 @@ TEST(Progress, BodyWithoutNotchesHasNoPosition) {
   auto report = done(0, 400, 0.07);
   report.summary.position.clear();
   report.summary.z_spread.clear();
-  report.summary.leading_notch = -1;
+  report.summary.leading_start = -1;
   progress.finished(report, 1);
-  EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 left; median onset 400.000 N");
+  EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 pending; median onset 400.000 N");
 }
 
 TEST(Progress, DurationsReadWell) {
@@ -216,7 +217,7 @@ TEST(RunLog, LogHasPlainLinesAndProgressAtMostEvery30Seconds) {
   Screen screen(0);
   auto progress = make_progress(10, 1);
   screen.log.show(progress, true);
-  EXPECT_EQ(screen.take(), "0 done, 0 failed, 0 running, 10 left\n");
+  EXPECT_EQ(screen.take(), "0 done, 0 failed, 0 running, 10 pending\n");
   screen.time = 29;
   screen.log.show(progress, true);
   EXPECT_EQ(screen.take(), "");
@@ -224,7 +225,7 @@ TEST(RunLog, LogHasPlainLinesAndProgressAtMostEvery30Seconds) {
   EXPECT_EQ(screen.take(), "sample 0 done\n");
   screen.time = 30;
   screen.log.show(progress, false);  // the news from second 29 are still pending
-  EXPECT_THAT(screen.take(), HasSubstr("10 left"));
+  EXPECT_THAT(screen.take(), HasSubstr("10 pending"));
   screen.time = 90;
   screen.log.show(progress, false);
   EXPECT_EQ(screen.take(), "") << "nothing new";
@@ -235,19 +236,19 @@ TEST(RunLog, TerminalHasOneLineThatRenewsItself) {
   Screen screen(200);
   auto progress = make_progress(10, 1);
   screen.log.show(progress, true);
-  const std::string first = "0 done, 0 failed, 0 running, 10 left";
+  const std::string first = "0 done, 0 failed, 0 running, 10 pending";
   EXPECT_EQ(screen.take(), first);
   screen.log.show(progress, false);
   EXPECT_EQ(screen.take(), "");
   progress.started(0, 0);
   screen.log.show(progress, true);
   const std::string blank(first.size(), ' ');
-  EXPECT_EQ(screen.take(), "\r" + blank + "\r0 done, 0 failed, 1 running, 9 left");
+  EXPECT_EQ(screen.take(), "\r" + blank + "\r0 done, 0 failed, 1 running, 9 pending");
   screen.time = 1;
   screen.log.show(progress, false);
-  EXPECT_THAT(screen.take(), HasSubstr("9 left")) << "the time left runs on";
+  EXPECT_THAT(screen.take(), HasSubstr("9 pending")) << "the time left runs on";
   screen.log.line("sample 0 done");
-  EXPECT_THAT(screen.take(), HasSubstr("\rsample 0 done\n0 done, 0 failed, 1 running, 9 left"));
+  EXPECT_THAT(screen.take(), HasSubstr("\rsample 0 done\n0 done, 0 failed, 1 running, 9 pending"));
   screen.log.end_progress();
   screen.take();
   screen.log.line("end");
@@ -295,9 +296,9 @@ TEST(GroupLayout, MasterGroupsAndLeftOverRanks) {
   for (int rank = 0; rank < 8; ++rank) groups.push_back(layout.group_of(rank));
   EXPECT_EQ(groups, (std::vector<int>{-1, 0, 0, 0, 1, 1, 1, -1}));
   EXPECT_EQ(layout.root_of(1), 4);
-  EXPECT_EQ(describe(layout), "8 ranks: master on rank 0, 2 groups of 3; rank 7 is left over and stays idle");
+  EXPECT_EQ(describe(layout), "8 ranks: master on rank 0, 2 groups of 3; rank 7 stays idle");
   EXPECT_EQ(describe(make_group_layout(9, 3)),
-            "9 ranks: master on rank 0, 2 groups of 3; ranks 7 to 8 are left over and stay idle");
+            "9 ranks: master on rank 0, 2 groups of 3; ranks 7 to 8 stay idle");
   EXPECT_EQ(describe(make_group_layout(3, 2)), "3 ranks: master on rank 0, 1 group of 2");
 }
 

@@ -233,7 +233,7 @@ upper = "26 mm"
     FAIL() << "a notch through the body was taken";
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(),
-                HasSubstr("the values drawn make no sound input (specimen.notch[0].depth = 25."));
+                HasSubstr("the drawn values do not give a valid input (specimen.notch[0].depth = 25."));
     EXPECT_THAT(error.what(), HasSubstr("24.5 mm"));
     EXPECT_THAT(error.what(), ::testing::Not(HasSubstr("\n")));
   }

@@ -183,6 +183,76 @@ TEST_F(FacetBody, EnergyLostIsEnergyReleased) {
   for (const double energy : body_.released_energies()) EXPECT_GE(energy, -1e-15 * before);
 }
 
+TEST_F(FacetBody, GradualReleaseReleasesAsMuchAsOneAtOnce) {
+  const auto u = random_displacement();
+  const auto strain = [&](std::int32_t t) { return body_.strain(t, u); };
+  const double before = total(body_.strain_energies(u));
+  for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 3) body_.release(t, strain(t), 0, 1e-6, 1.0);
+  EXPECT_NEAR(total(body_.strain_energies(u)), before, 1e-12 * before) << "nothing is released at first";
+  body_.release_bridges(self_, 0, 1e-6, strain);
+  const double intact = total(body_.strain_energies(u));
+  double half = 0;
+  for (const double share : {0.75, 0.5, 0.25, 0.0}) {
+    body_.continue_releases([&](double) { return share; }, strain);
+    const double left = total(body_.strain_energies(u));
+    EXPECT_NEAR(left + total(body_.released_energies()), before, 1e-12 * before);
+    if (share == 0.5) half = left;
+  }
+  EXPECT_FALSE(body_.is_releasing());
+  const double after = total(body_.strain_energies(u));
+  std::printf("strain energy %.6g J, with half of the stiffness %.6g J, at the end %.6g J\n", intact, half,
+              after);
+  EXPECT_NEAR(half, (intact + after) / 2, 1e-12 * before) << "linear in the share";
+
+  fracture::BreakableBody at_once(subdomain_, test::epoxy(), input::Release::facet);
+  for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 3) at_once.release(t, strain(t), 0, 0);
+  at_once.release_bridges(self_, 0, 0, strain);
+  EXPECT_NEAR(after, total(at_once.strain_energies(u)), 1e-12 * before);
+  EXPECT_LT(after, 0.99 * before);
+}
+
+TEST_F(FacetBody, GradualReleaseUnderWayIsRestored) {
+  const auto u = random_displacement();
+  const auto strain = [&](std::int32_t t) { return body_.strain(t, u); };
+  for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 3)
+    body_.release(t, strain(t), 0, t % 2 == 0 ? 1e-6 : 2e-6, 1.0);
+  body_.release_bridges(self_, 0, 2e-6, strain);
+  const auto remaining = [](double broke_at) { return broke_at < 1.5e-6 ? 0.0 : 0.4; };
+  body_.continue_releases(remaining, strain);
+  fracture::BreakableBody again(subdomain_, test::epoxy(), input::Release::facet);
+  again.restore({{body_.breaks().begin(), body_.breaks().end()},
+                 {body_.bridge_releases().begin(), body_.bridge_releases().end()},
+                 {}},
+                remaining);
+  EXPECT_TRUE(again.is_releasing());
+  EXPECT_EQ(again.strain_energies(u), body_.strain_energies(u));
+  const auto nothing = [](double) { return 0.0; };
+  again.continue_releases(nothing, strain);
+  body_.continue_releases(nothing, strain);
+  EXPECT_EQ(again.strain_energies(u), body_.strain_energies(u));
+  EXPECT_EQ(again.released_energies(), body_.released_energies());
+}
+
+TEST(GradualRelease, ContactGrowsAsTheStiffnessFalls) {
+  const auto t = some_tetrahedron();
+  const PdsOperators operators{{t}, {}};
+  const IsotropicElasticity elasticity(test::epoxy());
+  RandomStream stream(3, 0, "strain");
+  for (int i = 0; i < 50; ++i) {
+    const Symmetric strain = random_strain(stream);
+    ResidualStiffness stiffness(operators, elasticity);
+    double last = stiffness.energy(0, strain);
+    stiffness.begin_release(0, all_edges);
+    stiffness.add_contact(0, {0, 0, 1});
+    for (const double share : {0.9, 0.5, 0.1, 0.0}) {
+      stiffness.reduce(0, share);
+      EXPECT_LE(stiffness.energy(0, strain), last * (1 + 1e-12)) << "no energy is gained";
+      last = stiffness.energy(0, strain);
+    }
+    EXPECT_EQ(last > 0, strain[2] < 0) << "in the end only closing is resisted";
+  }
+}
+
 TEST_F(FacetBody, CrackRightThroughCarriesNothing) {
   const auto is_upper = [](const auto& p) { return p[2] > 0.0043; };
   const auto u = random_displacement();  // neighbours choose different cuts

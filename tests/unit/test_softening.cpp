@@ -97,7 +97,7 @@ protected:
       // Unloading returns to the origin, with the remaining stiffness.
       for (const double back : {0.7, 0.2}) {
         const Symmetric less = scaled(unit, back * strain);
-        const double share = body_.is_broken(0) ? 0 : body_.tooth_falls().back().share;
+        const double share = body_.is_broken(0) ? 0 : body_.stiffness_reductions().back().share;
         const Symmetric expected = body_.elasticity()(less),
                         found = body_.residual_stiffness().stress(0, less);
         for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(found[i], share * expected[i], 1e-6 * strength);
@@ -135,7 +135,7 @@ TEST_P(InAnyStrain, DissipatesItsToughnessForTheWidthOfItsBand) {
               at.front(), at.back(), found, toughness);
   EXPECT_NEAR(at.front(), 1, 2e-3);
   EXPECT_NEAR(found, toughness, 2e-3 * toughness);  // strains increase in steps of 1e-3
-  EXPECT_EQ(body_.tooth_falls().size() + 1, at.size());
+  EXPECT_EQ(body_.stiffness_reductions().size() + 1, at.size());
 }
 
 INSTANTIATE_TEST_SUITE_P(Strains, InAnyStrain,
@@ -147,7 +147,7 @@ TEST_F(OneTetrahedron, BreaksAtOnceWhereItHoldsMoreThanTheToughness) {
   const double held = strength * strength / (2 * test::epoxy().youngs_modulus);
   const auto at = stretch({-0.38, -0.38, 1, 0, 0, 0}, {SofteningCurve::linear, 20}, 0.9 * held);
   EXPECT_EQ(at.size(), 1U);
-  EXPECT_TRUE(body_.tooth_falls().empty());
+  EXPECT_TRUE(body_.stiffness_reductions().empty());
   EXPECT_NEAR(released(), held * body_.operators().tetrahedra[0].volume, 5e-3 * released());
 }
 
@@ -158,7 +158,7 @@ TEST_F(OneTetrahedron, GoesOnFromItsRecords) {
   for (int i = 0; i < 3; ++i) body_.release(2, scaled(strain, 1 + i), 1, 2);
   BreakableBody restored(subdomain_, test::epoxy(), input::Release::softening);
   restored.soften({SofteningCurve::exponential, 7}, std::vector<double>(6, 1e7));
-  const auto falls = body_.tooth_falls();
+  const auto falls = body_.stiffness_reductions();
   restored.restore({{}, {}, {falls.begin(), falls.end()}});
   EXPECT_EQ(restored.threshold(2), body_.threshold(2));
   EXPECT_GT(restored.threshold(2), 1);

@@ -22,7 +22,7 @@ SampleSummary done(std::vector<double> z, Pattern pattern = Pattern::one_crack, 
   SampleSummary row = empty_summary(1, static_cast<int>(z.size()), SampleStatus::done);
   row.position = std::move(z);
   row.pattern = static_cast<std::int32_t>(pattern);
-  row.leading_notch = 0;
+  row.leading_start = 0;
   row.onset_force = force;
   return row;
 }
@@ -108,8 +108,8 @@ TEST(Statistics, OfAnEnsembleThatStoppedTheSurplusIsLeftOut) {
   for (const int i : {2, 3, 4}) EXPECT_EQ(samples[index(i)].status, SampleStatus::pending);
   const std::string text = to_text(s, samples, sections);
   EXPECT_THAT(text, ::testing::HasSubstr(
-                        "2 samples: 2 done, 0 failed, 0 left\nstopped early: these are enough, of 5"));
-  EXPECT_THAT(text, ::testing::HasSubstr("90 % confidence over 3 looks"));
+                        "2 samples: 2 done, 0 failed, 0 pending\nstopped early: these samples suffice, 5"));
+  EXPECT_THAT(text, ::testing::HasSubstr("90 % confidence over 3 tests"));
 }
 
 TEST(Statistics, OfAnEnsembleThatEndedElsewhereAreOverItsSamples) {
@@ -222,7 +222,7 @@ TEST(Statistics, TableNamesEverySectionAndEveryFailure) {
   const input::Sections sections{.y = {0.007}, .z = {0.01225}};
   const std::string text = to_text(make_statistics(samples, 1, 2), samples, sections);
   std::printf("%s", text.c_str());
-  EXPECT_THAT(text, ::testing::HasSubstr("4 samples: 2 done, 1 failed, 1 left"));
+  EXPECT_THAT(text, ::testing::HasSubstr("4 samples: 2 done, 1 failed, 1 pending"));
   EXPECT_THAT(text, ::testing::ContainsRegex("0 +y = 7 mm +z +2 +66\\.200 +0\\.141 +1\\.271"));
   EXPECT_THAT(text, ::testing::HasSubstr("\nno crack reaches z = 12.25 mm\n"));
   EXPECT_THAT(text, ::testing::ContainsRegex("one crack +50\\.0 +9\\.5 to 90\\.5"));

@@ -31,7 +31,7 @@ input::Parameters parameters(int samples, double half_width, std::size_t n_secti
 SampleSummary row(std::vector<double> z) {
   SampleSummary summary = empty_summary(1, static_cast<int>(z.size()), SampleStatus::done);
   summary.position = std::move(z);
-  summary.leading_notch = 0;
+  summary.leading_start = 0;
   return summary;
 }
 

@@ -15,8 +15,8 @@
 namespace crackle::fracture {
 namespace {
 
-input::Fracture epoxy_fracture(input::Memory memory = input::Memory::cumulative) {
-  return {.strength = 35e6, .exponent = 2, .impulse = 1e4, .memory = memory};  // 1e-8 MPa^2 s
+input::Fracture epoxy_fracture(input::Accumulation accumulation = input::Accumulation::cumulative) {
+  return {.strength = 35e6, .exponent = 2, .impulse = 1e4, .accumulation = accumulation};  // 1e-8 MPa^2 s
 }
 
 std::unique_ptr<Criterion> criterion_of(const input::Fracture& fracture, std::vector<double> strengths,
@@ -26,9 +26,9 @@ std::unique_ptr<Criterion> criterion_of(const input::Fracture& fracture, std::ve
   return make_criterion(parameters, std::move(strengths), time_step);
 }
 
-std::unique_ptr<Criterion> one_tetrahedron(double time_step,
-                                           input::Memory memory = input::Memory::cumulative) {
-  return criterion_of(epoxy_fracture(memory), {35e6}, time_step);
+std::unique_ptr<Criterion> one_tetrahedron(
+    double time_step, input::Accumulation accumulation = input::Accumulation::cumulative) {
+  return criterion_of(epoxy_fracture(accumulation), {35e6}, time_step);
 }
 
 /// Time at which the tetrahedron breaks under stress(t), in steps from `start` on.
@@ -122,13 +122,13 @@ TEST(TulerButcher, BreaksAtTheEndOfAStepNearestToTheMomentOfFailure) {
 }
 
 TEST(TulerButcher, WatchesWhatMayBreakWithinHalfAStep) {
-  const auto share = [](double step, input::Memory memory = input::Memory::cumulative) {
-    return one_tetrahedron(step, memory)->screening_share(5e-8);
+  const auto share = [](double step, input::Accumulation accumulation = input::Accumulation::cumulative) {
+    return one_tetrahedron(step, accumulation)->screening_share(5e-8);
   };
   EXPECT_LT(share(4.5e-8), 0.85);
   EXPECT_GT(share(4.5e-8), 0.75);
   EXPECT_GT(share(5e-9), 0.97) << "small steps need no more than the strength";
-  EXPECT_EQ(share(4.5e-8, input::Memory::step), 1) << "the last step counts only where it ends";
+  EXPECT_EQ(share(4.5e-8, input::Accumulation::step), 1) << "the last step counts only where it ends";
 }
 
 TEST(TulerButcher, NeverFailsBelowTheThreshold) {
@@ -141,12 +141,12 @@ TEST(TulerButcher, NeverFailsBelowTheThreshold) {
 TEST(TulerButcher, StepMemoryIsAStrengthThatFollowsFromTheStep) {
   const double dt = 5e-9;
   const double needed = std::sqrt(1e4 / dt);
-  const auto criterion = one_tetrahedron(dt, input::Memory::step);
+  const auto criterion = one_tetrahedron(dt, input::Accumulation::step);
   std::printf("strength %.4f MPa\n", 1e-6 * criterion->strength(0));
   EXPECT_NEAR(criterion->strength(0), 36.41e6, 0.01e6);  // 1.41 MPa above the threshold
   const auto run = [&](double over) {
     return breaking_time(
-        one_tetrahedron(dt, input::Memory::step), [&](double) { return 35e6 + over; }, dt, 10000);
+        one_tetrahedron(dt, input::Accumulation::step), [&](double) { return 35e6 + over; }, dt, 10000);
   };
   EXPECT_EQ(run(0.999 * needed), INFINITY);
   EXPECT_EQ(run(1.001 * needed), dt);
@@ -155,7 +155,7 @@ TEST(TulerButcher, StepMemoryIsAStrengthThatFollowsFromTheStep) {
 }
 
 TEST(TulerButcher, StepMemoryAddsToTheStrengthOfEachTetrahedron) {
-  auto parameters = epoxy_fracture(input::Memory::step);
+  auto parameters = epoxy_fracture(input::Accumulation::step);
   parameters.exponent = 1;
   parameters.impulse = 0.01;
   const std::vector<double> strengths{30e6, 40e6};

@@ -137,7 +137,7 @@ TEST(Variation, OfTheToughnessIsTheSquareOfTheStrengths) {
 }
 
 /// Softening has a strength and a toughness: either can vary with the field, or both together.
-TEST(Variation, MultipliesStrengthAndToughnessOfSofteningOnTheirOwn) {
+TEST(Variation, MultipliesStrengthAndToughnessOnTheirOwn) {
   const auto mesh = test::make_box({.size = {2e-3, 2e-3, 4e-3}, .cells = {2, 2, 4}});
   const TetrahedronSpan all{mesh.nodes, mesh.tetrahedra};
   const std::vector<double> ones(mesh.tetrahedra.size(), 1.0);
@@ -145,7 +145,8 @@ TEST(Variation, MultipliesStrengthAndToughnessOfSofteningOnTheirOwn) {
   const auto factors = [&](Varies of) {
     variation.of = of;
     auto parameters = varied(variation);
-    parameters.fracture.release = input::Release::softening;
+    parameters.fracture.strength = 35e6;
+    parameters.fracture.toughness = 60;  // with both given, they vary independently
     return std::pair{strength_factors(parameters, 3, all), toughness_factors(parameters, 3, all)};
   };
   const auto field = variation_factors(varied(variation), 3, all);

@@ -6,7 +6,7 @@
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/geometry/mother_points.h"
 
-#include "geometry/notched_box.h"
+#include "geometry/extruded_plate.h"
 #include "support/box_mesh.h"
 #include "support/criterion.h"
 #include "support/temporary_folder.h"
@@ -102,7 +102,7 @@ bool run_calculix(const std::filesystem::path& folder) {
 
 TEST(CalculiX, GivesTheSameStaticDisplacements) {
   const auto parameters = notched_plate();
-  const geometry::NotchedBox plate(parameters.specimen);
+  const geometry::ExtrudedPlate plate(parameters.specimen);
   const auto base = geometry::make_mother_points(plate, parameters.mesh, 1);
   const auto mesh = geometry::make_realization(plate, base, parameters.mesh, 1, 0);
   const auto subdomain = test::whole(mesh);
@@ -159,7 +159,7 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 100});
   parameters.boundaries.back().history = {{0, 0}, {30e-6, 1}};
   parameters.mesh.notch_spacing = 0.001;
-  const geometry::NotchedBox plate(parameters.specimen);
+  const geometry::ExtrudedPlate plate(parameters.specimen);
   const auto base = geometry::make_mother_points(plate, parameters.mesh, 1);
   const auto mesh = geometry::make_realization(plate, base, parameters.mesh, 1, 0);
   const auto subdomain = test::whole(mesh);

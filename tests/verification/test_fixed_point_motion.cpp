@@ -262,7 +262,7 @@ TEST_F(VibratingBlock, AStateThatOutgrowsItsNumbersIsReported) {
   auto state = start(0.002, 1);
   const auto motion = fixed_point(Precision::mixed, state);
   EXPECT_FALSE(motion->failure());
-  // Far above the stable step everything grows without bound.
+  // Far exceeds the stable step everything grows without bound.
   const Splitting& map = splitting(Integrator::bilateral4);
   int step = 0;
   while (step < 200 && !motion->failure()) {

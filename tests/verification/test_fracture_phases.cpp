@@ -69,7 +69,7 @@ TEST(RunAway, WithStepMemoryIsAtTheStrengthOfOneStep) {
   parameters.time.step = 5e-9;
   const geometry::Realization mesh = bar_mesh(parameters);
   const auto cumulative = run(parameters, mesh);
-  parameters.fracture.memory = input::Memory::step;
+  parameters.fracture.accumulation = input::Accumulation::step;
   const auto result = run(parameters, mesh);
   EXPECT_EQ(result.outcome, Outcome::separated);
   EXPECT_EQ(result.counts.dynamic_phases, 1);

@@ -34,7 +34,7 @@ height = "{} mm")",
 notch_spacing = "{} mm"
 growth = 0.15
 perturbation = 0.1
-turn = "none")",
+symmetry = "none")",
                           4e3 * spacing, 1e3 * spacing);
   text.section = "40 mm";
   text.poisson_ratio = 0;
@@ -180,7 +180,7 @@ height = "0.1 mm")",
 notch_spacing = "0.1 mm"
 growth = 0.1
 perturbation = 0.1
-turn = "none")";
+symmetry = "none")";
     text.poisson_ratio = 0;
     text.boundaries = test::pulled_plate;
     test::LoadedPlate plate(text);

@@ -91,7 +91,7 @@ TEST_P(CrackedStrip, BecomesUnstableAtTheLoadThatItsToughnessPredicts) {
   const double griffith =
       std::sqrt(2 * parameters.fracture.toughness * parameters.specimen.size[2] / stiffness);
   const parallel::Communicator self(MPI_COMM_SELF);
-  constexpr int n_bodies = 4;
+  const int n_bodies = nu > 0.4 ? 8 : 4;  // at 0.45 samples scatter by 9 %
   double mean = 0;
   for (int body = 1; body <= n_bodies; ++body) {
     parameters.ensemble.seed = static_cast<std::uint64_t>(body);
@@ -100,7 +100,7 @@ TEST_P(CrackedStrip, BecomesUnstableAtTheLoadThatItsToughnessPredicts) {
     mean += 1e-6 * result.onset_time / griffith / n_bodies;
   }
   std::printf("Poisson's ratio %.2f: load at instability over Griffith's %.3f (reference 1)\n", nu, mean);
-  EXPECT_NEAR(mean, 1, 0.1);  // at 0.45 samples scatter by 9 %
+  EXPECT_NEAR(mean, 1, 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(PoissonsRatio, CrackedStrip, ::testing::Values(0.0, 0.2, 0.45));

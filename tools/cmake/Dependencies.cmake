@@ -76,6 +76,8 @@ find_package(CLI11 REQUIRED)
 crackle_require(CLI11 "${CLI11_VERSION}" 2.1)
 find_package(fmt REQUIRED)
 crackle_require(fmt "${fmt_VERSION}" 9)
+find_package(nanoflann REQUIRED)
+crackle_require(nanoflann "${nanoflann_VERSION}" 1.4)
 find_package(nlohmann_json REQUIRED)
 crackle_require(nlohmann-json "${nlohmann_json_VERSION}" 3.10)
 

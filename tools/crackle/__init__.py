@@ -22,11 +22,12 @@ from .files import ResultsError
 
 if TYPE_CHECKING:
     from .ensemble import Ensemble, open
+    from .plots import plot_mesh
     from .sample import Sample
 
-__all__ = ["Ensemble", "ResultsError", "Sample", "open"]
+__all__ = ["Ensemble", "ResultsError", "Sample", "open", "plot_mesh"]
 __version__ = "1.0.0"
-_PLACES = {"Ensemble": "ensemble", "open": "ensemble", "Sample": "sample"}
+_PLACES = {"Ensemble": "ensemble", "open": "ensemble", "plot_mesh": "plots", "Sample": "sample"}
 
 
 def __getattr__(name: str) -> Any:

@@ -52,7 +52,7 @@ def check_regular(file: Path) -> None:
     except FileNotFoundError:
         return
     except OSError as error:
-        raise ResultsError(f"'{file}' cannot be read: {error.strerror}") from error
+        raise ResultsError(f"cannot read '{file}': {error.strerror}") from error
     if not stat.S_ISREG(mode):
         raise ResultsError(f"'{file}' is not a regular file")
 
@@ -71,10 +71,10 @@ def open_hdf5(file: Path) -> h5py.File:
         return h5py.File(file, "r")
     except OSError as error:
         if error.errno:
-            raise ResultsError(f"'{file}' cannot be read: {os.strerror(error.errno)}") from error
+            raise ResultsError(f"cannot read '{file}': {os.strerror(error.errno)}") from error
         if not h5py.is_hdf5(file):
             raise ResultsError(f"'{file}' is not an HDF5 file") from error
-        raise ResultsError(f"'{file}' cannot be read, it may be damaged: {error}") from error
+        raise ResultsError(f"cannot read '{file}', which may be damaged: {error}") from error
 
 
 def open_results(file: Path, kind: str) -> h5py.File:
@@ -83,13 +83,13 @@ def open_results(file: Path, kind: str) -> h5py.File:
     is_marked = _check_sum(file) if kind == SAMPLE_KIND and file.is_file() else True
     root = open_hdf5(file)
     try:
-        with _naming(file):
+        with naming(file):
             found = text_of(root.attrs["kind"]) if "kind" in root.attrs else None
         if str(found) != kind:
             own = f"but a {found} file" if str(found) in (ENSEMBLE_KIND, SAMPLE_KIND) else "but of another program"
             raise ResultsError(f"'{file}' is not a {kind} file, {own}")
         if not is_marked:
-            raise ResultsError(f"'{file}' is damaged: it was cut short or changed after it was written, as its check sum is missing")
+            raise ResultsError(f"'{file}' is damaged or truncated: it has no checksum at its end")
     except ResultsError:
         root.close()
         raise
@@ -99,19 +99,19 @@ def open_results(file: Path, kind: str) -> h5py.File:
 @contextlib.contextmanager
 def results(file: Path, kind: str) -> Iterator[h5py.File]:
     """As open_results, closed at the end; what cannot be read in the meantime is a ResultsError, too."""
-    with open_results(file, kind) as root, _naming(file):
+    with open_results(file, kind) as root, naming(file):
         yield root
 
 
 @contextlib.contextmanager
-def _naming(file: Path) -> Iterator[None]:
+def naming(file: Path) -> Iterator[None]:
     """Errors of reading become a ResultsError that names the file."""
     try:
         yield
     except KeyError as error:
-        raise ResultsError(f"'{file}' lacks something that is needed: {error.args[0]}") from error
+        raise ResultsError(f"'{file}' is incomplete: {error.args[0]}") from error
     except (OSError, RuntimeError, UnicodeError) as error:
-        raise ResultsError(f"'{file}' cannot be read, it may be damaged: {error}") from error
+        raise ResultsError(f"cannot read '{file}', which may be damaged: {error}") from error
 
 
 def text_of(value: Any) -> Any:
@@ -136,9 +136,9 @@ def _check_sum(file: Path) -> bool:
             for first in range(0, length, BLOCK):
                 value = checksum(stream.read(min(BLOCK, length - first)), value)
     except OSError as error:
-        raise ResultsError(f"'{file}' cannot be read: {error.strerror}") from error
+        raise ResultsError(f"cannot read '{file}': {error.strerror}") from error
     if end != MARK + f"{value:016x}".encode():
-        raise ResultsError(f"'{file}' is damaged: its content does not have the check sum at its end")
+        raise ResultsError(f"'{file}' is damaged: its content does not match its checksum")
     _sound.add(identity)
     return True
 

@@ -5,6 +5,7 @@ Units fit the values; axes that are given keep the unit which their label names.
 """
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Iterable, Optional
 
 import matplotlib.pyplot as plt
@@ -13,6 +14,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from . import units
+from .files import naming, open_hdf5
 from .units import MM, NEWTON, US, Unit
 
 if TYPE_CHECKING:
@@ -91,10 +93,33 @@ class Plots:
         for number, last in phases.items():
             for notch in range(last.sizes["notch"]):
                 axes.plot(times.of(last["phase_time"]), unit.of(last[name].isel(notch=notch)), color=f"C{notch}", linewidth=0.9,
-                          label=f"sample {number}, notch {notch}")
+                          label=f"sample {number}, start {notch}")
         axes.set_xlabel(times.label("time since onset"))
         axes.set_ylabel(unit.label(name.replace("_", " ")))
         return axes
+
+
+def plot_mesh(file: str | Path, axes: Optional[Axes] = None) -> Axes:
+    """The face x = 0 of a mesh that `crackle mesh` has written, coloured by the spacing that the input asks for, or where the
+    material varies by the factor on the strength.
+
+    Raises crackle.ResultsError when it is no such file.
+    """
+    with open_hdf5(Path(file)) as root, naming(Path(file)):
+        mesh = root["VTKHDF"]
+        nodes, corners = mesh["Points"][...], mesh["Connectivity"][...].reshape(-1, 4)
+        on_face = nodes[corners, 0] == nodes[:, 0].min()
+        with_triangle = np.flatnonzero(on_face.sum(axis=1) == 3)
+        triangles = corners[with_triangle][on_face[with_triangle]].reshape(-1, 3)
+        if "strength_factor" in mesh["CellData"]:
+            name, shown = "strength over the input's", mesh["CellData/strength_factor"][...][with_triangle]
+        else:
+            name, shown = MM.label("spacing"), MM.of(mesh["PointData/spacing"][...])[triangles].mean(axis=1)
+    axes = _axes(axes)
+    picture = axes.tripcolor(*MM.of(nodes[:, 1:]).T, triangles, facecolors=shown, edgecolors="black", linewidth=0.1)
+    axes.figure.colorbar(picture, ax=axes, label=name)
+    axes.set(aspect="equal", xlabel=MM.label("y"), ylabel=MM.label("z"))
+    return axes
 
 
 def _unit(label: str, values: Any, usual: Unit, least: float = 0.1) -> Unit:

@@ -75,9 +75,15 @@ class Sample:
 
     @cached_property
     def mesh(self) -> dict[str, np.ndarray]:
-        """`nodes` (n x 3) [m] and `tetrahedra` (m x 4)."""
+        """`nodes` (n x 3) [m], `tetrahedra` (m x 4) and what else the group /mesh holds."""
         with self._need("mesh") as root:
-            return {name: root["mesh"][name][...] for name in ("nodes", "tetrahedra")}
+            return {name: dataset[...] for name, dataset in labelled.datasets(root["mesh"]).items()}
+
+    @cached_property
+    def breaks(self) -> pd.DataFrame:
+        """Broken tetrahedra in order; times in s, stress in Pa, energy in J."""
+        with self._need("breaks") as root:
+            return _columns(root["breaks"])
 
     @cached_property
     def crack_surface(self) -> xr.Dataset:
@@ -108,8 +114,7 @@ class Sample:
         """Where one crack becomes two; lengths in m, times in s, angles in rad."""
         with self._need("forks") as root:
             found = root["forks"]
-            columns = {name: dataset[...] for name, dataset in labelled.datasets(found).items() if dataset.ndim == 1}
-            return pd.DataFrame({"y": found["position"][:, 0], "z": found["position"][:, 1], **columns})
+            return _columns(found).assign(y=found["position"][:, 0], z=found["position"][:, 1])
 
     @contextlib.contextmanager
     def _need(self, name: str) -> Iterator[h5py.File]:
@@ -119,3 +124,8 @@ class Sample:
                 raise AttributeError(f"'{self.file}' has no {name.replace('_', ' ')}"
                                      + ("" if self.is_done else f": the sample failed ({self.error})"))
             yield root
+
+
+def _columns(found: h5py.Group) -> pd.DataFrame:
+    """The datasets of a group with one value for each row."""
+    return pd.DataFrame({name: dataset[...] for name, dataset in labelled.datasets(found).items() if dataset.ndim == 1})

@@ -8,7 +8,7 @@ from .results import Ensemble
 
 
 def typical_samples(ensemble: Ensemble, n: int) -> list[int]:
-    """At most n samples, grouped by pattern and by whether they fork in the projection, each group's most typical first.
+    """At most n samples, grouped by pattern and by whether they branch in the projection, each group's most typical first.
 
     Every group gets a share of the places like its share of the samples, but at least one. Its first sample
     is the one nearest to all others of the group; each further one differs most from those already chosen.
@@ -20,25 +20,25 @@ def typical_samples(ensemble: Ensemble, n: int) -> list[int]:
 
 
 def kinds(ensemble: Ensemble) -> dict[tuple[int, bool], list[int]]:
-    """The done samples by pattern and by whether they fork in the projection."""
+    """The done samples by pattern and by whether they branch in the projection."""
     groups: dict[tuple[int, bool], list[int]] = {}
     samples = ensemble.samples
-    forks = samples.numbers[samples.forks]
+    branching = samples.bifurcations_projected
     for i in ensemble.done:
-        groups.setdefault((int(samples.pattern[i]), bool(forks[i] > 0)), []).append(int(i))
+        groups.setdefault((int(samples.pattern[i]), bool(branching[i] > 0)), []).append(int(i))
     return groups
 
 
 def samples_in_detail(ensemble: Ensemble) -> list[int]:
     """The most typical sample of each of the two main patterns, or of what there is instead.
 
-    Of the samples with two cracks one that forks is preferred, so that forks are shown as well.
+    Of the samples with two cracks one that branches is preferred, so that branching is shown as well.
     """
     samples = ensemble.samples
-    chosen, forks = [], samples.numbers[samples.forks]
+    chosen, branching = [], samples.bifurcations_projected
     for pattern in (1, 2):
         group = [int(i) for i in ensemble.done if samples.pattern[i] == pattern]
-        branched = [i for i in group if forks[i] > 0]
+        branched = [i for i in group if branching[i] > 0]
         if group:
             chosen += spread(ensemble, branched if pattern == 2 and branched else group, 1)
     return chosen or typical_samples(ensemble, 1)

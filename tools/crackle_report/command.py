@@ -41,9 +41,10 @@ def main() -> int:
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--program", type=Path, metavar="FILE",
-                        help="crackle (default: the environment's CRACKLE, build/bin/crackle, or the one on the PATH)")
+                        help="the program crackle (default: the environment variable CRACKLE, build/bin/crackle, or the one on "
+                        "the PATH)")
     parser.add_argument("--compare", type=Path, action="append", default=[], metavar="OTHER", dest="compared",
-                        help="also show what differs from this ensemble, as crackle compare; may be given several times")
+                        help="also compare with this ensemble, as crackle compare does; may be given several times")
     detail = parser.add_argument_group("samples in detail")
     detail.add_argument("--sample", type=int, action="append", default=[], metavar="N", dest="samples",
                         help="show this sample's fringes, crack growth and energy; may be given several times (default: a "
@@ -60,7 +61,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     optics.add_argument("--stress-optic", type=float, default=STRESS_OPTIC, metavar="C",
                         help="stress-optic coefficient [1/Pa] (default: %(default)g, typical for epoxy)")
     optics.add_argument("--wavelength", type=float, default=1e9 * WAVELENGTH, metavar="NM",
-                        help="of the light [nm] (default: %(default)g)")
+                        help="wavelength of the light [nm] (default: %(default)g)")
 
 
 def _times(text: str) -> tuple[float, ...]:

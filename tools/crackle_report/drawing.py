@@ -18,7 +18,7 @@ from crackle.units import MM, US, Unit
 
 from . import style
 from .plate import Plate
-from .results import CrackSurface, Forks
+from .results import BranchingPoints, CrackSurface
 
 # At most so much [m], or in small bodies so much of the width.
 MARGIN = (3e-3, 0.12)  # round notches and cracks
@@ -83,6 +83,22 @@ def panel_size(plate: Plate, z_range: tuple[float, float], room: float, most_hei
     return width, width * proportion
 
 
+class Sheet(Figure):
+    """Panels of one size in rows and columns, with room at the left, right, top and bottom and gaps between them [inch]."""
+
+    def __init__(self, panel: tuple[float, float], n_rows: int, n_columns: int, room: tuple[float, float, float, float],
+                 gaps: tuple[float, float], least_width: float = 0.0, **more: Any) -> None:
+        self._panel, self._steps = panel, (panel[0] + gaps[0], panel[1] + gaps[1])
+        self._left, right, self._top, bottom = room
+        super().__init__(figsize=(max(self._left + right + n_columns * self._steps[0] - gaps[0], least_width),
+                                  self._top + bottom + n_rows * self._steps[1] - gaps[1]), **more)
+
+    def panel(self, row: int, column: int) -> Axes:
+        (width, height), (panel_width, panel_height) = self.get_size_inches(), self._panel
+        return self.add_axes(((self._left + column * self._steps[0]) / width,
+                              1 - (self._top + panel_height + row * self._steps[1]) / height, panel_width / width, panel_height / height))
+
+
 def time_colours(latest: float, times: Unit = US) -> Normalize:
     """Colours for times from onset to the latest one [s]; for times in this unit."""
     return Normalize(0.0, times.of(latest) if latest > 0 else 1.0)
@@ -129,24 +145,24 @@ def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: floa
                                        rasterized=True), autolim=False)
 
 
-def draw_forks(axes: Axes, forks: Forks, lengths: Unit = MM) -> None:
-    """A ring round each fork: whole where the projection shows it, dotted where only a window through the thickness does."""
+def draw_branching(axes: Axes, points: BranchingPoints, lengths: Unit = MM) -> None:
+    """A ring round each branching point: whole where the projection shows it, dotted where only a window through the thickness does."""
     for kind in (True, False):
-        draw_fork_rings(axes, forks.position[forks.in_projection == kind], kind, lengths)
+        draw_rings(axes, points.position[points.in_projection == kind], kind, lengths)
 
 
-def draw_fork_rings(axes: Axes, position: np.ndarray, in_projection: bool = True, lengths: Unit = MM) -> None:
+def draw_rings(axes: Axes, position: np.ndarray, in_projection: bool = True, lengths: Unit = MM) -> None:
     """A ring round each of these places (n x 2: y, z [m])."""
     for y, z in lengths.of(position):
         axes.scatter([y], [z], s=80, zorder=5, **_ring(in_projection))
 
 
-def fork_handles(axes: Axes, several: Iterable[Forks]) -> list[Artist]:
-    """For a legend, of the kinds of rings that draw_forks draws."""
-    found = {bool(in_projection) for forks in several for in_projection in forks.in_projection}
-    return [axes.scatter([], [], s=40, label="fork" if kind else "fork that the projection hides", **_ring(kind))
+def branching_handles(axes: Axes, several: Iterable[BranchingPoints]) -> list[Artist]:
+    """For a legend, of the kinds of rings that draw_branching draws."""
+    found = {bool(in_projection) for points in several for in_projection in points.in_projection}
+    return [axes.scatter([], [], s=40, label="branching point" if kind else "branching point that the projection hides", **_ring(kind))
             for kind in (True, False) if kind in found]
 
 
 def _ring(in_projection: bool) -> dict[str, Any]:
-    return {"facecolors": "none", "edgecolors": style.FORK, "linewidths": 1.0, "linestyles": "-" if in_projection else ":"}
+    return {"facecolors": "none", "edgecolors": style.BRANCHING, "linewidths": 1.0, "linestyles": "-" if in_projection else ":"}

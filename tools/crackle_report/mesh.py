@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A realization as `crackle mesh` or a sample file has it, with what the pictures need of it."""
+"""The mesh of a sample, with what the pictures need of it."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Optional, Sequence
+from typing import Optional
 
 import numpy as np
-from crackle.files import open_hdf5
-
-from .plate import MeshRegion, Plate
 
 EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
@@ -32,10 +28,6 @@ def field_gradient(corner: np.ndarray, values: np.ndarray) -> np.ndarray:
 class Mesh:
     nodes: np.ndarray  # n x 3 [m]
     tetrahedra: np.ndarray  # m x 4
-    spacing: Optional[np.ndarray] = None  # n, that the input asks for there [m]
-    region: Optional[np.ndarray] = None  # n, number of the mesh's region that holds the node, -1: none
-    plate: Optional[Plate] = None  # that it fills
-    regions: Sequence[MeshRegion] = ()
     strength_factor: Optional[np.ndarray] = None  # m, by which the variation multiplies the strength
 
     def volumes(self) -> np.ndarray:
@@ -62,17 +54,3 @@ class Mesh:
             offset = polygon - polygon.mean(axis=0)
             polygons.append(polygon[np.argsort(np.arctan2(offset[:, 1], offset[:, 0]))])
         return polygons, cut
-
-
-def read_mesh(file: Path) -> Mesh:
-    """Reads a file of `crackle mesh -o`. Raises ResultsError when it is none, ValueError when an older version wrote it."""
-    with open_hdf5(file) as root:
-        if "specimen" not in root or "regions" not in root:
-            raise ValueError(f"{file} does not describe its body; make it again with 'crackle mesh'")
-        group = root["VTKHDF"]
-        at_nodes = {name: group[f"PointData/{name}"][...] for name in ("spacing", "region") if f"PointData/{name}" in group}
-        cells = group["CellData"]
-        return Mesh(group["Points"][...], group["Connectivity"][...].reshape(-1, 4), **at_nodes, plate=Plate.of(root["specimen"]),
-                    strength_factor=cells["strength_factor"][...] if "strength_factor" in cells else None,
-                    regions=[MeshRegion(box, spacing) for box, spacing in
-                             zip(root["regions/box"][...], root["regions/spacing"][...])])

@@ -41,7 +41,7 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
         parts.append("<h2>Mean crack position</h2>\n" + tables.sections(ensemble))
     if not ensemble.n_notches and ensemble.places:
         parts.append("<h2>Places of the breaks</h2>\n" + tables.places(ensemble))
-    parts.append("<h2>Samples</h2>\n<p>A click on a column's head sorts by it.</p>\n"
+    parts.append("<h2>Samples</h2>\n<p>Click a column heading to sort by it.</p>\n"
                  + tables.samples(ensemble))
     parts.append(_next(ensemble))
     parts.append("<h2>Provenance</h2>\n" + tables.provenance(ensemble))
@@ -72,7 +72,7 @@ def _next(ensemble: Ensemble) -> str:
     steps = ((f"crackle-paraview {folder} --sample {sample}", "writes the fields and cracks of a sample for ParaView"),
              (f"crackle.open({escape(repr(str(ensemble.folder)))})", "in Python: samples, paths, histories and fields as labelled tables"),
              (f"crackle-report {folder} --sample {sample} --times 0,30,50,70", "shows other samples and times"),
-             (f"crackle run plate.toml -o {folder} --resume", "goes on, with more samples where the input asks for more"))
+             (f"crackle run plate.toml -o {folder} --resume", "continues, with more samples if the input asks for more"))
     rows = "".join(f'<tr><td class="text"><code>{command}</code></td><td class="text reason">{what}</td></tr>' for command, what in steps)
     return f'<h2>Next</h2>\n<div class="scroll"><table><tbody>{rows}</tbody></table></div>'
 
@@ -105,5 +105,5 @@ def _image(description: str, width: int, kind: str, content: bytes) -> str:
 def _notice(ensemble: Ensemble) -> str:
     if ensemble.finished:
         return ""
-    return ('<p class="notice">This ensemble is not finished: the report shows the samples that are there, '
-            "and its statistics are over these.</p>")
+    return ('<p class="notice">This ensemble is not finished: the report shows the samples computed so far, '
+            'and statistics over these.</p>')

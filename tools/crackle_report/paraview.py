@@ -51,10 +51,9 @@ def write_sample(folder: Path, number: int, output: Path) -> int:
     if crack is None or frames is None:
         raise ResultsError(f"'{folder}': sample {number} is not done")
     contents = {"crack.vtkhdf": _crack(crack, np.ones(len(crack.time), bool))}
-    of_frame = {"frame": lambda k: _frame(frames, k)}
-    if crack.tetrahedron is not None:  # files of older versions do not say
-        of_frame["crack"] = lambda k: _crack(crack, crack.time <= frames.time[k], frames, k)
-        contents["view.py"] = (Path(__file__).parent / "paraview_view.py").read_bytes()
+    of_frame = {"frame": lambda k: _frame(frames, k),
+                "crack": lambda k: _crack(crack, crack.time <= frames.time[k], frames, k)}
+    contents["view.py"] = (Path(__file__).parent / "paraview_view.py").read_bytes()
     for kind, content in of_frame.items():
         contents |= {f"{kind}-{k:04d}.vtkhdf": content(k) for k in range(frames.time.size)}
         # ParaView before 5.12 knows .hdf only; what it finds inside may have any name.

@@ -54,23 +54,3 @@ class Plate:
     def slot_ends(self) -> list[float]:
         """Lowest and highest z of all slots, lowest of a slot first."""
         return self.notch_slot[:, 1].ravel().tolist()
-
-    def ligament(self, notch: int) -> float:
-        """Length from a notch's tip to the opposite face, or to a slot before it; of one whose crack has a direction."""
-        axis, direction = self.notch_axis[notch], self.notch_direction[notch]
-        tip, beside = self.notch_tip[notch, axis - 1], self.notch_tip[notch, 2 - axis]
-        ends = [self.size[axis] if direction > 0 else 0.0]
-        for slot in self.notch_slot:
-            lower, upper = slot[2 - axis]
-            near = slot[axis - 1, 0 if direction > 0 else 1]
-            if lower < beside < upper and (near - tip) * direction > 0:
-                ends.append(near)
-        return float(min(abs(end - tip) for end in ends))
-
-
-@dataclass(frozen=True)
-class MeshRegion:
-    """A box in which the mesh is fine: its extents along x, y and z, 3 x 2, and the spacing in it [m]."""
-
-    box: np.ndarray
-    spacing: float

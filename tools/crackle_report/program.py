@@ -26,8 +26,8 @@ def find_program(given: Optional[Path] = None) -> str:
     for place in (*_PLACES, "crackle"):
         if found := shutil.which(str(place)):
             return found
-    raise ResultsError("the program crackle is needed, and is neither at build/bin/crackle nor on the PATH: tools/build "
-                       "makes it; --program or the environment's CRACKLE names another one")
+    raise ResultsError("the program crackle is neither at build/bin/crackle nor on the PATH: build it with "
+                       "tools/build, or give its path with --program or in the environment variable CRACKLE")
 
 
 def statistics_of(folder: Path, program: Optional[Path] = None) -> dict[str, Any]:

@@ -14,8 +14,8 @@ from crackle.units import MM, Unit
 from .mesh import Mesh
 from .plate import Plate
 from .program import statistics_of
-from .results import (CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, History, Paths, Places, Ranks,
-                      Result, Samples, Share, Statistics, Turn)
+from .results import (BranchingPoints, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, History, Paths, Places, Ranks,
+                      Result, Samples, Share, Statistics, Symmetry)
 from .stress import ALL_EDGES, CROSSED_EDGES
 
 PROVENANCE = {"program_version": "program version", "git_commit": "git commit", "library_versions": "libraries",
@@ -39,8 +39,8 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
         folder=folder, plate=plate, sections=_sections(paths, plate.lengths),
         confidence=statistics["confidence"], n_looks=statistics["n_looks"], n_planned=document["n_samples"],
         samples=_samples(document, n), statistics=_paths(Statistics, statistics, n), precision=statistics["precision"],
-        turns=[Turn(reference, **turn) for reference, turn in
-               zip(statistics["reference_notch"], statistics.get("turns", []))],
+        symmetries=[Symmetry(reference, **symmetry) for reference, symmetry in
+               zip(statistics["reference_notch"], statistics.get("symmetries", []))],
         ranks={name: _paths(Ranks, statistics[name], n) for name in GROUPS},
         interval_scope=statistics["interval_scope"], notes=document["notes"], provenance=provenance,
         input_text=document["input"], files=files, inputs=document.get("inputs", []), sensitivities=document.get("sensitivities"))
@@ -103,25 +103,23 @@ class SampleFiles:
         return self._read(sample, _read_crack)
 
     def places(self, sample: int) -> Optional[Places]:
-        """None also of samples in which nothing broke, and of files that do not say."""
+        """None also of samples in which nothing broke."""
         return self._read(sample, _read_places)
 
     def lines(self, sample: int) -> list[CrackLine]:
         return self._read(sample, _read_lines) or []
 
-    def forks(self, sample: int) -> Optional[Forks]:
-        """None also of files of version 2."""
-        return self._read(sample, _read_forks)
+    def branching(self, sample: int) -> Optional[BranchingPoints]:
+        return self._read(sample, _members_of(BranchingPoints, "forks"))
 
     def mesh(self, sample: int) -> Optional[Mesh]:
         return self._read(sample, _read_mesh)
 
     def energy(self, sample: int) -> Optional[Energy]:
-        return self._read(sample, _read_energy)
+        return self._read(sample, _members_of(Energy, "energy"))
 
     def history(self, sample: int) -> Optional[History]:
-        """None also of files of version 3 and before."""
-        return self._read(sample, _read_history)
+        return self._read(sample, _members_of(History, "history"))
 
     def frames(self, sample: int) -> Optional[Frames]:
         return self._read(sample, _read_frames)
@@ -138,13 +136,11 @@ def _read_crack(root: h5py.File) -> CrackSurface:
     group = root["crack_surface"]
     notch_of_crack = np.append(group["cracks/notch"][...], -1)
     return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
-                        notch_of_crack[group["crack"][...]], group["tetrahedron"][...] if "tetrahedron" in group else None)
+                        notch_of_crack[group["crack"][...]], group["tetrahedron"][...])
 
 
 def _read_places(root: h5py.File) -> Optional[Places]:
     breaks, surface = root["breaks"], root["crack_surface"]
-    if "load_time" not in breaks or "area" not in surface:  # of an older version
-        return None
     tetrahedron, loading, phase = (breaks[name][...] for name in ("tetrahedron", "load_time", "phase_time"))
     if tetrahedron.size == 0:
         return None
@@ -173,27 +169,14 @@ def _read_lines(root: h5py.File) -> list[CrackLine]:
             zip(*(table[name][...] for name in ("notch", "parent", "first", "count")))]
 
 
-def _read_forks(root: h5py.File) -> Forks | None:
-    if "forks" not in root:
-        return None
-    return Forks(**{name: root["forks"][name][...] for name in Forks.__dataclass_fields__})
-
-
-def _has_contact(input_text: str) -> bool:
-    """Whether opened facets carry compression when they close again."""
-    return tomllib.loads(input_text).get("fracture", {}).get("contact", "none") != "none"
-
-
-def _read_energy(root: h5py.File) -> Energy:
-    return Energy(**{name: root["energy"][name][...] for name in Energy.__dataclass_fields__})
-
-
-def _read_history(root: h5py.File) -> History | None:
-    if "history" not in root:
-        return None
-    group = root["history"]
-    names = [name for name in History.__dataclass_fields__ if name != "rayleigh_speed"]
-    return History(*(group[name][...] for name in names), float(group.attrs["rayleigh_speed"]))
+def _members_of(kind: type, name: str) -> Callable[[h5py.File], Any]:
+    """Reads a group whose datasets, and attributes of one number, are the members of this class; None where there is no such group."""
+    def read(root: h5py.File) -> Any:
+        if name not in root:
+            return None
+        group = root[name]
+        return kind(**{member: group[member][...] if member in group else float(group.attrs[member]) for member in kind.__dataclass_fields__})
+    return read
 
 
 def _read_frames(root: h5py.File) -> Frames:
@@ -204,7 +187,7 @@ def _read_frames(root: h5py.File) -> Frames:
                   group["displacement"][...], group["velocity"][...], [broken[:n] for n in n_broken],
                   [cut[:n] for n in n_broken], [_released_edges(root, n) for n in n_broken],
                   [_stiffness(root, time) for time in group["time"][...]],
-                  _has_contact(text_of(root.attrs["input"])),
+                  tomllib.loads(text_of(root.attrs["input"])).get("fracture", {}).get("contact", "none") != "none",
                   float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))
 
 
@@ -224,18 +207,19 @@ def _stiffness(root: h5py.File, time: float) -> np.ndarray:
 
 def _released_edges(root: h5py.File, n_broken: int) -> np.ndarray:
     """Of the first n_broken tetrahedra in /breaks when no more were broken."""
-    if "ties" not in root:  # release by elements
+    bridges = root.get("bridge_releases", root.get("ties"))  # the name in version 4 of the format
+    if bridges is None:  # release by elements
         return np.full(n_broken, ALL_EDGES, np.uint8)
-    breaks, ties = root["breaks"], root["ties"]
+    breaks = root["breaks"]
     released = CROSSED_EDGES[breaks["cut"][:n_broken]]
     if n_broken == 0:
         return released
-    # Ties are in order of time, and each has the times of the break that caused it.
-    loading, phase = (ties[name][...] for name in ("load_time", "phase_time"))
+    # Releases of bridges are in order of time, and each has the times of the break that caused it.
+    loading, phase = (bridges[name][...] for name in ("load_time", "phase_time"))
     last_loading, last_phase = (breaks[name][n_broken - 1] for name in ("load_time", "phase_time"))
-    n_ties = np.count_nonzero((loading < last_loading) | ((loading == last_loading) & (phase <= last_phase)))
+    n_bridges = np.count_nonzero((loading < last_loading) | ((loading == last_loading) & (phase <= last_phase)))
     broken = breaks["tetrahedron"][:n_broken]
     order = np.argsort(broken)
-    place = order[np.searchsorted(broken, ties["tetrahedron"][:n_ties], sorter=order)]
-    np.bitwise_or.at(released, place, ties["edges"][:n_ties])
+    place = order[np.searchsorted(broken, bridges["tetrahedron"][:n_bridges], sorter=order)]
+    np.bitwise_or.at(released, place, bridges["edges"][:n_bridges])
     return released

@@ -26,7 +26,7 @@ class CrackSurface:
     corner: np.ndarray  # facets x 4 x 3 [m]
     time: np.ndarray  # facets; since the onset of the last dynamic phase, negative before it [s]
     notch: np.ndarray  # facets; the notch that the facet's crack started at, or -1
-    tetrahedron: Optional[np.ndarray] = None  # facets; the one that the facet lies in
+    tetrahedron: np.ndarray  # facets; the one that the facet lies in
 
 
 @dataclass(frozen=True)
@@ -50,15 +50,15 @@ class CrackLine:
 
 
 @dataclass(frozen=True)
-class Forks:
-    """Where one crack becomes two, of one sample."""
+class BranchingPoints:
+    """Where one crack becomes two branches, of one sample."""
 
-    position: np.ndarray  # n x 2: y, z where the gap between the arms begins [m]
+    position: np.ndarray  # n x 2: y, z where the gap between the branches begins [m]
     x: np.ndarray  # middle of the range through the thickness [m]
-    time: np.ndarray  # when the later arm opened, since onset [s]
-    length: np.ndarray  # of the arm that leaves [m]
-    angle: np.ndarray  # between the arms [rad]
-    share: np.ndarray  # of the thickness that the arm which leaves spans
+    time: np.ndarray  # when the later branch opened, since onset [s]
+    length: np.ndarray  # of the secondary branch [m]
+    angle: np.ndarray  # between the branches [rad]
+    share: np.ndarray  # of the thickness that the secondary branch spans
     notch: np.ndarray
     in_projection: np.ndarray  # 0 or 1
     in_space: np.ndarray  # 0 or 1
@@ -108,7 +108,7 @@ class Frames:
     velocity: np.ndarray  # frames x n x 3 [m/s]
     broken: list[np.ndarray]  # for each frame the tetrahedra broken by then
     cut: list[np.ndarray]  # the most loaded cut of each of them when it broke, index into stress.CUTS
-    released: list[np.ndarray]  # the edges that each of them has let go of by then, as bits in the order of mesh.EDGES
+    released: list[np.ndarray]  # the edges that each of them has released by then, as bits in the order of mesh.EDGES
     stiffness: list[np.ndarray]  # m for each frame, the share that softening has left; 1 without softening
     has_contact: bool  # whether broken tetrahedra resist being closed again
     youngs_modulus: float  # [Pa]
@@ -161,11 +161,6 @@ class Samples:
 
     def result(self, name: str) -> Result:
         return next(result for result in self.results if result.name == name)
-
-    @property
-    def forks(self) -> str:
-        """The result that counts forks as a reader of the projection sees them; of older files, those in space."""
-        return "bifurcations_projected" if "bifurcations_projected" in self.numbers else "bifurcations"
 
     def count(self, status: int) -> int:
         return int(np.count_nonzero(self.status == status))
@@ -234,7 +229,7 @@ class Statistics(Paths):
 
 
 @dataclass(frozen=True)
-class Turn:
+class Symmetry:
     """How samples that one notch leads are seen, as if the reference notch of its class led."""
 
     reference: int
@@ -242,7 +237,7 @@ class Turn:
     reflects_z: bool
     notch: list[int]  # of the sample, for each notch of the frame
 
-    def turned(self, points: np.ndarray, plate: Plate) -> np.ndarray:
+    def mapped(self, points: np.ndarray, plate: Plate) -> np.ndarray:
         """Points y, z of a sample in the frame."""
         return np.where([self.reflects_y, self.reflects_z], [sum(plate.ends(1)), sum(plate.ends(2))] - points, points)
 
@@ -258,7 +253,7 @@ class Ensemble:
     samples: Samples
     statistics: Statistics
     precision: dict[str, Any]  # how well the mean path is known, see jobs/results.md
-    turns: list[Turn]  # by the leading notch
+    symmetries: list[Symmetry]  # by the leading notch
     ranks: dict[str, Ranks]  # by their groups in /statistics
     interval_scope: str  # what the confidence intervals leave out
     notes: list[str]  # what else is to be known of these results

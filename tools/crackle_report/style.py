@@ -10,7 +10,6 @@ import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
 
 MILLIMETRE = 1e-3
-MICROSECOND = 1e-6
 
 PAGE_WIDTH = 9.6  # of a picture [inch]
 
@@ -18,7 +17,7 @@ BODY = "#e9ecef"
 OUTLINE = "#343a40"
 MUTED = "#6c757d"
 BEFORE_ONSET = "#9aa1a9"
-FORK = "#c1121f"
+BRANCHING = "#c1121f"
 
 # Okabe and Ito's colours without the yellow, which is too light on white.
 NOTCH_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")

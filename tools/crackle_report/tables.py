@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from html import escape
-from typing import Callable, Optional, Union
+from typing import Callable, Iterable, Iterator, Optional, Union
 
 import numpy as np
 from crackle.files import DONE, FAILED
@@ -16,6 +16,7 @@ from .results import Ensemble, Paths, Result, Samples
 
 STATUS_NAMES = ("pending", "done", "failed")
 MISSING = "–"
+TEXT = ' class="text"'
 # Results measured along cracks that start at notches, holes or outlines.
 OF_PATHS = ("pattern", "leading_notch", "overlap", "bifurcations", "bifurcations_projected", "kinks", "crack_speed_max", "crack_speed_ratio",
             "traced_area", "effective_toughness")
@@ -79,45 +80,41 @@ def sections(ensemble: Ensemble) -> str:
     titles = (("cracks", ""), ("section", ""), ("samples that arrived", ""), ("mean position", unit),
               (interval, f"± {unit}"), ("standard deviation", unit),
               ("spread through the thickness", f"mean over the samples, {unit}"))
-    head = "".join(f"<th>{title}<small>{below}</small></th>" for title, below in titles)
-    body = []
-    for group, paths in ensemble.ranks.items():
-        for row in ensemble.rows_shown(group):
-            body += _positions(ensemble, ensemble.rank_name(group, row), paths, row, paths.counted[row])
-    for notch in range(ensemble.n_notches):
-        body += _positions(ensemble, f"all of {ensemble.plate.name_of(notch)}, leading and following", ensemble.statistics, notch)
-    return (f"<p>{escape(_about_ranks(ensemble))}</p>"
-            f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body)
-            + "</tbody></table></div>")
+    rows = [row for group, paths in ensemble.ranks.items() for shown in ensemble.rows_shown(group)
+            for row in _positions(ensemble, ensemble.rank_name(group, shown), paths, shown, paths.counted[shown])]
+    rows += [row for notch in range(ensemble.n_notches)
+             for row in _positions(ensemble, f"all of {ensemble.plate.name_of(notch)}, leading and following", ensemble.statistics, notch)]
+    return f"<p>{escape(_about_ranks(ensemble))}</p>" + _table(titles, rows)
 
 
-def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int,
-               counted: Optional[np.ndarray] = None) -> list[str]:
-    lines = []
+def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, counted: Optional[np.ndarray] = None) -> Iterator[list[str]]:
     for k, section in enumerate(ensemble.sections):
-        arrived = str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else "")
-        cells = [section.name, arrived]
-        cells += [_number(ensemble.plate.lengths.of(float(value)), ".2f")
-                  for value in (paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k],
-                                paths.spread_mean[row, k])]
-        if math.isfinite(paths.z_mean[row, k]):
-            cells[2] = f"{section.along} = {cells[2]}"
-        lines.append(f'<tr><td class="text">{escape(name)}</td>' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    return lines
+        mean, *others = (_number(ensemble.plate.lengths.of(float(value)), ".2f") for value in (
+            paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], paths.spread_mean[row, k]))
+        yield [name, section.name, str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else ""),
+               mean if mean == MISSING else f"{section.along} = {mean}", *others]
+
+
+def _table(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], kind: str = "") -> str:
+    """Of cells without markup; the titles have a second line, and the first column has text where it is no number."""
+    head = "".join(f"<th>{title}<small>{below}</small></th>" for title, below in titles)
+    body = "\n".join("<tr>" + "".join(f'<td{TEXT if k == 0 and not cell.isdigit() else str()}>{escape(cell)}</td>'
+                                      for k, cell in enumerate(row)) + "</tr>" for row in rows)
+    return f'<div class="scroll"><table{kind}><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
 
 
 def _about_ranks(ensemble: Ensemble) -> str:
     """Which samples lead, in sentences."""
     done = ensemble.leading[ensemble.done]
     counts = [f"{ensemble.plate.name_of(notch)} in {int((done == notch).sum())}" for notch in range(ensemble.n_notches)]
-    text = "A sample's crack leads that crosses the largest share of its ligament: " + ", ".join(counts)
+    text = "The leading crack of a sample crosses the largest share of its ligament: " + ", ".join(counts)
     if (done < 0).any():
-        text += f", {'unknown or none' if ensemble.notes else 'none'} in {int((done < 0).sum())}"
+        text += f", none in {int((done < 0).sum())}"
     text = " ".join([text + ".", *ensemble.notes])
-    turned = [f"{ensemble.plate.name_of(notch)} as if {ensemble.plate.name_of(turn.reference)} did" for notch, turn in enumerate(ensemble.turns)
-              if notch != turn.reference]
+    turned = [f"{ensemble.plate.name_of(notch)} as if {ensemble.plate.name_of(symmetry.reference)} did" for notch, symmetry in enumerate(ensemble.symmetries)
+              if notch != symmetry.reference]
     if turned:
-        text += f" Turned by the body's symmetry are the samples that these notches lead: {', '.join(turned)}."
+        text += f" The body's symmetry maps the samples led by some notches: {', '.join(turned)}."
     return text
 
 
@@ -126,14 +123,10 @@ def places(ensemble: Ensemble) -> str:
     lengths, times, areas = ensemble.plate.lengths, ensemble.times, fitting([place.largest_area for place in ensemble.places.values()], MM2, 1e-3)
     titles = (("sample", ""), *((f"first break, {axis}", lengths.name) for axis in "xyz"), ("first break", "s"),
               *((f"largest crack, {axis}", lengths.name) for axis in "xyz"), ("its area", areas.name), ("it began", f"{times.name} since onset"))
-    head = "".join(f"<th>{title}<small>{below}</small></th>" for title, below in titles)
-    body = []
-    for number, place in ensemble.places.items():
-        cells = [str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ".6f"),
-                 *(_number(lengths.of(value), ".2f") for value in place.largest), _number(areas.of(place.largest_area), ".3f"),
-                 _start(times, place.largest_start)]
-        body.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    return f'<div class="scroll"><table class="sortable"><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body) + "</tbody></table></div>"
+    rows = [[str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ".6f"),
+             *(_number(lengths.of(value), ".2f") for value in place.largest), _number(areas.of(place.largest_area), ".3f"),
+             _start(times, place.largest_start)] for number, place in ensemble.places.items()]
+    return _table(titles, rows, ' class="sortable"')
 
 
 def _start(times: Unit, since_onset: float) -> str:
@@ -157,7 +150,7 @@ def tiles(ensemble: Ensemble) -> str:
             found = ensemble.statistics.pattern(pattern)
             entries.append((f"{100 * found.share:.0f} %",
                             f"{style.pattern_name(pattern)} ({100 * found.lower:.0f} to {100 * found.upper:.0f} %)"))
-    for name, label in (("bifurcations_projected", "forks in the projection"), ("bifurcations", "forks in space")):
+    for name, label in (("bifurcations_projected", "branching in the projection"), ("bifurcations", "branching in space")):
         if ensemble.n_notches and name in table.numbers and table.result(name).any:
             entries.append((str(table.result(name).n_any), f"samples with {label}"))
     return '<div class="tiles">' + "".join(
@@ -180,12 +173,11 @@ def _others(table: Samples) -> str:
 def _stopped(ensemble: Ensemble) -> str:
     if ensemble.n_planned == len(ensemble.samples):
         return ""
-    return f"; enough, {ensemble.n_planned} were planned"
+    return f"; these suffice, {ensemble.n_planned} were planned"
 
 
 def _head(column: Column) -> str:
-    kind = "" if column.format else ' class="text"'
-    return f'<th scope="col"{kind}>{column.title}<small>{column.unit}</small></th>'
+    return f'<th scope="col"{"" if column.format else TEXT}>{column.title}<small>{column.unit}</small></th>'
 
 
 def _cell(column: Column, table: Samples, i: int) -> str:

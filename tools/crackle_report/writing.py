@@ -21,17 +21,12 @@ def write_whole(file: Path, content: bytes) -> None:
     os.replace(partial, file)
 
 
-def write_light_png(image: Image.Image, file: Path) -> None:
+def write_light_figure(figure: Figure, file: Path, dpi: float) -> None:
     """Few pixels and colours make small files; without dither, so that plain areas stay plain."""
-    image = image.convert("RGB")
+    content, light = io.BytesIO(), io.BytesIO()
+    figure.savefig(content, format="png", dpi=dpi)
+    image = Image.open(content).convert("RGB")
     if image.width > WIDTH:
         image = image.resize((WIDTH, round(WIDTH * image.height / image.width)), Image.Resampling.LANCZOS)
-    content = io.BytesIO()
-    image.quantize(N_COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(content, format="png", optimize=True)
-    write_whole(file, content.getvalue())
-
-
-def write_light_figure(figure: Figure, file: Path, dpi: float | None = None) -> None:
-    content = io.BytesIO()
-    figure.savefig(content, format="png", dpi=dpi)
-    write_light_png(Image.open(content), file)
+    image.quantize(N_COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(light, format="png", optimize=True)
+    write_whole(file, light.getvalue())

@@ -62,7 +62,7 @@ EnergyDistance energy_distance(const TwoGroupsOfPaths& paths);
 
 /// Holm's adjustment of p-values for multiple comparisons: the chance of any false value below 0.05 is at
 /// most 5 %. NaN is not counted as a comparison.
-std::vector<double> adjusted_for_looks(std::span<const double> probabilities);
+std::vector<double> adjusted_for_comparisons(std::span<const double> probabilities);
 
 /// Comparison of one number or share.
 struct ComparedResult {
@@ -78,7 +78,7 @@ struct ComparedResult {
 
 /// Comparison of the paths of the leading cracks, by class (LeaderFrame).
 struct ComparedPaths {
-  int leading_notch = 0;
+  int leading_start = 0;
   int n_first = 0, n_second = 0;
   EnergyDistance distance;
   double adjusted = 1;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/branching.h"
 #include "crackle/analysis/crack_surface.h"
 
 #include <cstdint>
@@ -14,8 +15,8 @@ namespace crackle::analysis {
 inline constexpr double kink_window_share = 0.08;
 inline constexpr double kink_window_spacings = 3;
 /// A path has a kink where its direction changes by this angle between the windows before and after a point
-/// [rad]. An arc of radius R turns by window / R from one window to the next: radii of 0.18 ligaments (3.4 mm
-/// in that plate) and more count as smooth. Kinks within one window of each other are one.
+/// [rad]. An arc of radius R deflects by window / R from one window to the next: radii of 0.18 ligaments (3.4
+/// mm in that plate) and more count as smooth. Kinks within one window of each other are one.
 inline constexpr double kink_angle = 0.4537856055185257;  // 26 degrees
 
 /// A point of a crack's line in the plane of the plate.
@@ -27,27 +28,28 @@ struct LinePoint {
                 ///< phase [s]
 };
 
-/// A crack on its way as a line for plotting: the through-thickness mean of its pieces, starting at the notch
-/// tip, one point per mean local spacing of advance.
+/// One branch of a crack as a line for plotting: the through-thickness mean of its pieces, one point per mean
+/// local spacing of advance.
 struct CrackLine {
-  std::int32_t notch;   ///< number of the crack start
-  std::int32_t parent;  ///< index of the line from which this branch departs; -1 for the main line of a way
+  std::int32_t start;   ///< number of the crack start
+  std::int32_t parent;  ///< index of the line that this branch leaves; -1 for the main line of a ligament
   std::vector<LinePoint> points;  ///< a branch's first point is on its parent
-  std::int32_t kinks;             ///< local maxima of the turn within a window, of at least kink_angle
+  std::int32_t kinks;             ///< local maxima of the deflection within a window, of at least kink_angle
   double bend;  ///< direction of the last window minus that of the first [rad]; 0 for lines shorter than two
                 ///< windows
 };
 
-/// The lines of all ways of the crack starts (crack_ways), each main line before its branches.
+/// The lines of the branches on all ligaments of the crack starts (crack_ligaments), each main line before
+/// the branches that leave it.
 ///
-/// The body is cut perpendicular to the crack advance into slabs as thick as the mean local spacing. In each
-/// slab the facets form pieces as in section_crossings, so stray breaks do not count; pieces of neighbouring
-/// slabs are connected if they share a facet. Ways from a piece are separate if each is at least
-/// min_branch_length long and they have no piece in common over that length. The main line starts in the
-/// piece nearest to the tip from which the longest way continues, and follows the longest way at every
-/// branching point (the first one of equal length). All other separate ways are branches, which end where
-/// they meet an existing line.
-std::vector<CrackLine> crack_lines(const geometry::Body& body, const CrackSurface& surface);
+/// The facets of each branch are cut perpendicular to the crack advance into slabs as thick as the mean local
+/// spacing. In each slab they form pieces as in section_crossings, so stray breaks do not count; pieces of
+/// neighbouring slabs are connected if they share a facet. A line is the longest chain of connected pieces;
+/// the main line's starts in the slab nearest to the tip. A branch that covers too little of the thickness to
+/// form pieces has no line.
+/// @param branches find_branches of the same surface
+std::vector<CrackLine> crack_lines(const geometry::Body& body, const CrackSurface& surface,
+                                   const CrackBranches& branches);
 
 /// Number of kinks in all lines.
 std::int32_t count_kinks(const std::vector<CrackLine>& lines);

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/branching.h"
 #include "crackle/analysis/crack_surface.h"
-#include "crackle/analysis/forks.h"
 
 #include <cstdint>
-#include <optional>
-#include <span>
 #include <vector>
 
 namespace crackle::analysis {
@@ -15,22 +13,20 @@ namespace crackle::analysis {
 /// tetrahedra thick, with small holes and stray breaks at its sides, so no closed sheet is required below.
 /// Lengths in "spacings" are multiples of the local mesh spacing (local_spacing).
 
-/// Opened facets farther apart than this across the crack belong to different branches [spacings].
-inline constexpr double branch_gap = 0.6;
-/// Facets of one branch may be this far apart through the thickness [spacings].
+/// Opened facets farther apart than this across the crack belong to different crossings [spacings].
+inline constexpr double crossing_gap = 0.6;
+/// Facets of one crossing may be this far apart through the thickness [spacings].
 inline constexpr double hole_size = 1.5;
 /// A crossing that covers a smaller share of the thickness is a stray break and does not count.
 inline constexpr double min_thickness_share = 0.3;
-/// An arm whose crossing covers a smaller share of the thickness does not count.
-inline constexpr double min_arm_share = 0.1;
+/// A branch whose crossing covers a smaller share of the thickness does not count.
+inline constexpr double min_branch_share = 0.1;
 /// A crack that crosses this share of its ligament is developed.
 inline constexpr double developed_share = 0.4;
 /// A developed crack that crosses this share of the ligament is a main crack.
 inline constexpr double through_share = 0.6;
 /// A crack that crosses less than this share of the ligament has not started.
 inline constexpr double started_share = 0.1;
-/// Shorter branches, or branches separated over a shorter length, do not count [spacings].
-inline constexpr int min_branch_length = 3;
 /// Window for the speed of a front, as a share of the ligament; at least speed_window_spacings.
 inline constexpr double speed_window_share = 0.1;
 inline constexpr double speed_window_spacings = 4;
@@ -41,11 +37,11 @@ inline constexpr double overlap_distance_share = 0.1;
 /// Two developed cracks are (anti-)symmetric if their paths overlap by at least this share.
 inline constexpr double min_overlap = 0.3;
 
-/// The crossing of a section by one arm.
-struct ArmCrossing {
-  double position;   ///< through-thickness mean [m]
-  double share;      ///< covered share of the thickness
-  std::int32_t arm;  ///< see CrackArms
+/// The crossing of a section by one branch.
+struct BranchCrossing {
+  double position;      ///< through-thickness mean [m]
+  double share;         ///< covered share of the thickness
+  std::int32_t branch;  ///< see CrackBranches
 };
 
 /// The crossing of one section by the cracks of one crack start. The position is the coordinate along the
@@ -57,41 +53,35 @@ struct SectionCrossing {
   /// dynamic phase [s]; NaN likewise. If part of it opened in that phase, earlier openings count as at the
   /// onset.
   double arrival;
-  std::vector<ArmCrossing> arms;  ///< the separate crossings, sorted by position
+  std::vector<BranchCrossing> branches;  ///< the separate crossings, sorted by position
 };
 
 /// Crossings for every crack start and section, row-major: [start * n_sections + section], in the order of
 /// input::Sections::all.
 ///
 /// The facets of the start's cracks intersect the plane of the section in segments (x, position). Segments
-/// within branch_gap in position and hole_size in x of each other form one crossing; crossings that cover
-/// less than min_thickness_share of the thickness are ignored. Within a crossing, the parts of different arms
-/// are separate crossings: for each arm the largest part if it covers min_arm_share, and further ones that
-/// cover min_thickness_share. The main crossing is that of the main arm or, without one, the crossing that
-/// covers most of the thickness (the earliest among equals). The position is its mean over the covered
-/// thickness, averaging over segments at equal x, and the spread is its standard deviation over that
-/// thickness. A section at less than 45 degrees to the ligament has no crossings, since the crack runs along
-/// it: for example sections y and a crack from a notch in a z-face. Cracks from starts without a ligament can
-/// cross any section. Crossings beyond the ends of a line do not count.
+/// within crossing_gap in position and hole_size in x of each other form one crossing; crossings that cover
+/// less than min_thickness_share of the thickness are ignored. Within a crossing, the parts of different
+/// branches are separate crossings: for each branch the largest part if it covers min_branch_share, and
+/// further ones that cover min_thickness_share. The main crossing is that of the main branch or, without one,
+/// the crossing that covers most of the thickness (the earliest among equals). The position is its mean over
+/// the covered thickness, averaging over segments at equal x, and the spread is its standard deviation over
+/// that thickness. A section at less than 45 degrees to the ligament has no crossings, since the crack runs
+/// along it: for example sections y and a crack from a notch in a z-face. Cracks from starts without a
+/// ligament can cross any section. Crossings beyond the ends of a line do not count.
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
-                                               const CrackArms& arms, const input::Sections& sections);
+                                               const CrackBranches& branches,
+                                               const input::Sections& sections);
 
 /// Share of its ligament that the crack from each start crosses, up to the farthest station where it covers
-/// min_thickness_share of the thickness; in steps of 0.02. The largest value over the start's ways
-/// (crack_ways).
+/// min_thickness_share of the thickness; in steps of 0.02. The largest value over the start's ligaments
+/// (crack_ligaments).
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface);
 
 /// The start of the leading crack: the one that crosses the largest share of its ligament (crossed_shares).
 /// Among equals, the one where the first facet at the farthest station opened first; then the one with the
 /// lowest number. -1 if no crack has started.
-int leading_notch(const geometry::Body& body, const CrackSurface& surface);
-
-/// The same from crossings alone, for files without it, as far as they determine it: the start whose crack
-/// arrives at a section at least as far across its ligament as the first section that any other start's crack
-/// does not reach. Empty if the crossings are inconclusive, or a start has no ligament.
-/// @param position crack starts x sections, NaN if the crack did not arrive
-std::optional<int> leading_notch(const geometry::Body& body, const input::Sections& sections,
-                                 std::span<const double> position);
+int leading_start(const geometry::Body& body, const CrackSurface& surface);
 
 /// The crack pattern of a sample, as stored in /samples/pattern.
 enum class Pattern : std::int32_t { none = 0, one_crack = 1, two_cracks = 2, other = 3 };
@@ -109,14 +99,14 @@ double path_overlap(const geometry::Body& body, const CrackSurface& surface, int
 /// fewer than two.
 double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
 
-/// Pattern by how far cracks run along their ways (crack_ways): one_crack if exactly one is developed and it
-/// is a main crack; two_cracks if exactly two are developed and their pattern_overlap is at least
-/// min_overlap, or NaN because a way is not a ligament; none if no crack has started; other in all other
-/// cases, and if a crack that belongs to no start covers developed_share of the width.
+/// Pattern by how far cracks run along their ligaments (crack_ligaments): one_crack if exactly one is
+/// developed and it is a main crack; two_cracks if exactly two are developed and their pattern_overlap is at
+/// least min_overlap, or NaN because they are not those of straight starts; none if no crack has started;
+/// other in all other cases, and if a crack that belongs to no start covers developed_share of the width.
 Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 
-/// Largest speed of the crack fronts along their ways (crack_ways) over a window [m/s]; 0 if no front
-/// advances by a window during the dynamic phase.
+/// Largest speed of the crack fronts along their ligaments (crack_ligaments) over a window [m/s]; 0 if no
+/// front advances by a window during the dynamic phase.
 ///
 /// The front of a start's crack is divided into columns through the thickness, two mean spacings wide. A
 /// column advances when a tetrahedron opens ahead of all earlier ones, to the mean position of its facets; in
@@ -130,7 +120,8 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 /// scatter: the next higher polynomial adds no more than two standard errors, and every window in the stretch
 /// agrees within speed_standard_errors. Among all stretches, and windows at their ends, the one with the
 /// smallest time plus speed_standard_errors is the fastest; its speed, without the errors, is returned. Thus
-/// a front at constant speed is measured over most of its way, and one with changing speed over a window.
+/// a front at constant speed is measured over most of its ligament, and one with changing speed over a
+/// window.
 ///
 /// Error of the measured speed for synthetic fronts, in meshes of 0.2 to 0.6 mm and a ligament of 19 mm, 24
 /// each: bias and standard deviation [%], range over the meshes. The scatter is that of each tetrahedron's

@@ -34,7 +34,7 @@ double local_spacing(const CrackFacet& facet);
 /// start (geometry::CrackStart), or by joining a crack of that start. A crack that touches no start belongs
 /// to the free surface, if that is a crack start of the body.
 struct Crack {
-  std::int32_t notch;  ///< number of the crack start that it belongs to, or -1
+  std::int32_t start;  ///< number of the crack start that it belongs to, or -1
   double area;         ///< [m^2]
   double first_time;   ///< [s]
   double last_time;    ///< [s]

@@ -35,7 +35,7 @@ public:
   /// @throws std::runtime_error when the specimen is not a valid body
   explicit RunningStatistics(const input::Parameters& parameters);
   /// Without a stopping rule, for a body without symmetry.
-  RunningStatistics(std::size_t n_samples, int n_notches, int n_sections, double confidence);
+  RunningStatistics(std::size_t n_samples, int n_starts, int n_sections, double confidence);
 
   /// Adds the row of a sample; a pending one changes nothing.
   /// @throws std::invalid_argument when the sample is outside the ensemble or already added, or when the row

@@ -30,17 +30,16 @@ struct ResultInfo {
   const char* units;    ///< SI; "" for counts
   const char* meaning;  ///< one phrase
   Reduction reduction;
-  const char* label;                ///< column heading for display
-  const char* shown_units;          ///< units for display
-  double shown_factor;              ///< from SI to shown_units
-  const char* format;               ///< of the shown value, in the syntax of fmt and Python
-  const char* categories = "";      ///< for a number that encodes a word: "0 none, 1 ..."
-  std::int64_t since = 2;           ///< first version of the file format with this result
-  const char* name_in_2 = nullptr;  ///< its different name in files of version 2
+  const char* label;            ///< column heading for display
+  const char* shown_units;      ///< units for display
+  double shown_factor;          ///< from SI to shown_units
+  const char* format;           ///< of the shown value, in the syntax of fmt and Python
+  const char* categories = "";  ///< for a number that encodes a word: "0 none, 1 ..."
+  std::int64_t since =
+      4;  ///< first version of the file format with this result, from the oldest that is read
 
   /// The display unit for values up to this size; the same for bodies of millimetres.
   ShownUnit unit_for(double largest) const { return shown_unit({shown_units, shown_factor}, units, largest); }
-  const char* name_in(std::int64_t version) const { return version == 2 && name_in_2 ? name_in_2 : name; }
 };
 
 /// True for results that describe how a sample broke, rather than the quality of the computation.
@@ -58,48 +57,47 @@ void for_each_result(Visit&& visit) {
   using Row = SampleSummary;
   using enum Reduction;
   visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break", "s", 1,
-                   ".6f", "", 3},
+                   ".6f"},
         &Row::first_break_time);
-  visit(ResultInfo{"first_break_x", "m", "place of the first break, across the thickness", places,
+  visit(ResultInfo{"first_break_x", "m", "position of the first break across the thickness", places,
                    "first break at x", "mm", 1e3, ".3f", "", 5},
         &Row::first_break_x);
-  visit(ResultInfo{"first_break_y", "m", "the same along the width", places, "first break at y", "mm", 1e3,
-                   ".3f", "", 5},
+  visit(ResultInfo{"first_break_y", "m", "position of the first break along the width", places,
+                   "first break at y", "mm", 1e3, ".3f", "", 5},
         &Row::first_break_y);
-  visit(ResultInfo{"first_break_z", "m", "the same along the length", places, "first break at z", "mm", 1e3,
-                   ".3f", "", 5},
+  visit(ResultInfo{"first_break_z", "m", "position of the first break along the length", places,
+                   "first break at z", "mm", 1e3, ".3f", "", 5},
         &Row::first_break_z);
   visit(ResultInfo{"first_break_load", "N", "load of the testing machine at the first break", quantiles,
-                   "first break", "N", 1, ".3f", "", 3},
+                   "first break", "N", 1, ".3f"},
         &Row::first_break_load);
   visit(
       ResultInfo{
           "onset_time", "s",
-          "load time at the start of the last dynamic phase; NaN where no quasi-static loading led to one",
+          "load time at the start of the last dynamic phase; NaN if no quasi-static loading preceded it",
           quantiles, "onset time", "s", 1, ".6f"},
       &Row::onset_time);
-  visit(ResultInfo{"onset_force", "N", "load of the testing machine then", quantiles, "onset force", "N", 1,
-                   ".3f"},
+  visit(ResultInfo{"onset_force", "N", "load of the testing machine at that time", quantiles, "onset force",
+                   "N", 1, ".3f"},
         &Row::onset_force);
   visit(ResultInfo{"peak_load", "N", "largest load of the testing machine up to separation", quantiles,
-                   "peak load", "N", 1, ".3f", "", 4},
+                   "peak load", "N", 1, ".3f"},
         &Row::peak_load);
   visit(
       ResultInfo{
           "displacement_at_peak", "m",
           "displacement of the machine along its drive when that load first comes within 0.1 % of its peak: "
           "the prescribed one, or the mean over the loaded area",
-          quantiles, "displacement at peak", "mm", 1e3, ".5f", "", 4},
+          quantiles, "displacement at peak", "mm", 1e3, ".5f"},
       &Row::displacement_at_peak);
   visit(ResultInfo{"work_of_fracture", "J",
                    "external work up to separation: the area below the load-displacement curve", quantiles,
-                   "work of fracture", "mJ", 1e3, ".3f", "", 4},
+                   "work of fracture", "mJ", 1e3, ".3f"},
         &Row::work_of_fracture);
-  visit(
-      ResultInfo{"dynamic_phases", "", "number of dynamic phases", none, "dynamic phases", "", 1, "d", "", 3},
-      &Row::dynamic_phases);
+  visit(ResultInfo{"dynamic_phases", "", "number of dynamic phases", none, "dynamic phases", "", 1, "d"},
+        &Row::dynamic_phases);
   visit(ResultInfo{"crack_area_before_onset", "m^2", "crack area before the last dynamic phase", quantiles,
-                   "crack area before onset", "mm^2", 1e6, ".2f", "", 3},
+                   "crack area before onset", "mm^2", 1e6, ".2f"},
         &Row::crack_area_before_onset);
   visit(ResultInfo{"outcome", "", "how the sample ended", shares, "outcome", "", 1, "d",
                    "0 unbroken, 1 arrested, 2 separated, 3 in one piece, 4 undecided"},
@@ -107,21 +105,24 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"pattern", "", "crack pattern", none, "pattern", "", 1, "d",
                    "0 none, 1 one crack, 2 two cracks, 3 other"},
         &Row::pattern);
-  visit(ResultInfo{"leading_notch", "",
-                   "notch whose crack crosses the largest share of its ligament; -1 where none has started",
-                   none, "leading notch", "", 1, "d", "", 3},
-        &Row::leading_notch);
+  visit(
+      ResultInfo{
+          "leading_notch", "",
+          "crack start whose crack crosses the largest share of its ligament; -1 where none has started",
+          none, "leading start", "", 1, "d"},
+      &Row::leading_start);
   visit(ResultInfo{"overlap", "1",
                    "share of the two cracks' paths in which one lies over the other turned by 180 degrees",
                    none, "overlap", "%", 100, ".0f"},
         &Row::overlap);
-  visit(ResultInfo{"bifurcations", "", "number of forks in space, seen in windows through the thickness",
-                   counts, "forks in space", "", 1, "d"},
-        &Row::bifurcations);
+  visit(ResultInfo{"bifurcations", "",
+                   "number of branching points in space, seen in windows through the thickness", counts,
+                   "branching in space", "", 1, "d"},
+        &Row::branching_points);
   visit(ResultInfo{"bifurcations_projected", "",
-                   "number of forks of the crack projected on the plane of the plate", counts,
-                   "forks in projection", "", 1, "d", "", 3},
-        &Row::bifurcations_projected);
+                   "number of branching points of the crack projected on the plane of the plate", counts,
+                   "branching projected", "", 1, "d"},
+        &Row::branching_points_projected);
   visit(ResultInfo{"kinks", "",
                    "number of kinks of all crack lines: turns of 26 degrees or more within 0.08 ligaments",
                    none, "kinks", "", 1, "d"},
@@ -133,8 +134,8 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"crack_speed_max", "m/s", "largest crack speed, over a tenth of the ligament or more",
                    quantiles, "crack speed", "m/s", 1, ".1f"},
         &Row::crack_speed_max);
-  visit(ResultInfo{"crack_speed_ratio", "1", "largest crack speed over the Rayleigh speed", quantiles,
-                   "over Rayleigh's", "", 1, ".3f"},
+  visit(ResultInfo{"crack_speed_ratio", "1", "ratio of the largest crack speed to the Rayleigh speed",
+                   quantiles, "over Rayleigh's", "", 1, ".3f"},
         &Row::crack_speed_ratio);
   visit(ResultInfo{"traced_area", "m^2", "length of the crack lines times the thickness", none, "traced area",
                    "mm^2", 1e6, ".1f"},
@@ -142,17 +143,17 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"effective_toughness", "J/m^2", "released energy over the traced area", quantiles,
                    "toughness", "J/m^2", 1, ".3f"},
         &Row::effective_toughness);
-  visit(ResultInfo{"energy_error", "1", "largest imbalance of the energy account over the work done",
+  visit(ResultInfo{"energy_error", "1", "largest imbalance of the energy account relative to the work done",
                    quantiles, "energy error", "", 1, ".1e"},
         &Row::energy_error);
   visit(
       ResultInfo{"equilibrium_residual", "1",
                  "largest residual of the static solves over that of their loads; NaN without static solves",
-                 quantiles, "equilibrium residual", "", 1, ".1e", "", 3},
+                 quantiles, "equilibrium residual", "", 1, ".1e"},
       &Row::equilibrium_residual);
 }
 
-/// Calls visit(info, member) for every result with notches x sections values per sample: /summary/<name> of a
+/// Calls visit(info, member) for every result with starts x sections values per sample: /summary/<name> of a
 /// sample file, /crack_path/<name> of the ensemble's.
 template <class Visit>
 void for_each_position_result(Visit&& visit) {
@@ -162,8 +163,8 @@ void for_each_position_result(Visit&& visit) {
       ResultInfo{
           "position", "m",
           "coordinate along the section, z for y = const and y for z = const: through-thickness mean of "
-          "the main arm of the crack that starts at the notch; NaN where it did not arrive",
-          quantiles, "position", "mm", 1e3, ".3f", "", 2, "z"},
+          "the main branch of the crack from this start; NaN where it did not arrive",
+          quantiles, "position", "mm", 1e3, ".3f"},
       &Row::position);
   visit(ResultInfo{"z_spread", "m", "standard deviation of the position through the thickness", none,
                    "spread of the position", "mm", 1e3, ".3f"},
@@ -172,10 +173,10 @@ void for_each_position_result(Visit&& visit) {
       ResultInfo{"arrival_time", "s",
                  "through-thickness mean of when the crack opened there, since the start of the last dynamic "
                  "phase; NaN where it did not arrive",
-                 quantiles, "arrival", "us", 1e6, ".2f", "", 4},
+                 quantiles, "arrival", "us", 1e6, ".2f"},
       &Row::arrival_time);
-  visit(ResultInfo{"branches", "", "number of separate crossings there, of all arms", none, "crossings", "",
-                   1, "d"},
+  visit(ResultInfo{"branches", "", "number of separate crossings there, of all branches", none, "crossings",
+                   "", 1, "d"},
         &Row::branches);
 }
 

@@ -40,10 +40,10 @@ struct SampleSummary {
   double crack_area_before_onset = none;
   std::int32_t outcome = -1;        ///< dynamics::Outcome; -1 without results
   std::int32_t pattern = 0;         ///< see Pattern
-  std::int32_t leading_notch = -1;  ///< see analysis::leading_notch
+  std::int32_t leading_start = -1;  ///< see analysis::leading_start
   double overlap = none;            ///< see pattern_overlap
-  std::int32_t bifurcations = 0;
-  std::int32_t bifurcations_projected = 0;
+  std::int32_t branching_points = 0;
+  std::int32_t branching_points_projected = 0;
   std::int32_t kinks = 0;
   std::int64_t breaks = 0;
   double crack_area = none;
@@ -53,7 +53,7 @@ struct SampleSummary {
   double effective_toughness = none;
   double energy_error = none;
   double equilibrium_residual = none;
-  std::vector<double> position;        ///< n_notches x n_sections, see SectionCrossing
+  std::vector<double> position;        ///< n_starts x n_sections, see SectionCrossing
   std::vector<double> z_spread;        ///< likewise
   std::vector<double> arrival_time;    ///< likewise
   std::vector<std::int32_t> branches;  ///< likewise
@@ -61,14 +61,14 @@ struct SampleSummary {
 };
 
 /// A row for a sample without results: NaN and 0 in the right shape.
-SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, std::string error = {});
+SampleSummary empty_summary(int n_starts, int n_sections, SampleStatus status, std::string error = {});
 
 /// @param lines crack_lines of the same surface
-/// @param arms find_forks of it
+/// @param branches find_branches of it
 /// @param crossings section_crossings of it
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        const CrackArms& arms, const std::vector<SectionCrossing>& crossings,
+                        const CrackBranches& branches, const std::vector<SectionCrossing>& crossings,
                         const input::Material& material);
 
 /// Replaces the row's crossings by those at other sections.

@@ -30,7 +30,7 @@ struct Sensitivity {
   ResultInfo info{};
   std::string share_of =
       {};  ///< category, such as "two cracks", whose occurrence is analysed; empty for the number itself
-  int notch = -1;    ///< for the position at a section; -1 for other results
+  int start = -1;    ///< for the position at a section; -1 for other results
   int section = -1;  ///< likewise
   int n_values = 0;  ///< number of samples with this result
   /// Share of the variance among samples with the same draw: explained by the mesh alone and together with

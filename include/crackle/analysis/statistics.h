@@ -22,11 +22,10 @@ inline constexpr std::array<double, 5> quantile_shares{0, 0.25, 0.5, 0.75, 1};
 
 /// Note for the user on what the confidence intervals of an ensemble do not cover.
 constexpr const char* interval_scope(input::Base base) {
-  return base == input::Base::shared ? "Intervals cover the scatter of samples that share one set of mother "
-                                       "points; that between such "
-                                       "sets is not in them."
-                                     : "Intervals cover the scatter of independent samples, each with a set "
-                                       "of mother points of its own.";
+  return base == input::Base::shared
+             ? "Intervals cover the scatter of samples that share one set of mother points, not the scatter "
+               "between such sets."
+             : "Intervals cover the scatter of independent samples, each with its own set of mother points.";
 }
 
 /// Statistics of crack positions (z at sections y = const, y at z = const), rows x sections, row-major. Only
@@ -47,10 +46,10 @@ struct PathStatistics {
 };
 
 /// Positions of the leading or the following cracks, in the frame of the leading crack (LeaderFrame): each
-/// row is one notch of the frame, for one class of leading notches.
+/// row is one start of the frame, for one class of leading starts.
 struct RankStatistics : PathStatistics {
-  std::vector<std::int32_t> leading_notch;  ///< per row: the reference notch of the class
-  std::vector<std::int32_t> notch;          ///< per row: the crack's start
+  std::vector<std::int32_t> leading_start;  ///< per row: the reference start of the class
+  std::vector<std::int32_t> start;          ///< per row: the crack's start
   /// rows x sections: completed samples that would count if their crack arrived; fewer than the whole class
   /// if transformed samples have no such section
   std::vector<std::int32_t> counted;
@@ -58,9 +57,9 @@ struct RankStatistics : PathStatistics {
 
 /// Statistics over all completed samples, bitwise independent of the order in which they were added. For an
 /// ensemble that stopped early (see stop_rule.h), over the samples it needed. Its own positions are those of
-/// each notch's cracks, leading or following: rows are notches.
+/// each start's cracks, leading or following: rows are starts.
 struct Statistics : PathStatistics {
-  int n_notches = 0;
+  int n_starts = 0;
   int n_sections = 0;
   int n_samples = 0;  ///< rows of running_mean: all samples of the ensemble
   int n_done = 0;
@@ -73,11 +72,11 @@ struct Statistics : PathStatistics {
   std::array<double, n_patterns> pattern_half_width{};  ///< Wilson interval's half width; likewise
   std::array<double, n_patterns> pattern_lower{};       ///< its ends: it is not centred on the share
   std::array<double, n_patterns> pattern_upper{};
-  std::vector<std::int32_t> reference_notch;  ///< for each notch, see LeaderFrame
+  std::vector<std::int32_t> reference_start;  ///< for each start, see LeaderFrame
   RankStatistics leader;                      ///< a row for each class
   RankStatistics leader_one_crack;            ///< the same over samples with Pattern::one_crack
   RankStatistics leader_two_cracks;           ///< and Pattern::two_cracks
-  RankStatistics follower;                    ///< for each class, a row for each other notch
+  RankStatistics follower;                    ///< for each class, a row for each other start
 };
 
 /// Calls visit(name, ranked statistics) for the members of type RankStatistics; the names are those of the
@@ -93,7 +92,7 @@ void for_each_rank(Statistics& statistics, Visit&& visit) {
 /// For a body without symmetry.
 /// @param samples one row for each sample of the ensemble, in the order of their numbers
 /// @throws std::invalid_argument when a row has the wrong shape or `confidence` is not between 0 and 1
-Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches, int n_sections,
+Statistics make_statistics(std::span<const SampleSummary> samples, int n_starts, int n_sections,
                            double confidence = default_confidence);
 
 /// As above, for the body and sections of the input, with its [ensemble.stop] (without it default_confidence

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -53,15 +54,15 @@ struct EndedPhase {
 
 /// Steps at which a dynamic phase checked for, and found, separation of the body.
 struct Separation {
-  std::int64_t looked_at = 0;         ///< step of the last check
+  std::int64_t checked_at = 0;        ///< step of the last check
   std::optional<std::int64_t> found;  ///< step at which the body was found separated
   /// Step of the last break before the conditions were found to act on separate pieces.
   std::optional<std::int64_t> unloaded;
 };
 
 /// Steps relevant to the checks of a dynamic phase for loads on loose fragments.
-struct LoadLook {
-  std::int64_t looked_at = 0;
+struct LoadCheck {
+  std::int64_t checked_at = 0;
   std::int64_t broke_at = 0;  ///< last break of a tetrahedron at a loaded node
 };
 
@@ -74,7 +75,7 @@ struct RunningPhase {
   fracture::Releases releases;
   MotionCheckpoint motion;
   std::vector<HistoryRow> history = {};  ///< so far
-  LoadLook load_look = {};
+  LoadCheck load_check = {};
   std::vector<parallel::NumberedRows> ended_loads = {};  ///< as in EndedPhase
 };
 
@@ -107,10 +108,9 @@ std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
 std::vector<fracture::BridgeRelease> gather_bridge_releases(const parallel::Communicator& group,
                                                             std::span<const fracture::BridgeRelease> local);
 
-/// As gather_breaks, for the teeth of softening tetrahedra; those of one tetrahedron in the order in which
-/// they fell.
-std::vector<fracture::ToothFall> gather_tooth_falls(const parallel::Communicator& group,
-                                                    std::span<const fracture::ToothFall> local);
+/// As gather_breaks, for the stiffness reductions of softening tetrahedra; in order for each tetrahedron.
+std::vector<fracture::StiffnessReduction> gather_stiffness_reductions(
+    const parallel::Communicator& group, std::span<const fracture::StiffnessReduction> local);
 
 /// Marks a point in a body's fracture history, to gather the releases after it.
 class ReleasesSince {
@@ -119,13 +119,13 @@ public:
       : body_(&body),
         n_breaks_(body.breaks().size()),
         n_bridge_releases_(body.bridge_releases().size()),
-        n_tooth_falls_(body.tooth_falls().size()) {}
+        n_stiffness_reductions_(body.stiffness_reductions().size()) {}
   /// Gathers the releases of all ranks on the root. Collective.
   fracture::Releases gather(const parallel::Communicator& group) const;
 
 private:
   const fracture::BreakableBody* body_;
-  std::size_t n_breaks_, n_bridge_releases_, n_tooth_falls_;
+  std::size_t n_breaks_, n_bridge_releases_, n_stiffness_reductions_;
 };
 
 /// Gathers the impulses of all tetrahedra on the root. Collective.
@@ -134,5 +134,12 @@ parallel::NumberedRows gather_memory(const parallel::Communicator& group,
                                      const fracture::Criterion& criterion);
 void restore_memory(const parallel::NumberedRows& memory, const geometry::Subdomain& subdomain,
                     fracture::Criterion& criterion);
+
+/// Restores releases recorded by an earlier run in the body and the criterion. Local.
+/// @param remaining as for fracture::BreakableBody::restore()
+/// @return the local tetrahedra whose stiffness has changed
+std::span<const std::int32_t> restore_releases(
+    const fracture::Releases& releases, fracture::BreakableBody& body, fracture::Criterion& criterion,
+    const std::function<double(double phase_time)>& remaining = {});
 
 }  // namespace crackle::dynamics

@@ -26,18 +26,18 @@ public:
 /// Action after a poll; the strongest request of any rank applies.
 enum class Request : int {
   go_on,
-  save,  ///< write a checkpoint and continue
-  park   ///< write a checkpoint and stop
+  save,    ///< write a checkpoint and continue
+  suspend  ///< write a checkpoint and stop
 };
 
-/// Steps between polls of whether a phase has arrested, failed, or should save or park: each poll requires
-/// communication.
+/// Steps between polls of whether a phase has arrested, failed, or should save or be suspended: each poll
+/// requires communication.
 inline constexpr std::int64_t steps_per_poll = 32;
 
 struct PhaseResult {
   bool arrested = false;
   bool separated = false;  ///< the body had separated when the phase ended
-  bool parked = false;     ///< the rest is undefined
+  bool suspended = false;  ///< the rest is undefined
   double time = 0;         ///< duration of the phase until it ended [s]
   /// Time since the start of the phase of the last break before the conditions were found to act on separate
   /// pieces; NaN if they were not [s].
@@ -61,6 +61,8 @@ struct PhaseOptions {
   /// phase in which breaking continues after the duration goes on without outputs, for at most
   /// max_phase_durations durations.
   std::optional<double> arrest_window = {};
+  /// Over which the stiffness of a breaking tetrahedron falls [s]; 0: it is lost at once.
+  double release_time = 0;
   std::optional<double> after_separation = {};  ///< a phase ends this long after separation of the body [s]
   bool ends_out_of_range = false;  ///< after separation, numbers out of range end the phase without a failure
   int n_frames = 0;                ///< frames over the whole duration, including first and last

@@ -6,6 +6,7 @@
 #include "crackle/dynamics/integrator.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/stress_average.h"
 #include "crackle/mechanics/boundary_loads.h"
@@ -54,6 +55,9 @@ public:
   /// Updates the stiffness of tetrahedra that have broken or lost part of their stiffness. Local.
   virtual void release(std::span<const std::int32_t> tetrahedra) = 0;
 
+  /// Takes over strengths of the criterion that have changed. Local.
+  virtual void update_strengths([[maybe_unused]] std::span<const std::int32_t> tetrahedra) {}
+
   /// Copies the state: displacements with ghosts, velocities of owned nodes. Local.
   virtual void read(MotionState& state) const = 0;
 
@@ -98,6 +102,7 @@ struct MotionContext {
   fracture::StressAverage* average =
       nullptr;              ///< used by the criterion instead of a tetrahedron's own stress
   double damping_rate = 0;  ///< of mass-proportional damping: force / (mass * velocity) [1/s]
+  fracture::CrackVicinity* vicinity = nullptr;  ///< if strengths depend on where cracks are
 };
 
 /// The reference implementation: all operations in double precision, in sequence, with the plain loop over

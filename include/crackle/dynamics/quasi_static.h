@@ -4,6 +4,7 @@
 #include "crackle/common/real.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/stress_average.h"
 #include "crackle/mechanics/boundary_loads.h"
@@ -26,7 +27,7 @@ enum class QuasiStaticEnd {
   unstable,   ///< a tetrahedron exceeds the limit at constant load: dynamics takes over
   no_load,    ///< no further loading breaks the body
   separated,  ///< the loads are no longer supported, or without stiffness: the body carries no load
-  parked,     ///< stopped on request between two breaks
+  suspended,  ///< stopped on request between two breaks
 };
 
 /// Event-driven quasi-static loading. Between breaks the equilibrium is linear in the loads: one unit
@@ -40,10 +41,12 @@ public:
   ///   is released quasi-statically, as a dynamic phase would arrest before its first break
   /// @param average used by the criterion instead of a tetrahedron's own stress, or nullptr
   /// @param ending_loads the loads, which end on fragments that come loose; nullptr: they continue
+  /// @param vicinity of cracks, on which the criterion's strengths depend, or nullptr
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                      const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion, double patience,
                      fracture::StressAverage* average = nullptr,
-                     mechanics::BoundaryLoads* ending_loads = nullptr);
+                     mechanics::BoundaryLoads* ending_loads = nullptr,
+                     fracture::CrackVicinity* vicinity = nullptr);
   ~QuasiStaticLoading();
 
   /// Adds the loads at time 0 to the energy account. Collective; call once, first.
@@ -58,10 +61,10 @@ public:
   double stress_share() const;
 
   /// Continues loading until instability or the end of the curve. Collective.
-  /// @param is_asked_to_park this rank's request, polled after each break; may be empty
+  /// @param must_suspend this rank's request, polled after each break; may be empty
   /// @param on_equilibrium called on every rank with the loads before and after each increment, up to a break
   ///   or a kink of a load curve; may be empty
-  QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& is_asked_to_park = {},
+  QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& must_suspend = {},
                          const std::function<void(const LoadState& loads)>& on_equilibrium = {});
 
   /// Continues at `time` from a body that came to rest after the dynamic state `displacement`, including its
@@ -126,6 +129,7 @@ private:
   mechanics::BoundaryLoads* ending_loads_;
   fracture::Criterion* criterion_;
   fracture::StressAverage* average_;
+  fracture::CrackVicinity* vicinity_;
   double patience_;
   mechanics::StaticSolver solver_;
   std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each driven motion

@@ -86,6 +86,13 @@ struct ExchangeCost {
   std::int64_t n_exchanges = 0;         ///< of ghost displacements
   std::int64_t bytes_per_exchange = 0;  ///< received by this rank
   double seconds = 0;                   ///< spent beginning and ending them [s]
+
+  ExchangeCost& operator+=(const ExchangeCost& phase) {
+    n_exchanges += phase.n_exchanges;
+    bytes_per_exchange = phase.bytes_per_exchange;
+    seconds += phase.seconds;
+    return *this;
+  }
 };
 
 /// Wall-clock times and communication; differ between runs and numbers of ranks.
@@ -103,7 +110,7 @@ struct SampleTimings {
 struct SampleResult {
   static constexpr double none = not_a_number;
 
-  bool parked = false;  ///< stopped part-way on request; the rest is undefined
+  bool suspended = false;  ///< stopped part-way on request; the rest is undefined
   Outcome outcome = Outcome::unbroken;
   std::string note;  ///< remarks about the end; usually empty
   /// Load time at the first break [s] and the machine's load then [N]; NaN if nothing broke.
@@ -125,8 +132,9 @@ struct SampleResult {
       none;  ///< largest residual of the static solves, relative to the load; NaN without any
   std::vector<fracture::Break> breaks;  ///< sorted by time, then by tetrahedron number
   std::vector<fracture::BridgeRelease>
-      bridge_releases;                           ///< in the same order; empty with release by elements
-  std::vector<fracture::ToothFall> tooth_falls;  ///< in the same order; empty without softening
+      bridge_releases;  ///< in the same order; empty with release by elements
+  std::vector<fracture::StiffnessReduction>
+      stiffness_reductions;  ///< in the same order; empty without softening
   std::vector<EnergyRow> energy;
   std::vector<HistoryRow> history;  ///< of the whole sample, in order
   std::vector<Frame> frames;

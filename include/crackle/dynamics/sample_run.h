@@ -26,7 +26,7 @@ struct SampleControl {
   /// Status line of the sample, updated many times in a phase and replacing the previous one; used instead of
   /// the log's lines about a running phase. Called on the root; may be empty.
   SampleLog progress;
-  std::function<bool()> stop;  ///< true if this rank was asked to park the sample; may be empty
+  std::function<bool()> stop;  ///< true if this rank was asked to suspend the sample; may be empty
   /// Stores a checkpoint; given on every rank or on none, called on the root. An exception is logged, and the
   /// sample continues.
   std::function<void(std::span<const std::byte> checkpoint)> save;
@@ -46,7 +46,7 @@ double arrest_window(const input::Parameters& parameters);
 /// Computes one sample from the unloaded state to its end: quasi-static loading, instability, dynamic
 /// fracture, arrest. Collective over the group; a failure on one rank is thrown on all.
 ///
-/// If any rank is asked to, the sample is parked within 32 steps of a dynamic phase, or between two
+/// If any rank is asked to, the sample is suspended within 32 steps of a dynamic phase, or between two
 /// quasi-static breaks. Continuing from a checkpoint, on any number of ranks, gives bitwise the same results
 /// as an uninterrupted run: quasi-static loading is recomputed, dynamic phases are not. With Engine::petsc
 /// this holds for the same number of ranks only. A checkpoint that does not match the sample is logged and

@@ -4,6 +4,7 @@
 #include "crackle/dynamics/integrator.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/stress_average.h"
 #include "crackle/geometry/subdomain.h"
@@ -44,7 +45,8 @@ struct SampleSetup {
   double stable_step;  ///< [s]
   TimeGrid grid;
   std::unique_ptr<fracture::Criterion> criterion;
-  std::unique_ptr<fracture::StressAverage> average;  ///< or none
+  std::unique_ptr<fracture::StressAverage> average;   ///< or none
+  std::unique_ptr<fracture::CrackVicinity> vicinity;  ///< or none
 };
 
 }  // namespace crackle::dynamics

@@ -27,15 +27,15 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads);
 
-/// True if every load still acts on a piece held by a prescribed motion, so that an equilibrium exists; if
-/// nothing is held, true if the body is in one piece. Pieces are connected by edges that still carry load, so
-/// a hinge is enough. Equal on every rank. Collective.
+/// True if every load still acts on a piece with a prescribed motion, so that an equilibrium exists; without
+/// any prescribed motion, true if the body is in one piece. Pieces are connected by edges that still carry
+/// load, so a hinge is enough. Equal on every rank. Collective.
 /// @param labels of the pieces, see fracture::piece_labels()
-bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
+bool loads_are_supported(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                         const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
 
 /// The same for pieces connected by faces all of whose edges still carry load.
-bool loads_are_held_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                             const mechanics::BoundaryLoads& loads);
+bool loads_are_supported_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                                  const mechanics::BoundaryLoads& loads);
 
 }  // namespace crackle::dynamics

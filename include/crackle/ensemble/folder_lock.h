@@ -60,7 +60,7 @@ public:
   static constexpr double lifetime = 600;  ///< [s]
 
   /// @param file in an existing folder
-  /// @param taken message when another process holds it: "another run is at work in out"
+  /// @param taken message when another process holds it: "another run is active in out"
   /// @param patience how long to wait for another process' lock [s]
   /// @throws std::runtime_error naming the file and its owner, when another process keeps it; when the name
   ///   is taken by something other than a lock; or when it cannot be written

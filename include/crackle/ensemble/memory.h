@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/ensemble/group_layout.h"
+#include "crackle/ensemble/group.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
@@ -19,9 +19,6 @@ struct MemoryDemand {
   double root;    ///< of a group
   double member;  ///< of a group, not its root
 };
-
-/// The layout in which all ranks share one sample.
-GroupLayout one_group(int n_ranks);
 
 /// Accurate to 25 % for bodies that need more memory than the program itself.
 /// @param n_nodes, n_tetrahedra of one realization

@@ -26,7 +26,7 @@ public:
   void started(std::uint64_t sample, double now);
   void finished(const SampleReport& report, double now);
   /// A sample under way is left for a later run.
-  void parked(std::uint64_t sample) { running_.erase(sample); }
+  void suspended(std::uint64_t sample) { running_.erase(sample); }
   /// Status line of the only running sample.
   void at_work(const std::string& where) { where_ = where; }
 

@@ -28,12 +28,12 @@ struct InvalidFile {
 
 /// The samples that a run computes.
 struct SamplePlan {
-  SampleRange range;                  ///< samples that this run may compute
-  std::vector<std::uint64_t> to_do;   ///< ascending
-  std::vector<KeptSample> kept;       ///< ascending
-  std::vector<std::uint64_t> parked;  ///< subset of to_do with a checkpoint to continue from
-  std::vector<std::uint64_t> anew;    ///< subset of to_do whose file and checkpoint are deleted first
-  std::vector<InvalidFile> invalid;   ///< their samples are in to_do
+  SampleRange range;                     ///< samples that this run may compute
+  std::vector<std::uint64_t> to_do;      ///< ascending
+  std::vector<KeptSample> kept;          ///< ascending
+  std::vector<std::uint64_t> suspended;  ///< subset of to_do with a checkpoint to continue from
+  std::vector<std::uint64_t> anew;       ///< subset of to_do whose file and checkpoint are deleted first
+  std::vector<InvalidFile> invalid;      ///< their samples are in to_do
 };
 
 /// Reads the row of a sample from its file; throws if the file is incomplete or belongs to another input or
@@ -49,6 +49,9 @@ struct PlanOptions {
   bool resume = false;                 ///< continue it; otherwise the folder must not contain an ensemble
   bool retry_failed = false;           ///< recompute samples that failed
   std::optional<SampleRange> range{};  ///< only these samples; empty: all
+  /// Only this sample, for plan_sample().
+  std::optional<std::uint64_t> single{};
+  bool overwrite = false;  ///< of a single sample, without `resume`: delete its file and checkpoint first
 };
 
 /// Part `number`, from 0, of `n_parts` ranges that differ by at most one sample and make up the ensemble.
@@ -66,6 +69,12 @@ void check_folder(const std::filesystem::path& folder, const input::Parameters& 
 /// ones count as ended. Reads only. @throws std::runtime_error as check_folder
 SamplePlan make_plan(const std::filesystem::path& folder, const input::Parameters& parameters,
                      const PlanOptions& options, const SummaryReader& read);
+
+/// The work on options.single, whatever else the folder holds of the ensemble. Without `resume` and
+/// `overwrite`, neither a file nor a checkpoint of the sample may exist. Reads only.
+/// @throws std::runtime_error as check_folder, and when there is no such sample
+SamplePlan plan_sample(const std::filesystem::path& folder, const input::Parameters& parameters,
+                       const PlanOptions& options);
 
 /// Creates folder/samples. @throws std::runtime_error naming the folder that cannot be created
 void make_sample_folder(const std::filesystem::path& folder);

@@ -17,17 +17,17 @@ struct SampleReport {
   analysis::SampleSummary summary;
   bool stored =
       false;  ///< a complete sample file contains the same; otherwise a resumed run recomputes the sample
-  bool parked = false;  ///< stopped part-way on request: neither done nor failed
-  std::string
-      checkpoint_error;  ///< of a parked sample: why its last checkpoint could not be written; usually empty
-  int mesh_attempt = 0;  ///< attempt that gave the realization; shown unless 0
+  bool suspended = false;        ///< stopped part-way on request: neither done nor failed
+  std::string checkpoint_error;  ///< of a suspended sample: why its last checkpoint could not be written;
+                                 ///< usually empty
+  int mesh_attempt = 0;          ///< attempt that gave the realization; shown unless 0
   std::int64_t n_tetrahedra = 0;
   double seconds = 0;  ///< wall time from receiving the realization to writing the file
 };
 
 /// For a Packer: messages between ranks of the same architecture.
 void for_each_field(std::derived_from<SampleReport> auto& report, const auto& visit) {
-  visit(report.sample, report.stored, report.parked, report.checkpoint_error, report.mesh_attempt,
+  visit(report.sample, report.stored, report.suspended, report.checkpoint_error, report.mesh_attempt,
         report.n_tetrahedra, report.seconds, report.summary);
 }
 

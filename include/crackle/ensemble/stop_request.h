@@ -22,9 +22,9 @@ std::optional<std::string> stop_signal();
 /// SLURM_JOB_END_TIME; empty without either.
 std::optional<double> time_left(std::optional<double> limit);
 
-/// How long before its end a run of `seconds` begins to park: one minute, or a tenth of the run if that is
-/// less.
-double parking_reserve(double seconds);
+/// How long before its end a run of `seconds` begins to suspend its samples: one minute, or a tenth of the
+/// run if that is less.
+double suspending_reserve(double seconds);
 
 /// Stop request by signal or by the approaching time limit.
 StopRequest make_stop_request(std::optional<double> limit);
@@ -32,6 +32,7 @@ StopRequest make_stop_request(std::optional<double> limit);
 /// Latched stop request: polls until there is a reason, reports it once, and returns true from then on.
 class StopLatch {
 public:
+  StopLatch() = default;  ///< never asked
   /// @param request, tell may be empty
   StopLatch(StopRequest request, std::function<void(const std::string& line)> tell);
   bool operator()();

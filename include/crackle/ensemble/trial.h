@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/ensemble/sample_task.h"
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/input/parameters.h"
+#include "crackle/ensemble/case.h"
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 namespace crackle::ensemble {
@@ -19,7 +17,7 @@ enum class TrialDepth {
 
 /// Starts samples with the same code as `crackle run`, without writing anything, to detect early failures
 /// before the run.
-class Trial {
+class Trial final : private SampleSource {
 public:
   /// The references must outlive the object.
   /// @param base points shared by all samples; unused with mesh.base = "own"
@@ -32,7 +30,11 @@ public:
   std::string failure(PreparedSample prepared);
 
 private:
-  SampleSteps steps_;
+  geometry::Realization make(std::uint64_t sample) override;
+  std::unique_ptr<SampleSteps> steps(std::uint64_t sample) override;
+  dynamics::SampleControl control() override;
+
+  Case case_;
   SampleGroup self_;
 };
 

@@ -31,21 +31,22 @@ struct BridgeRelease {
   std::uint32_t edges;       ///< mechanics::EdgeSet
 };
 
-/// One fallen tooth of a softening tetrahedron (fracture::SofteningLaw); the last tooth is a Break.
-struct ToothFall {
+/// One reduction of the stiffness of a softening tetrahedron, by a tooth of fracture::SofteningLaw; the last
+/// tooth is a Break.
+struct StiffnessReduction {
   std::int64_t tetrahedron;  ///< number in the realization
   double load_time;          ///< as in Break [s]
   double phase_time;         ///< as in Break [s]
   double released_energy;    ///< strain energy released from the body [J]
   double share;              ///< remaining share of the stiffness
-  double ductility;          ///< argument of SofteningLaw::teeth(); equal for all teeth of a tetrahedron
+  double ductility;          ///< argument of SofteningLaw::teeth(); equal for all reductions of a tetrahedron
 };
 
 /// All releases of a body.
 struct Releases {
   std::vector<Break> breaks;
   std::vector<BridgeRelease> bridge_releases;
-  std::vector<ToothFall> tooth_falls;  ///< those of each tetrahedron in the order in which they fell
+  std::vector<StiffnessReduction> stiffness_reductions;  ///< in order for each tetrahedron
 };
 
 }  // namespace crackle::fracture

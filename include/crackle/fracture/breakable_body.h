@@ -31,17 +31,13 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const mec
 /// The edges crossed by a cut.
 mechanics::EdgeSet crossed_edges(int cut);
 
-/// With release by facets, a broken tetrahedron also releases an edge when the dual facets of the unbroken
-/// tetrahedra around that edge are at most this share of all. With 0 all tetrahedra around the edge must be
-/// broken.
-inline constexpr double bridging_share = 0.0;
-
 /// A body that can break: its constant operators, its internal force and its set of broken tetrahedra, on one
 /// subdomain.
 ///
 /// Release by elements: a broken tetrahedron carries no load. Release by facets: it releases the edges
-/// crossed by its most loaded cut (mechanics::EdgeStiffness), and further ones by the bridging rule, without
-/// which neighbouring tetrahedra with different cuts would bridge the crack forever.
+/// crossed by its most loaded cut (mechanics::EdgeStiffness), and those around which all tetrahedra are
+/// broken (the bridging rule), without which neighbouring tetrahedra with different cuts would bridge the
+/// crack forever.
 ///
 /// Ranks that hold the same tetrahedron compute bitwise the same stress, so they break it consistently
 /// without communication.
@@ -78,8 +74,8 @@ public:
   std::span<const std::int32_t> changes() const { return changes_; }
   /// Breaks counted by this rank, in order of breaking.
   std::span<const Break> breaks() const { return records_; }
-  /// Fallen teeth of softening tetrahedra counted by this rank, in order.
-  std::span<const ToothFall> tooth_falls() const { return tooth_falls_; }
+  /// Stiffness reductions of softening tetrahedra counted by this rank, in order.
+  std::span<const StiffnessReduction> stiffness_reductions() const { return stiffness_reductions_; }
   /// Releases by the bridging rule of tetrahedra counted by this rank.
   std::span<const BridgeRelease> bridge_releases() const { return bridge_releases_; }
 
@@ -95,13 +91,24 @@ public:
   /// @param dissipation of each local tetrahedron, per volume [J/m^3]
   void soften(const SofteningLaw& law, std::vector<double> dissipation);
 
-  /// Breaks a tetrahedron, or drops one tooth of a softening one; the recorded energy and cut are computed
-  /// from the given strain. Local; every rank that holds it must do the same.
+  /// Breaks a tetrahedron, or reduces the stiffness of a softening one by a tooth; the recorded energy and
+  /// cut are computed from the given strain. Local; every rank that holds it must do the same.
+  /// @param remaining share of the stiffness that a breaking tetrahedron keeps for now
   void release(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
-               double phase_time);
+               double phase_time, double remaining = 0);
+
+  /// Continues the releases that are under way. The energy is added to that of the break. Local, like
+  /// release().
+  /// @param remaining share of the stiffness of a tetrahedron that broke at a phase time [s]
+  /// @param strain current strain of a local tetrahedron
+  void continue_releases(const std::function<double(double phase_time)>& remaining,
+                         const std::function<mechanics::Symmetric(std::int32_t)>& strain);
+  /// True if tetrahedra of this rank are being released.
+  bool is_releasing() const { return !releasing_.empty(); }
 
   /// Restores releases recorded by an earlier run: all that this rank holds, counted or not.
-  void restore(const Releases& releases);
+  /// @param remaining as for continue_releases(); empty: all are complete
+  void restore(const Releases& releases, const std::function<double(double phase_time)>& remaining = {});
 
   /// Applies the bridging rule after breaks since the last call; no effect with release by elements.
   /// Collective; does not agree() before. A rank that fails before its communication throws; the others then
@@ -113,7 +120,7 @@ public:
 
   /// Strain energy of each tetrahedron counted by this rank [J].
   std::vector<double> strain_energies(std::span<const double> displacement) const;
-  /// Energies released by the breaks, bridge releases and teeth counted by this rank [J].
+  /// Energies released by the breaks, bridge releases and stiffness reductions counted by this rank [J].
   std::vector<double> released_energies() const;
 
 private:
@@ -130,10 +137,16 @@ private:
   };
   std::vector<BridgingEdge> find_bridging_edges() const;
   /// @return false when no tooth is left
-  bool lose_tooth(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
-                  double phase_time);
-  void open(std::int32_t tetrahedron, int cut);
-  void let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges);
+  bool reduce_stiffness(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
+                        double phase_time);
+  /// A break whose tetrahedron still has part of its stiffness.
+  struct Releasing {
+    std::int32_t tetrahedron;
+    double phase_time;
+    std::optional<std::size_t> record;  // in records_, if this rank counts it
+  };
+  void open(std::int32_t tetrahedron, int cut, double remaining);
+  void release_edges(std::int32_t tetrahedron, mechanics::EdgeSet edges);
 
   const geometry::Subdomain* subdomain_;
   input::Release release_;
@@ -146,11 +159,12 @@ private:
   mutable std::vector<std::array<std::int32_t, 4>> face_neighbours_;
   std::vector<std::uint8_t> broken_;
   std::vector<std::int32_t> order_;
+  std::vector<Releasing> releasing_;
   std::vector<std::int32_t> changes_;
   std::optional<SofteningLaw> softening_;
   std::vector<double> dissipation_;  // of each softening tetrahedron, per volume [J/m^3]
   std::unordered_map<std::int32_t, Softened> softened_;
-  std::vector<ToothFall> tooth_falls_;
+  std::vector<StiffnessReduction> stiffness_reductions_;
   std::size_t n_checked_ = 0;  // number of entries in order_ whose edges were checked
   std::vector<BridgeRelease> bridge_releases_;
   std::vector<Break> records_;

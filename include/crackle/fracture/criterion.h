@@ -36,6 +36,9 @@ public:
   double strength(std::size_t tetrahedron) const { return strengths_[tetrahedron]; }
   std::span<const double> strengths() const { return strengths_; }
 
+  /// Replaces the strength of a tetrahedron that has not softened [Pa].
+  void set_strength(std::size_t tetrahedron, double strength) { strengths_[tetrahedron] = strength; }
+
   /// From now on the tetrahedron gives way at this multiple of its initial strength, without delay, since the
   /// criterion has already been met once.
   void soften(std::size_t tetrahedron, double threshold) {

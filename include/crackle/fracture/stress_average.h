@@ -90,6 +90,9 @@ public:
     return most;
   }
 
+  /// Announces that the strengths of these local tetrahedra have changed.
+  void forget(std::span<const std::int32_t> tetrahedra);
+
 private:
   void find_cells();
   void forget_broken();
@@ -106,7 +109,7 @@ private:
   std::vector<std::array<std::int32_t, 4>> neighbour_;  // across the face opposite to each corner; -1: none
   std::vector<std::int32_t> reached_by_;  // number of the last search that reached the tetrahedron
   std::int32_t n_searches_ = 0;
-  std::unordered_map<std::int32_t, std::vector<Share>> balls_;  // of centres, until something breaks in them
+  std::unordered_map<std::int32_t, std::vector<Share>> balls_;  // of centres, until forgotten
   std::size_t n_kept_ = 0;                                      // number of shares in balls_
   std::size_t n_breaks_seen_ = 0;
 };

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace crackle::fracture {
@@ -57,12 +58,28 @@ std::vector<double> fracture_spacings(const parallel::Communicator& group,
                                       const mechanics::PdsOperators& operators);
 
 /// Strength of each local tetrahedron [Pa]: the input's, or the one that gives the input's toughness at the
-/// local spacing or the averaging length; multiplied by the sample's variation. Collective; bitwise equal for
-/// any number of ranks.
+/// local spacing or the averaging length; multiplied by the sample's variation. If the input gives both,
+/// except for softening, the larger of the two: that of nucleation. Collective; bitwise equal for any number
+/// of ranks.
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
                                           const input::Parameters& parameters, std::uint64_t sample,
                                           const geometry::Subdomain& subdomain,
                                           const mechanics::PdsOperators& operators);
+
+/// Energy per crack area that corresponds to the strength of each local tetrahedron [J/m^2]. Collective as
+/// local_spacings().
+std::vector<double> tetrahedron_toughness(const parallel::Communicator& group,
+                                          const input::Parameters& parameters,
+                                          const geometry::Subdomain& subdomain,
+                                          const mechanics::PdsOperators& operators,
+                                          std::span<const double> strengths);
+
+/// Strength of each local tetrahedron at a crack [Pa], if it differs from tetrahedron_strengths(): see
+/// CrackVicinity. Collective; bitwise equal for any number of ranks.
+/// @return empty if the input gives only one of strength and toughness, or softening
+std::vector<double> growth_strengths(const parallel::Communicator& group, const input::Parameters& parameters,
+                                     std::uint64_t sample, const geometry::Subdomain& subdomain,
+                                     const mechanics::PdsOperators& operators);
 
 /// Enables softening of an intact body if the input requests it. Each tetrahedron then dissipates, per
 /// volume, the sample's local toughness divided by the width of the crack band. Collective; equal for any

@@ -35,7 +35,7 @@ private:
   double time_step_;
 };
 
-/// The paper's "tau_f is the time step" (`memory = "step"`): the integral covers the last step only. A
+/// The paper's "tau_f is the time step" (`accumulation = "step"`): the integral covers the last step only. A
 /// tetrahedron then breaks at once if sigma_1 exceeds sigma_0 + (K_f / step)^(1 / beta), and never below,
 /// however slowly it is loaded: this is its strength. A strength derived from a toughness is that limit
 /// itself.

@@ -33,13 +33,13 @@ std::vector<double> variation_factors(const input::Parameters& parameters, std::
 
 /// Factor of the strength of each tetrahedron of a sample's realization, or of part of it: the
 /// variation_factors if the strength varies; their square roots if the toughness does, since the toughness of
-/// a strength criterion is proportional to the strength squared. With softening, where both are independent,
-/// 1 in the latter case.
+/// a strength criterion is proportional to the strength squared. If the input gives both, which are then
+/// independent, 1 in the latter case.
 std::vector<double> strength_factors(const input::Parameters& parameters, std::uint64_t sample,
                                      const TetrahedronSpan& tetrahedra);
 
-/// Factor of the toughness of each tetrahedron with softening: the variation_factors if it varies, their
-/// squares if both do, and 1 if only the strength does.
+/// Factor of the toughness of each tetrahedron if the input gives both strength and toughness: the
+/// variation_factors if it varies, their squares if both do, and 1 if only the strength does.
 std::vector<double> toughness_factors(const input::Parameters& parameters, std::uint64_t sample,
                                       const TetrahedronSpan& tetrahedra);
 

@@ -59,7 +59,7 @@ struct SpacingSource {
   Box region;                                            ///< contains the wall, if any
   double spacing;                                        ///< maximum in the region [m]
   double growth;                                         ///< per unit distance from the region
-  std::string reason;                                    ///< for messages, such as "the height of notch 1"
+  std::string reason;                                    ///< for messages, such as "the length of edge-0"
   std::optional<std::array<plane::Point, 2>> wall = {};  ///< its ends in the y-z plane
 
   double at(const Point& p) const;            ///< the required spacing at a point [m]
@@ -193,7 +193,7 @@ std::unique_ptr<const Body> make_body(const input::Specimen& specimen);
 /// @throws std::runtime_error also when a region contains no part of its face
 std::unique_ptr<const Body> make_body(const input::Parameters& parameters);
 
-/// Its number of crack starts, `notches` in the shapes of the result files.
+/// Its number of crack starts, `notches` in the shapes of the result files; without making the body.
 std::size_t n_crack_starts(const input::Specimen& specimen);
 
 }  // namespace crackle::geometry

@@ -41,7 +41,4 @@ std::array<Point, 8> corners_of(const Box& box);
 double distance(const Point& p, const Box& box);
 double distance(const Box& a, const Box& b);
 
-/// The box between two boxes: along each axis their common interval or the gap between them.
-Box between(const Box& a, const Box& b);
-
 }  // namespace crackle::geometry

@@ -16,8 +16,9 @@ struct Outline {
   std::vector<double> points;       ///< y, z of the polygons' corners, one polygon after the other
   std::vector<std::int32_t> first;  ///< index of each polygon's first corner, and one past the last of all
   std::vector<std::string> names;   ///< of each crack start: notch-0, hole-0, free surface
-  std::vector<double> tips;         ///< y, z of each crack start's tip; crack starts are notches in the files
-  std::vector<double> slots;        ///< min and max y, min and max z of each start's faces
+  std::vector<double>
+      tips;  ///< y, z of each crack start's tip; the members of crack starts are called notch_...
+  std::vector<double> slots;  ///< min and max y, min and max z of each start's faces
   std::vector<std::int32_t>
       axis;  ///< per start: axis along which its crack mainly advances, 1 for y, 2 for z; 0 if any
   std::vector<std::int32_t> direction;  ///< per start: 1 or -1, direction of advance along the axis; 0 if any
@@ -39,10 +40,10 @@ void for_each_member(const Outline& outline, Visit&& visit) {
   visit("notch_name", Shape{n}, outline.names, "",
         "crack starts: notches and holes as the input numbers them, and the free surface");
   visit("notch_tip", Shape{n, 2}, outline.tips, "m", "y, z in the middle of the tip");
-  visit("notch_slot", Shape{n, 2, 2}, outline.slots, "m", "least and greatest y and z of the slot");
+  visit("notch_slot", Shape{n, 2, 2}, outline.slots, "m", "smallest and largest y and z of the slot");
   visit("notch_axis", Shape{n}, outline.axis, "", "axis along which the crack advances: 1 y, 2 z");
   visit("notch_direction", Shape{n}, outline.direction, "",
-        "1 or -1: in which the crack advances along the axis");
+        "1 or -1: direction of crack advance along the axis");
 }
 
 }  // namespace crackle::geometry

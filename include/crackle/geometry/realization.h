@@ -46,9 +46,9 @@ struct Realization {
 /// base points. Takes less than twice the time of the tessellation alone.
 ///
 /// A single base distribution differs between equivalent places of the body, such as two equal notches, and a
-/// small perturbation does not remove this bias. Therefore, with mesh.turn = "random" and a perturbation, the
-/// finished realization is transformed by one of the common symmetries of body and mesh regions, with equal
-/// probabilities, from the stream (seed, sample, "turn").
+/// small perturbation does not remove this bias. Therefore, with mesh.symmetry = "random" and a perturbation,
+/// the finished realization is transformed by one of the common symmetries of body and mesh regions, with
+/// equal probabilities, from the stream (seed, sample, "turn").
 /// @param base points whose own tessellation conforms, as from make_mother_points
 /// @param sample selects the random stream (seed, sample, "disturbance")
 /// @param attempt values other than 0 select separate streams, for retries

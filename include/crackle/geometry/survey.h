@@ -60,8 +60,8 @@ public:
   /// The references must outlive the survey.
   /// @param base of all samples; with mesh.base = "own" that of sample 0, the others make their own
   Survey(const Body& body, const MotherPoints& base, const input::Mesh& mesh, std::uint64_t seed);
-  /// @param look called with the realization, if it conforms
-  SurveyRow measure(std::uint64_t sample, const std::function<void(const Realization&)>& look = {}) const;
+  /// @param inspect called with the realization, if it conforms
+  SurveyRow measure(std::uint64_t sample, const std::function<void(const Realization&)>& inspect = {}) const;
   /// The orientation of the candidate facets in the unperturbed base mesh.
   OrientationMoments base_orientation() const;
 

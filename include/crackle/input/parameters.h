@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/common/vector.h"
+#include "crackle/input/boundary_kind.h"
 #include "crackle/plane/shape.h"
 
 #include <array>
@@ -140,6 +141,14 @@ struct Specimen {
   std::optional<plane::Shape> shape = {};
 };
 
+/// True for a box with at most slots cut into its faces.
+bool is_box(const Specimen& specimen);
+
+/// The shape of a body in the plane of the plate. The parts of a box are edge-0 to edge-3 (box_edges) and
+/// notch-0 and so on, its corners have the coordinates of its faces and slots without rounding.
+/// @throws std::runtime_error unless every notch of a box is a slot inside its face, apart from others
+plane::Shape shape_of(const Specimen& specimen);
+
 /// The bounding box of the body, starting at x = 0.
 Region bounds_of(const Specimen& specimen);
 
@@ -151,7 +160,7 @@ Region slot_of(const Notch& notch, const Vector& size);
 double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size);
 
 /// How realizations are oriented in a body with symmetries.
-enum class Turn {
+enum class MeshSymmetry {
   random,  ///< each by a random symmetry
   none,    ///< all as the base distribution
 };
@@ -174,7 +183,7 @@ struct Mesh {
   double growth = 0;         ///< increase of spacing per unit distance from a notch tip or a region
   double perturbation = 0;   ///< amplitude of the perturbation, in local spacings
   double min_quality = 0;    ///< minimum mean-ratio quality of every tetrahedron
-  Turn turn = Turn::random;
+  MeshSymmetry symmetry = MeshSymmetry::random;
   Base base = Base::shared;
   std::optional<std::filesystem::path> points;  ///< file with base mother points, to be used instead
   std::string points_digest;  ///< of that file's contents, which are part of the input; empty without a file
@@ -187,7 +196,7 @@ struct Material {
   double density = 0;  ///< [kg/m^3]
 };
 
-enum class Memory { cumulative, step };
+enum class Accumulation { cumulative, step };  ///< of damage
 enum class Release { element, facet, softening };
 /// Shape of the curve of stress over opening.
 enum class SofteningCurve { linear, exponential };
@@ -213,10 +222,12 @@ struct Fracture {
   double strength = 0;  ///< sigma_0 [Pa]; 0 if derived from the toughness
   double exponent = 2;  ///< beta
   double impulse = 0;   ///< K_f [Pa^beta s]
-  Memory memory = Memory::cumulative;
+  Accumulation accumulation = Accumulation::cumulative;
   Release release = Release::element;
   SofteningCurve softening = SofteningCurve::linear;
   int teeth = 10;  ///< steps in which a tetrahedron's stiffness decreases
+  /// In dynamic phases, over which the stiffness of a breaking tetrahedron falls to nothing [s]; 0: at once.
+  double release_time = 0;
   Contact contact = Contact::none;
   /// Energy per crack area [J/m^2], from which the strength is derived; 0 if the strength is given. With
   /// softening, given in addition to the strength.
@@ -225,26 +236,10 @@ struct Fracture {
       0;              ///< K_Ic from which the toughness is derived [Pa m^0.5]; 0: toughness given directly
   double length = 0;  ///< radius of the ball for averaging the stress [m]; 0: no averaging
   std::optional<Variation> variation = {};
+
+  /// True if the strength applies to nucleation only, and the toughness to growth.
+  bool has_nucleation() const { return strength > 0 && toughness > 0; }
 };
-
-/// The quantity prescribed by a boundary condition.
-enum class BoundaryKind {
-  fix,           ///< zero displacement of the chosen components
-  force,         ///< total force, distributed by area [N]
-  traction,      ///< [Pa]
-  velocity,      ///< [m/s]
-  displacement,  ///< [m]
-  pressure,      ///< against the outward normal, in value[0] [Pa]
-  absorbing,     ///< nothing: waves leave the body
-};
-
-/// By BoundaryKind, as the keys of [[boundary]].
-inline constexpr std::array kind_names{"fix",          "force",    "traction", "velocity",
-                                       "displacement", "pressure", "absorbing"};
-
-constexpr const char* name_of(BoundaryKind kind) {
-  return kind_names[index(kind)];
-}
 
 /// One prescribed quantity on a face or on a box region of it.
 ///
@@ -372,7 +367,9 @@ struct Draw {
 };
 
 struct Parameters {
-  std::string text;  ///< the input file as it was read
+  /// The input file as it was read, with the current names of keys and the points of an outline file.
+  std::string text;
+  std::vector<std::string> notes = {};  ///< on the file, such as keys given by an earlier name
   Ensemble ensemble;
   Specimen specimen;
   Mesh mesh;

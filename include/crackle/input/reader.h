@@ -121,7 +121,8 @@ std::string bits_notice(Engine engine);
 /// @param text a valid input
 std::string annotated(const std::string& text);
 
-/// The table of all keys in Markdown: key, dimension, default, accepted range, meaning.
-std::string key_table();
+/// All keys in Markdown, a list for each table: name, default or whether it is required, accepted values,
+/// meaning.
+std::string key_list();
 
 }  // namespace crackle::input

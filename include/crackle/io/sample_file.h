@@ -27,16 +27,16 @@
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
 /// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |
-/// | /crack_surface/arm | f | see analysis::CrackArms |
+/// | /crack_surface/branch | f | see analysis::CrackBranches |
 /// | /crack_surface/cracks/notch, area, first_time, last_time | c | see analysis::Crack |
 /// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see analysis::LinePoint |
 /// | /crack_lines/lines/first, count | l | the points of each line |
 /// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
 /// | /forks/position (y, z), x, time, length, angle, share, notch, in_projection, in_space | k x 2, k | see
-/// analysis::Fork |
-/// | /crossings/position, share, arm, notch, section | q | see analysis::ArmCrossing |
+/// analysis::BranchingPoint |
+/// | /crossings/position, share, branch, notch, section | q | see analysis::BranchCrossing |
 /// | /breaks/... | b | the columns of fracture::Break |
-/// | /ties/... | r | the columns of fracture::BridgeRelease; with release by facets only |
+/// | /bridge_releases/... | r | the columns of fracture::BridgeRelease; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
 /// | /history/time, phase, phase_time, governing_load, kinetic, ... | h | see dynamics::HistoryRow |
 /// | /history/crack_area, crack_length, tip_speed, ... | h x starts | see analysis::CrackHistory |
@@ -48,7 +48,7 @@
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
 /// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | for computing the stress; of broken
-/// tetrahedra also from /breaks/cut, /ties and the input |
+/// tetrahedra also from /breaks/cut, /bridge_releases and the input |
 /// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
 /// | /summary/phase_start | | load time at time zero of cracks and frames |
 /// | /summary/time_step, stable_step | | steps |
@@ -65,13 +65,13 @@ namespace crackle::io {
 /// Incremented with every change of the file's contents.
 inline constexpr std::int64_t sample_schema_version = 5;
 
-/// Oldest version of sample and ensemble files whose results can still be read; samples cannot continue from
-/// them.
-inline constexpr std::int64_t oldest_schema_version = 2;
+/// Oldest version of sample and ensemble files whose results can still be read, that of version 1.0.0 of the
+/// program; samples cannot continue from them.
+inline constexpr std::int64_t oldest_schema_version = 4;
 
 /// Incremented with every change that affects the results of some inputs: samples of different models cannot
 /// belong to one ensemble. Files without it are of model 1.
-inline constexpr std::int64_t model_version = 2;
+inline constexpr std::int64_t model_version = 3;
 
 /// A complete file written by a program version whose samples are incompatible with those of this one.
 class OlderFormat : public std::runtime_error {
@@ -87,7 +87,7 @@ struct SampleFileContent {
   const dynamics::SampleResult& result;
   const analysis::CrackSurface& surface;
   const std::vector<analysis::CrackLine>& lines;
-  const analysis::CrackArms& arms;
+  const analysis::CrackBranches& branches;
   const std::vector<analysis::SectionCrossing>& crossings;  ///< notches x sections
   const analysis::SampleSummary& summary;
   const analysis::CrackHistory& crack_history;
@@ -129,8 +129,8 @@ std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path&
 /// A sample as stored in its file.
 struct StoredSample {
   analysis::SampleSummary summary;
-  analysis::CrackSurface surface;     ///< without facets unless the sample is done
-  std::vector<analysis::Fork> forks;  ///< empty for files of version 2, which lack them
+  analysis::CrackSurface surface;                   ///< without facets unless the sample is done
+  std::vector<analysis::BranchingPoint> branching;  ///< without `parent`
 };
 
 /// As read_summaries, for one sample with its crack surface, bitwise as computed. Not collective.

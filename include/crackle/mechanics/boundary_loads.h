@@ -4,6 +4,7 @@
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/governing_condition.h"
+#include "crackle/mechanics/load_curve.h"
 #include "crackle/mechanics/tensor.h"
 #include "crackle/parallel/communicator.h"
 
@@ -13,36 +14,6 @@
 #include <vector>
 
 namespace crackle::mechanics {
-
-/// Start and end of a time step [s].
-struct StepSpan {
-  double begin = 0;
-  double end = 0;
-};
-
-/// A prescribed function of time: value + rate t, or value times a piecewise linear factor.
-class LoadCurve {
-public:
-  LoadCurve() = default;
-  LoadCurve(double value, double rate, std::vector<std::pair<double, double>> history)
-      : value_(value), rate_(rate), history_(std::move(history)) {}
-
-  double at(double time) const;
-  double slope(double time) const;  ///< right-sided derivative
-  /// The slope at `time` in a step, or the mean over the step if it contains a kink: partial durations times
-  /// slopes add up to the change over the step.
-  double slope(double time, const StepSpan& step) const;
-  double integral(double time) const;  ///< from 0 to time, exact
-  /// First time after `time` at which the slope changes; infinity if there is none.
-  double next_kink(double time) const;
-  bool has_kink(const StepSpan& step) const;
-  bool is_zero() const { return value_ == 0 && rate_ == 0; }
-
-private:
-  double value_ = 0;
-  double rate_ = 0;
-  std::vector<std::pair<double, double>> history_;
-};
 
 /// A nodal force pattern and its amplitude: the force on node n in direction `component` is amplitude(t)
 /// weight[i].
@@ -96,7 +67,8 @@ struct Absorber {
 /// The nodes of a condition, over which its mean displacement is taken.
 struct ConditionNodes {
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
-  std::vector<double> share;        ///< of the loaded area, or of the held nodes; adds up to 1 over all ranks
+  std::vector<double>
+      share;  ///< of the loaded area, or of the constrained nodes; adds up to 1 over all ranks
   std::vector<std::uint8_t> has_ended = {};  ///< per node: its load has ended; empty: at no node
   double acting_share = 1;                   ///< of the nodes whose load has not ended, over all ranks
 
@@ -115,7 +87,7 @@ struct BoundaryLoads {
   std::vector<Absorber> absorbers = {};
   std::vector<ConditionNodes> conditions = {};  ///< in the order of the input
   /// Local tetrahedra, ascending, that touch a node with a prescribed motion; needed for reactions.
-  std::vector<std::int32_t> held_tetrahedra = {};
+  std::vector<std::int32_t> constrained_tetrahedra = {};
   std::vector<GoverningCondition> governing = {};
 
   /// First time after `time` at which the slope of any load curve changes; infinity if there is none.

@@ -36,9 +36,6 @@ TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
 /// An upper bound on the entries of every tetrahedron's stiffness matrix [N/m].
 double stiffness_bound(const PdsOperators& operators, const IsotropicElasticity& elasticity);
 
-/// Vector area S^ab = V (b^b - b^a) / 4 of the dual facet between particles a and b, from a to b [m^2].
-Vector dual_facet_area(const TetrahedronOperator& tetrahedron, int a, int b);
-
 /// Strain sym sum_a u^a (x) b^a from local displacements (3 n_local).
 inline Symmetric strain(const TetrahedronOperator& t, std::span<const double> displacement) {
   Symmetric e{};

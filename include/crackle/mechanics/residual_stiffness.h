@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 namespace crackle::mechanics {
@@ -44,8 +45,14 @@ public:
   /// Initially all are intact. The operators must outlive the object.
   ResidualStiffness(const PdsOperators& operators, const IsotropicElasticity& elasticity);
 
+  /// The edges that no longer carry load; none while a tetrahedron is being released.
   EdgeSet released(std::int32_t tetrahedron) const {
     return static_cast<EdgeSet>(released_[index(tetrahedron)] & all_edges);
+  }
+  /// The same, with the edges that are being released.
+  EdgeSet released_in_the_end(std::int32_t tetrahedron) const {
+    const auto reduction = reductions_.find(tetrahedron);
+    return reduction == reductions_.end() ? released(tetrahedron) : reduction->second.edges;
   }
   bool is_intact(std::int32_t tetrahedron) const { return released_[index(tetrahedron)] == no_edge; }
   /// True if any of its edges carries load, ignoring contact.
@@ -67,12 +74,22 @@ public:
   /// @pre no edge is released
   void soften(std::int32_t tetrahedron, double share);
 
-  /// Releases further edges.
+  /// Releases further edges: at once, or with those that are being released.
   void release(std::int32_t tetrahedron, EdgeSet edges);
+
+  /// Begins to release edges gradually: nothing changes until reduce().
+  /// @pre no edge is released or being released
+  void begin_release(std::int32_t tetrahedron, EdgeSet edges);
+
+  /// Continues a gradual release.
+  /// @param share of the difference between the stiffness before and after the release that is left; at 0 the
+  ///   release is complete
+  void reduce(std::int32_t tetrahedron, double share);
 
   /// Makes a broken tetrahedron resist closing its cut: from now on it carries E e_n n (x) n while its strain
   /// e_n along the normal n is negative. Frictionless; Young's modulus is the largest stiffness that never
-  /// adds energy beyond that of the unbroken tetrahedron.
+  /// adds energy beyond that of the unbroken tetrahedron. While the tetrahedron is being released, contact
+  /// grows as the stiffness decreases.
   /// @param normal unit vector
   void add_contact(std::int32_t tetrahedron, const Vector& normal);
   /// Tetrahedra with contact, in the order in which they were added.
@@ -83,15 +100,24 @@ public:
 private:
   /// Flag in addition to the edges in released_.
   static constexpr EdgeSet softened = 64;
+  /// A gradual release in progress.
+  struct Reduction {
+    EdgeStiffness before;
+    EdgeSet edges;
+    double share;
+  };
   EdgeStiffness& make_partial(std::int32_t tetrahedron);
+  void interpolate(std::int32_t tetrahedron, const Reduction& reduction);
 
   const PdsOperators* operators_;
   IsotropicElasticity elasticity_;
   std::vector<EdgeSet> released_;
   std::vector<std::int32_t> place_;  // index in partial_; -1 for those never partially released
   std::vector<EdgeStiffness> partial_;
+  std::unordered_map<std::int32_t, Reduction> reductions_;
   std::vector<std::int32_t> contacts_;
   std::vector<Vector> contact_normal_;
+  std::vector<double> contact_share_;        // of the stiffness in contact
   std::vector<std::int32_t> contact_place_;  // of each tetrahedron, or -1; empty without contacts
 };
 

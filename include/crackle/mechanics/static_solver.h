@@ -44,14 +44,15 @@ struct Accuracy {
 /// precision; the preconditioner combines block Jacobi with a coarse correction by rigid motions of cells;
 /// the residual is periodically recomputed in double precision.
 ///
-/// All sums are independent of the order, so the solution is bitwise equal for every partition.
+/// All sums are independent of the order, so the solution is bitwise equal for every partition; that of
+/// PETSc's solvers is not, and their matrix product takes four times as long (tests/benchmark).
 class StaticSolver {
 public:
   /// Collective. The references must outlive the object.
   /// @param residual_stiffness may change, see release()
   StaticSolver(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
-               const ResidualStiffness& residual_stiffness, HeldComponents held);
+               const ResidualStiffness& residual_stiffness, HeldComponents constrained);
   ~StaticSolver();
   StaticSolver(const StaticSolver&) = delete;
   StaticSolver& operator=(const StaticSolver&) = delete;
@@ -60,7 +61,7 @@ public:
   /// it holds.
   void release(std::span<const std::int32_t> tetrahedra);
 
-  /// Solves for the free displacements; held components of `displacement` are prescribed. On entry
+  /// Solves for the free displacements; constrained components of `displacement` are prescribed. On entry
   /// `displacement` is the initial guess; on return ghosts are up to date. After an exception it contains the
   /// last iterate. Collective.
   /// @param force 3 n_owned nodal forces [N]

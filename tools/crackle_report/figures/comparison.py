@@ -24,8 +24,8 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
     if options.comparison is None:
         return None
     result = Section("Compared with other ensembles",
-                     "Differences of means and shares, the other ensemble less this one, with their intervals. Marked are those that are not by "
-                     f"chance: p by permutations, adjusted for all looks, is below {LIMIT}.")
+                     "Differences of means and shares, the other ensemble minus this one, with their intervals. Significant "
+                     f"differences are marked: the adjusted p of a permutation test is below {LIMIT}.")
     answers = []
     for number, comparison in enumerate(options.comparison["comparisons"]):
         name = Path(comparison["second"]).resolve().name
@@ -49,9 +49,9 @@ def _is_sure(entry: dict[str, Any]) -> bool:
 
 def _answer(name: str, comparison: dict[str, Any]) -> str:
     differing = [f"{_label(entry).partition(' [')[0]} ({_shown(entry)})" for entry in comparison["results"] if _is_sure(entry)]
-    differing += [f"the paths led by notch {paths['leading_notch']}" for paths in comparison["paths"] if _is_sure(paths)]
+    differing += [f"the paths led by start {paths['leading_notch']}" for paths in comparison["paths"] if _is_sure(paths)]
     how = f"{comparison['n_pairs']} pairs of samples with the same bodies" if comparison["paired"] else comparison["note"]
-    found = "differs in " + ", ".join(differing) if differing else "does not differ in anything that could not be by chance"
+    found = "differs in " + ", ".join(differing) if differing else "does not differ significantly"
     return f"{name} {found} ({how})."
 
 
@@ -73,17 +73,13 @@ def _figure(comparison: dict[str, Any], sections: list[str], lengths: Unit) -> F
     panels = [("percent of this ensemble's mean", [(_label(entry), entry["difference_of_means"], 100 / abs(entry["mean_first"]), _is_sure(entry))
                                                    for entry in numbers]),
               ("percentage points of the samples", [(_label(entry), entry["difference_of_means"], 100, _is_sure(entry)) for entry in shares]),
-              (lengths.label("mean position"), [(f"notch {paths['leading_notch']} leads, {where}", difference, 1 / lengths.size, _is_sure(paths))
+              (lengths.label("mean position"), [(f"start {paths['leading_notch']} leads, {where}", difference, 1 / lengths.size, _is_sure(paths))
                                       for paths in comparison["paths"] for where, difference in zip(sections, paths["difference_of_means"])
                                       if difference["value"] is not None])]
     panels = [panel for panel in panels if panel[1]]
-    heights = [len(rows) * ROW_HEIGHT + 0.65 for _, rows in panels]
-    figure = Figure(figsize=(style.PAGE_WIDTH, sum(heights) + 0.1))
-    top = 1.0
-    for (unit, rows), height in zip(panels, heights):
-        total = figure.get_figheight()
-        axes = figure.add_axes((0.3, top - (height - 0.5) / total, 0.66, (height - 0.6) / total))
-        top -= height / total
+    heights = [len(rows) + 1 for _, rows in panels]
+    figure = Figure(figsize=(style.PAGE_WIDTH, ROW_HEIGHT * sum(heights) + 0.4 * len(panels)), layout="constrained")
+    for axes, (unit, rows) in zip(figure.subplots(len(panels), height_ratios=heights, squeeze=False)[:, 0], panels):
         _draw(axes, unit, rows)
     return figure
 

@@ -22,10 +22,11 @@ LEAST_SPAN = 0.004  # of the vertical axes, over the body's width
 def section(ensemble: Ensemble, _: Options) -> Section | None:
     if not ensemble.n_notches:
         return None
+    together = f" (of all {ensemble.n_looks} looks together at which the ensemble could stop)" if ensemble.n_looks > 1 else ""
     result = Section(
         "Convergence of the mean crack position",
         "Running mean of the leading cracks over the samples in order of their number, with its "
-        f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one column for each section. Samples "
+        f"{100 * ensemble.confidence:g} % confidence band{together}; one column for each section. Samples "
         "that another notch leads are turned by the body's symmetry where it has one; otherwise there is one row for "
         f"each leading notch. All panels span the same length.", _verdict(ensemble))
     if ensemble.sections and len(ensemble.samples):
@@ -34,18 +35,12 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
     return result
 
 
-def _together(ensemble: Ensemble) -> str:
-    if ensemble.n_looks == 1:
-        return ""
-    return f" (of all {ensemble.n_looks} looks together at which the ensemble could stop)"
-
-
 def _verdict(ensemble: Ensemble) -> str:
     """Were the samples enough? In one sentence."""
     precision, n_done = ensemble.precision, ensemble.done.size
     # Where hardly any leading crack comes, no number of samples is enough, and the mean says little.
     if "half_width" not in precision:
-        return "No section has been reached by enough samples to say whether they are enough."
+        return "Too few samples have reached any section to tell whether there are enough."
     reason = "as the input asks for" if precision["is_of_the_input"] else "1 % of the width"
     lengths = ensemble.plate.lengths
     half_width, target = precision["half_width"], precision["half_width_wanted"]
@@ -55,19 +50,13 @@ def _verdict(ensemble: Ensemble) -> str:
     if half_width <= target:
         return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
     return (f"Were {n_done} samples enough? No: {known}; {wanted} would take about "
-            f"{_round_up(precision['n_samples_needed'])} samples with the scatter seen so far.")
+            f"{float(f'''{precision['n_samples_needed']:.2g}'''):.0f} samples with the scatter seen so far.")
 
 
 def _of_class(ensemble: Ensemble, row: int) -> str:
     """Which leaders a row is of, where there are several."""
     leading = ensemble.ranks["leader"].leading_notch
     return f"{ensemble.plate.name_of(leading[row])} leads, " if len(leading) > 1 else ""
-
-
-def _round_up(number: float) -> int:
-    """To two digits."""
-    unit = 10 ** max(0, int(np.floor(np.log10(number))) - 1)
-    return int(np.ceil(number / unit) * unit)
 
 
 def _draw(ensemble: Ensemble) -> Figure:

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 
 from .. import style
 from ..choosing import typical_samples
-from ..drawing import draw_facets, draw_forks, draw_plate, fork_handles, panel_size, time_bar, time_colours, window
+from ..drawing import Sheet, branching_handles, draw_branching, draw_facets, draw_plate, panel_size, time_bar, time_colours, window
 from ..options import Options
 from ..results import CrackSurface, Ensemble
 from .picture import Picture, Section
@@ -26,7 +26,7 @@ DIGIT = 5.8  # width of one in a title [point]
 MOST_PANELS = 240  # a page with thousands is neither read nor quickly drawn
 
 EXPLANATION = ("The opened dual facets, projected on the YZ plane and coloured by the time they opened, counted "
-               "from the onset of the last dynamic phase. Grey facets opened before it. Rings are round the forks that are "
+               "from the onset of the last dynamic phase. Grey facets opened before it. Rings are round the branching points that are "
                "counted: whole ones show in this projection, dotted ones only in a window through the thickness.")
 
 
@@ -36,8 +36,8 @@ def typical(ensemble: Ensemble, _: Options) -> Section:
         return _section(ensemble, "Crack paths", EXPLANATION, [list(range(len(ensemble.samples)))])
     chosen = typical_samples(ensemble, N_TYPICAL)
     result = _section(
-        ensemble, "Typical crack paths", "Each pattern's most typical sample, then those that differ most from "
-        "the ones before; panels in proportion to the patterns' shares. " + EXPLANATION, [chosen] if chosen else [])
+        ensemble, "Typical crack paths", "The most typical sample of each pattern, then those that differ most from "
+        "the ones shown; numbers of panels in proportion to the patterns' shares. " + EXPLANATION, [chosen] if chosen else [])
     for picture in result.pictures:
         picture.name = "typical-paths"
     return result
@@ -53,7 +53,7 @@ def every(ensemble: Ensemble, _: Options) -> Section | None:
     if n_samples > MOST_PANELS:
         numbers = np.flatnonzero(ensemble.samples.status != PENDING)[:MOST_PANELS].tolist()
         title = f"Crack paths of {len(numbers)} samples"
-        text = f"The first that are computed, of {n_samples:,}. {EXPLANATION}"
+        text = f"The first samples computed, of {n_samples:,}. {EXPLANATION}"
     sheets = [numbers[first:first + PANELS_PER_SHEET] for first in range(0, len(numbers), PANELS_PER_SHEET)]
     return _section(ensemble, title, text, sheets)
 
@@ -84,16 +84,12 @@ def _sheet(ensemble: Ensemble, numbers: list[int], cracks: dict[int, CrackSurfac
     if is_slender:
         gap_x = TITLE_ROOM[small] - panel_width
         n_columns = min(len(numbers), int((style.PAGE_WIDTH - left - right) / TITLE_ROOM[small]))
-    n_rows = math.ceil(len(numbers) / n_columns)
-    height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
-
-    figure = Figure(figsize=(style.PAGE_WIDTH, height))
+    # As wide as a page, with few columns too.
+    figure = Sheet((panel_width, panel_height), math.ceil(len(numbers) / n_columns), n_columns, (left, right, top, bottom), (gap_x, gap_y),
+                   style.PAGE_WIDTH)
     for k, number in enumerate(numbers):
         row, column = divmod(k, n_columns)
-        axes = figure.add_axes((
-            (left + column * (panel_width + gap_x)) / style.PAGE_WIDTH,
-            1 - (top + (row + 1) * panel_height + row * gap_y) / height,
-            panel_width / style.PAGE_WIDTH, panel_height / height))
+        axes = figure.panel(row, column)
         _panel(axes, ensemble, number, cracks.get(number), colours, z_range)
         _title(axes, ensemble, number, small, in_a_row=is_slender)
         last = k + n_columns >= len(numbers)  # of its column
@@ -107,9 +103,9 @@ def _sheet(ensemble: Ensemble, numbers: list[int], cracks: dict[int, CrackSurfac
     handles: list[Artist] = []
     if any((crack.time < 0).any() for crack in cracks.values()):
         handles.append(Patch(color=style.BEFORE_ONSET, label="opened before the onset"))
-    handles += fork_handles(axes, [forks for i in numbers if i in cracks and (forks := ensemble.files.forks(i)) is not None])
+    handles += branching_handles(axes, [points for i in numbers if i in cracks and (points := ensemble.files.branching(i)) is not None])
     if handles:
-        figure.legend(handles=handles, loc="upper left", bbox_to_anchor=((left + 3.4) / style.PAGE_WIDTH, 1 - 0.04 / height),
+        figure.legend(handles=handles, loc="upper left", bbox_to_anchor=((left + 3.4) / figure.get_figwidth(), 1 - 0.04 / figure.get_figheight()),
                       labelspacing=0.3)
     return figure
 
@@ -147,6 +143,6 @@ def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | No
         return
 
     draw_facets(axes, crack, colours, lengths=ensemble.plate.lengths, times=ensemble.times)
-    forks = ensemble.files.forks(number)
-    if forks is not None:
-        draw_forks(axes, forks, ensemble.plate.lengths)
+    points = ensemble.files.branching(number)
+    if points is not None:
+        draw_branching(axes, points, ensemble.plate.lengths)

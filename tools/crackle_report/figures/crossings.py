@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .. import style
-from ..drawing import draw_plate, panel_size, window
+from ..drawing import Sheet, draw_plate, panel_size, window
 from ..options import Options
 from ..results import CrackLine, Ensemble, Ranks
 from .picture import Picture, Section
@@ -23,9 +23,9 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
     if not ensemble.n_notches:
         return None
     result = Section(
-        "All cracks over each other",
-        "Through-thickness means of the leading and of the following cracks, with their branches; samples are turned "
-        "by the body's symmetry, where it has one, so that the leading cracks start at the same notch (numbered from 0, "
+        "All cracks superimposed",
+        "Through-thickness means of the leading and of the following cracks, with their branches; samples are mapped "
+        "by the body's symmetry, if it has one, so that the leading cracks start at the same notch (numbered from 0, "
         "in the order of the input). Mean, interval and deviation at the cross-sections (dotted) are over the "
         "samples whose crack arrived there; the numbers at their ends count these.")
     if ensemble.sections and any(ensemble.rows_shown(group) for group in ("leader", "follower")):
@@ -36,7 +36,7 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
 
 def _draw(ensemble: Ensemble) -> Figure:
     panels = [(group, row) for group in ("leader", "follower") for row in ensemble.rows_shown(group)]
-    lines = _turned_lines(ensemble)
+    lines = _mapped_lines(ensemble)
     z_range = window(ensemble.plate, [line.points[:, 1] for of_panel in lines.values() for line in of_panel])
     n_columns = min(len(panels), 3)
     n_rows = -(-len(panels) // n_columns)
@@ -44,16 +44,9 @@ def _draw(ensemble: Ensemble) -> Figure:
     room = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 4.2)
     panel_width, panel_height = panel_size(ensemble.plate, z_range, room, 6.0)
     gap_x = max(gap_x, min(room, TITLE_ROOM) - panel_width)
-    width = max(left + right + n_columns * (panel_width + gap_x) - gap_x, LEGEND_ROOM)
-    height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
-
-    figure = Figure(figsize=(width, height))
+    figure = Sheet((panel_width, panel_height), n_rows, n_columns, (left, right, top, bottom), (gap_x, gap_y), LEGEND_ROOM)
     for number, panel in enumerate(panels):
-        row, column = divmod(number, n_columns)
-        axes = figure.add_axes((
-            (left + column * (panel_width + gap_x)) / width,
-            1 - (top + (row + 1) * panel_height + row * gap_y) / height,
-            panel_width / width, panel_height / height))
+        axes = figure.panel(*divmod(number, n_columns))
         draw_plate(axes, ensemble.plate, z_range)
         axes.set_xlabel(ensemble.plate.lengths.label("y"))
         axes.set_ylabel(ensemble.plate.lengths.label("z"))
@@ -64,21 +57,21 @@ def _draw(ensemble: Ensemble) -> Figure:
         Patch(color="black", alpha=0.2, linewidth=0,
               label=f"{100 * ensemble.confidence:g} % confidence interval of the mean"),
         Line2D([], [], color="black", linewidth=0.8, linestyle="--", label="± one standard deviation"),
-    ], loc="upper left", ncol=4 if n_columns > 1 else 2, bbox_to_anchor=((left - 0.1) / width, 1.0))
+    ], loc="upper left", ncol=4 if n_columns > 1 else 2, bbox_to_anchor=((left - 0.1) / figure.get_figwidth(), 1.0))
     return figure
 
 
-def _turned_lines(ensemble: Ensemble) -> dict[tuple[str, int], list[CrackLine]]:
+def _mapped_lines(ensemble: Ensemble) -> dict[tuple[str, int], list[CrackLine]]:
     """The lines of each panel: group and row, in the frame of the leading crack."""
     lines = defaultdict(list)
     for i in ensemble.done:
         leading = int(ensemble.leading[i])
         for line in ensemble.files.lines(i) if leading >= 0 else []:
-            turn = ensemble.turns[leading]
+            symmetry = ensemble.symmetries[leading]
             for group in ("leader", "follower") if line.notch >= 0 else ():
-                row = ensemble.ranks[group].row_of(turn.reference, turn.notch.index(line.notch))
+                row = ensemble.ranks[group].row_of(symmetry.reference, symmetry.notch.index(line.notch))
                 if row is not None:
-                    points = turn.turned(line.points, ensemble.plate)
+                    points = symmetry.mapped(line.points, ensemble.plate)
                     lines[group, row].append(CrackLine(line.notch, line.is_branch, points))
     return lines
 

@@ -27,8 +27,8 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
     result = Section(
         "Energy",
         "The energy account of the samples shown in detail over the last dynamic phase. Work of the load = "
-        "strain + kinetic + released + dissipated, each counted from the unloaded body. Dissipated is what arrested phases and static "
-        "breaks left in motion, and what damping and absorbing faces took.")
+        "strain + kinetic + released + dissipated, each counted from the unloaded body. Dissipated energy is the kinetic "
+        "energy left by arrested phases and static breaks, and the energy removed by damping and absorbing faces.")
     result.pictures.append(Picture("energy", f"Energy over time of samples {', '.join(map(str, histories))}",
                                    _draw(histories, ensemble.times)))
     return result
@@ -42,15 +42,13 @@ def _draw(histories: dict[int, Energy], times: Unit) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH, height), layout="constrained")
     figure.get_layout_engine().set(rect=(0, 0, 1, 1 - 0.3 / height))  # below the legend
     grid = figure.subplots(n_rows, n_columns, squeeze=False)
-    for k, axes in enumerate(grid.flat):
-        if k >= len(histories):
-            axes.set_visible(False)
-            continue
-        number, energy = list(histories.items())[k]
+    for axes in grid.flat[len(histories):]:
+        axes.set_visible(False)
+    for axes, (number, energy) in zip(grid.flat, histories.items()):
         _panel(axes, energy, times, energies)
         axes.set_title(f"sample {number}", loc="left", fontweight="bold")
-        if k % n_columns == 0:
-            axes.set_ylabel(energies.label("energy"))
+    for axes in grid[:, 0]:
+        axes.set_ylabel(energies.label("energy"))
     figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="upper left", ncol=len(LINES))
     return figure
 

@@ -13,7 +13,7 @@ from PIL import Image
 
 from .. import style
 from ..choosing import samples_in_detail
-from ..drawing import draw_facets, draw_plate, panel_size, time_bar, time_colours
+from ..drawing import Sheet, draw_facets, draw_plate, panel_size, time_bar, time_colours
 from ..options import Options
 from ..photoelasticity import Grid, make_series
 from ..results import CrackSurface, Ensemble, Frames
@@ -45,16 +45,16 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
 
 
 def _explain(options: Options) -> str:
-    growth = "the cracks as they have opened by then. t₀ is the start of the last dynamic phase."
+    growth = "the cracks opened by then. t₀ is the start of the last dynamic phase."
     if not options.fringes:
         return growth[0].upper() + growth[1:]
     field = "light" if options.light_field else "dark"
     way = ("the product of the Jones matrices along each ray" if options.product else
            "the integrated stress along each ray")
-    return (f"What a circular polariscope shows ({field} field{', colours reversed' * options.reverse}), by {way}; "
+    return (f"View in a circular polariscope ({field} field{', colours reversed' * options.reverse}), by {way}; "
             f"stress-optic coefficient {options.optics.stress_optic:.3g} 1/Pa, wavelength "
-            f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra show what they still carry: nothing, or the "
-            f"stress of uncut edges and of contact. Below, {growth}")
+            f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra show the stress that they "
+            f"still carry: none, or that of uncut edges and of contact. Below, {growth}")
 
 
 def _chosen_frames(frames: Frames, crack: CrackSurface, times: tuple[float, ...]) -> list[int]:
@@ -121,15 +121,11 @@ class _View:
         room = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, PANEL_ROOM)
         panel_width, panel_height = self._panel_size(room)
         gap_x = max(gap_x, TITLE_ROOM - panel_width)
-        width = left + right + n_columns * (panel_width + gap_x) - gap_x
-        width = max(width, 5.2)
-        height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
-        figure = Figure(figsize=(width, height))
+        figure = Sheet((panel_width, panel_height), n_rows, n_columns, (left, right, top, bottom), (gap_x, gap_y), 5.2)
+        width, height = figure.get_size_inches()
         for k, frame in enumerate(chosen):
             for row, draw in enumerate(self._draws):
-                axes = figure.add_axes(((left + k * (panel_width + gap_x)) / width,
-                                        1 - (top + (row + 1) * panel_height + row * gap_y) / height,
-                                        panel_width / width, panel_height / height))
+                axes = figure.panel(row, k)
                 draw(axes, frame)
                 axes.tick_params(left=k == 0, labelleft=k == 0, bottom=row == n_rows - 1, labelbottom=row == n_rows - 1)
                 if k == 0:
@@ -147,15 +143,13 @@ class _View:
     def animation(self) -> Animation:
         """Fringes and cracks side by side, or cracks alone, frame by frame."""
         left, bottom, gap, top = 0.55, 0.42, 0.15, 0.38
-        panel_width, panel_height = self._panel_size((ANIMATION_WIDTH - left - gap - 0.1) / 2)
-        width = max(left + len(self._draws) * (panel_width + gap) - gap + 0.1, 3.0)
-        height = bottom + panel_height + top
+        panel = self._panel_size((ANIMATION_WIDTH - left - gap - 0.1) / 2)
         images = []
         for frame in range(self._frames.time.size):
-            figure = Figure(figsize=(width, height), dpi=ANIMATION_DPI)
+            figure = Sheet(panel, 1, len(self._draws), (left, 0.1, top, bottom), (gap, 0.0), 3.0, dpi=ANIMATION_DPI)
+            width, height = figure.get_size_inches()
             for k, draw in enumerate(self._draws):
-                axes = figure.add_axes(((left + k * (panel_width + gap)) / width, bottom / height,
-                                        panel_width / width, panel_height / height))
+                axes = figure.panel(0, k)
                 draw(axes, frame)
                 axes.tick_params(left=k == 0, labelleft=k == 0)
                 axes.set_xlabel(self._lengths.label("y"))

@@ -40,15 +40,15 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
 
 
 def _explain(histories: dict[int, History], has_cracks: bool) -> str:
-    words = ["Load and displacement are those of the testing machine along its drive, of the same boundary conditions throughout. "
-             "Grey lines are all samples, coloured ones those shown in detail;"
+    words = ["Load and displacement are those of the testing machine along the loading direction, from the same "
+             "boundary conditions throughout. Grey lines are all samples, coloured ones those shown in detail;"
              f" where there are {MIN_BAND} samples or more, the black line is their median and the band holds {BAND[1] - BAND[0]} % of them."]
     if _is_quasi_static(histories):
-        words.append("While the load grows slowly the picture has its equilibria; the last dynamic phase then runs at an almost "
+        words.append("While the load grows slowly the figure shows equilibria; the last dynamic phase then runs at an almost "
                      "unchanged load or displacement.")
     if has_cracks:
-        words.append("A crack's length is that along its longest line, a tip's speed the through-thickness mean over a tenth of "
-                     "that line.")
+        words.append("The length of a crack is that of its longest line, the speed of a tip the through-thickness mean "
+                     "over a tenth of that line.")
     return " ".join(words)
 
 
@@ -159,9 +159,9 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
             speed_axes.plot(time, history.tip_speed[rows, notch], style_of, color=style.notch_colour(k), linewidth=1.1)
             latest = max(latest, float(time[np.isfinite(history.tip_speed[rows, notch])].max(initial=0)))
     rayleigh = next(iter(histories.values())).rayleigh_speed
-    speed_axes.axhline(rayleigh, color=style.FORK, linewidth=0.8)
+    speed_axes.axhline(rayleigh, color=style.BRANCHING, linewidth=0.8)
     speed_axes.annotate(f"Rayleigh speed, {rayleigh:.0f} m/s", (1, rayleigh), xycoords=("axes fraction", "data"), xytext=(0, -3),
-                        textcoords="offset points", ha="right", va="top", fontsize=7, color=style.FORK)
+                        textcoords="offset points", ha="right", va="top", fontsize=7, color=style.BRANCHING)
     for axes, label, top in ((length_axes, lengths.label("crack length"), None), (speed_axes, "tip speed [m/s]", 1.08 * rayleigh)):
         axes.set_xlim(0, 1.15 * latest if latest > 0 else None)
         axes.set_ylim(0, top)
@@ -178,8 +178,8 @@ def _arrivals(ensemble: Ensemble) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 3.2), layout="constrained")
     axes = figure.subplots()
     shown = []
-    for name, colour, shift, times in (("leading", "#0072b2", -0.13, _times_of(ensemble, True)),
-                                       ("following", "#d55e00", 0.13, _times_of(ensemble, False))):
+    for name, colour, shift in (("leading", "#0072b2", -0.13), ("following", "#d55e00", 0.13)):
+        times = _times_of(ensemble, name == "leading")
         if not any(t.size for t in times):
             continue
         shown.append(Line2D([], [], color=colour, marker="o", linestyle="none", markersize=3, label=f"{name} cracks"))
@@ -187,8 +187,8 @@ def _arrivals(ensemble: Ensemble) -> Figure:
             axes.plot(np.full(t.size, k + shift), t, "o", color=colour, markersize=2.2, alpha=0.45, markeredgewidth=0)
             if t.size >= MIN_BAND:
                 low, median, high = np.percentile(t, (BAND[0], 50, BAND[1]))
-                axes.plot([k + shift] * 2, [low, high], color=colour, linewidth=3, alpha=0.3, solid_capstyle="butt")
-                axes.plot([k + shift - 0.08, k + shift + 0.08], [median, median], color=colour, linewidth=1.4)
+                axes.vlines(k + shift, low, high, color=colour, linewidth=3, alpha=0.3)
+                axes.hlines(median, k + shift - 0.08, k + shift + 0.08, color=colour, linewidth=1.4)
     axes.axhline(0, color=style.MUTED, linewidth=0.6)
     axes.set_xticks(range(len(ensemble.sections)), [section.name for section in ensemble.sections])
     axes.tick_params(axis="x", labelrotation=30 if len(ensemble.sections) > 5 else 0)

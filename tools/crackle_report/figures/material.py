@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Optional
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
@@ -18,7 +17,7 @@ from ..plate import Plate
 from ..results import Ensemble
 from .picture import Picture, Section
 
-RANGE = (0.01, 0.99)  # of the volume, which the colours span
+RANGE = (0.01, 0.99)  # of the tetrahedra, which the colours span
 
 
 def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
@@ -28,17 +27,17 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
         if mesh is not None and mesh.strength_factor is not None:
             return Section(
                 "Material",
-                "The strength of each tetrahedron over the input's value, as [fracture.variation] asks for; cut at "
-                "mid-thickness, and its distribution over the volume. The field is the sample's own.",
+                "Strength of each tetrahedron relative to the input's value, as given by [fracture.variation]: cut at "
+                "mid-thickness, and distribution over the volume. Each sample has its own field.",
                 answer=f"Sample {number}: {_in_words(mesh)}.",
-                pictures=[strength(mesh, ensemble.plate, f"sample {number}")])
+                pictures=[_strength(mesh, ensemble.plate, f"sample {number}")])
     return None
 
 
-def strength(mesh: Mesh, plate: Plate, title: str) -> Picture:
+def _strength(mesh: Mesh, plate: Plate, title: str) -> Picture:
     """The strength's factor in the mid-plane, whole and round the notches, and over the volume."""
     factor, volume = mesh.strength_factor, mesh.volumes()
-    low, high = _quantiles(factor, volume, RANGE)
+    low, high = np.quantile(factor, RANGE)
     polygons, numbers = mesh.cut(0, plate.size[0] / 2)
     figure = Figure(figsize=(style.PAGE_WIDTH, 4.6), layout="constrained")
     whole, near, distribution = figure.subplots(1, 3, width_ratios=(1, 3, 2.2))
@@ -52,17 +51,12 @@ def strength(mesh: Mesh, plate: Plate, title: str) -> Picture:
     whole.set_title("whole body")
     near.set_title(title)
     figure.colorbar(collection, ax=[whole, near], shrink=0.6, label="strength over the input's")
-    _draw_distribution(distribution, factor, volume)
+    distribution.hist(factor, 60, weights=100 * volume / volume.sum(), color=style.NOTCH_COLOURS[0])
+    distribution.axvline(float(np.average(factor, weights=volume)), color="black", linewidth=0.9, linestyle="--", label="mean")
+    distribution.set(xlabel="strength over the input's", ylabel="share of the volume [%]")
+    distribution.legend(loc="upper right")
     return Picture("strength", "Strength of the tetrahedra over the input's strength, cut at mid-thickness, and its "
                                "distribution over the volume", figure)
-
-
-def _draw_distribution(axes: Axes, factor: np.ndarray, volume: np.ndarray) -> None:
-    axes.hist(factor, 60, weights=100 * volume / volume.sum(), color=style.NOTCH_COLOURS[0])
-    axes.axvline(float(np.average(factor, weights=volume)), color="black", linewidth=0.9, linestyle="--", label="mean")
-    axes.set_xlabel("strength over the input's")
-    axes.set_ylabel("share of the volume [%]")
-    axes.legend(loc="upper right")
 
 
 def _in_words(mesh: Mesh) -> str:
@@ -71,9 +65,3 @@ def _in_words(mesh: Mesh) -> str:
     deviation = np.sqrt(np.average((factor - mean) ** 2, weights=volume))
     return (f"mean over the volume {mean:.3g}, coefficient of variation {deviation / mean:.3g}, "
             f"least {factor.min():.3g}, greatest {factor.max():.3g}")
-
-
-def _quantiles(values: np.ndarray, weights: np.ndarray, shares: tuple[float, float]) -> np.ndarray:
-    order = np.argsort(values)
-    reached = np.cumsum(weights[order]) / weights.sum()
-    return values[order][np.minimum(np.searchsorted(reached, shares), len(values) - 1)]

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from .. import style
-from ..drawing import draw_plate, panel_size, whole_length
+from ..drawing import Sheet, draw_plate, panel_size, whole_length
 from ..options import Options
 from ..results import Ensemble, Places
 from .picture import Picture, Section
@@ -22,8 +22,8 @@ def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
     if ensemble.n_notches or not places:
         return None
     return Section(
-        "Where it broke", "The first tetrahedron that broke in each sample, and the middle of its largest crack. Cracks are followed from notches, "
-        "holes and outlines only, so that of this body there are no paths, patterns and speeds.", _answer(ensemble, places),
+        "Where it broke", "The first tetrahedron that broke in each sample, and the middle of its largest crack. Cracks are traced from notches, "
+        "holes and outlines only, so this body has no paths, patterns or speeds.", _answer(ensemble, places),
         [Picture("places", "First breaks and largest cracks of all samples", _draw(ensemble, places))])
 
 
@@ -46,11 +46,8 @@ def _range(ensemble: Ensemble, points: np.ndarray) -> str:
 def _draw(ensemble: Ensemble, places: dict[int, Places]) -> Figure:
     plate, lengths = ensemble.plate, ensemble.plate.lengths
     z_range = whole_length(plate)
-    left, right, top, bottom = 0.6, 0.15, 0.15, 0.5
-    panel_width, panel_height = panel_size(plate, z_range, 4.2, 5.0)
-    width, height = left + panel_width + KEY_ROOM + right, top + panel_height + bottom
-    figure = Figure(figsize=(width, height))
-    axes = figure.add_axes((left / width, bottom / height, panel_width / width, panel_height / height))
+    figure = Sheet(panel_size(plate, z_range, 4.2, 5.0), 1, 1, (0.6, 0.15 + KEY_ROOM, 0.15, 0.5), (0.0, 0.0))
+    axes = figure.panel(0, 0)
     draw_plate(axes, plate, z_range)
     for name, marker, colour, label in (("largest", "x", style.NOTCH_COLOURS[0], "middle of the largest crack"),
                                         ("first", "o", style.NOTCH_COLOURS[1], "first break")):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the results owe to the random inputs and to the mesh: the numbers of `crackle stats`."""
+"""Sensitivity to the random inputs and to the mesh: the numbers of `crackle stats`."""
 from __future__ import annotations
 
 from typing import Any, Optional
@@ -28,11 +28,11 @@ def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
     if not found or not found["results"]:
         return None
     rows = _rows(found["results"], len(ensemble.sections))
-    result = Section("What the results owe to the random inputs",
+    result = Section("Sensitivity to the random inputs",
                      f"Shares of each result's variance, from {found['n_draws']} draws and {found['n_samples']} samples: Sobol' indices of first "
                      "order of the random inputs, by a polynomial chaos expansion"
-                     + (", and what samples with the same draw differ by, on different meshes" if found["replicates"] > 1 else "")
-                     + ". What is left is due to the inputs together, or not explained. crackle stats prints intervals and rank correlations.")
+                     + (", and differences between samples with the same draw on different meshes" if found["replicates"] > 1 else "")
+                     + ". The rest is due to interactions of the inputs, or not explained. crackle stats prints intervals and rank correlations.")
     result.answer = _answer(rows, ensemble)
     result.pictures = [Picture("sensitivities", "Shares of the variance of results that random inputs and the mesh explain", _bars(rows, ensemble)),
                        Picture("random-inputs", "Results over the values of the random inputs", _scatter(rows, ensemble))]
@@ -41,18 +41,15 @@ def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
 
 def _rows(results: list[dict[str, Any]], n_sections: int) -> list[dict[str, Any]]:
     """The results that are shown: of two that say the opposite ("one crack", "two cracks") the second."""
-    asked = [one for name in ASKED for one in results if one["result"] == name]
-    by_name: dict[str, list[dict[str, Any]]] = {}
-    for one in asked:
-        by_name.setdefault(one["result"], []).append(one)
-    shown = [one for group in by_name.values() for one in (group[1:] if len(group) == 2 and group[0]["share_of"] else group)]
+    groups = [[one for one in results if one["result"] == name] for name in ASKED]
+    shown = [one for group in groups for one in (group[1:] if len(group) == 2 and group[0]["share_of"] else group)]
     middle = n_sections // 2
     return shown + [one for one in results if one.get("section") == middle]
 
 
 def _label(one: dict[str, Any], ensemble: Ensemble) -> str:
     if "section" in one:
-        return f"path of notch {one['notch']}, {ensemble.sections[one['section']].name}"
+        return f"path of {ensemble.plate.name_of(one['notch'])}, {ensemble.sections[one['section']].name}"
     return f"{one['label']}: {one['share_of']}" if one["share_of"] else one["label"]
 
 
@@ -72,11 +69,7 @@ def _answer(rows: list[dict[str, Any]], ensemble: Ensemble) -> str:
         name, share = max(_parts(one, keys), key=lambda part: part[1])
         if share >= 0.3:
             ruled.setdefault(name, []).append(f"{_label(one, ensemble)} ({100 * share:.0f} %)")
-    return " ".join(f"{name[0].upper() + name[1:] if name == 'the mesh' else name} rules {_listed(results)}." for name, results in ruled.items())
-
-
-def _listed(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return " ".join(f"{name[0].upper() + name[1:] if name == 'the mesh' else name} rules {', '.join(results)}." for name, results in ruled.items())
 
 
 def _bars(rows: list[dict[str, Any]], ensemble: Ensemble) -> Figure:
@@ -93,7 +86,7 @@ def _bars(rows: list[dict[str, Any]], ensemble: Ensemble) -> Figure:
         for (_, share), colour in zip(parts, colours):
             axes.barh(place, scale * share, left=left, color=colour, height=0.72)
             left += scale * share
-    for name, colour in zip([*keys, "the mesh", "together, or not explained"], [*colours, REST]):
+    for name, colour in zip([*keys, "the mesh", "interactions, or not explained"], [*colours, REST]):
         axes.bar(0, 0, color=colour, label=name)
     axes.set_yticks(range(len(rows)), [_label(one, ensemble) for one in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)

@@ -17,15 +17,19 @@ from .picture import Picture, Section
 def section(ensemble: Ensemble, _: Options) -> Section:
     onset = "The onset is the load at the start of the last dynamic phase; a tick for each sample."
     if not ensemble.n_notches:
-        pictures = [Picture("shares", "Histogram of the onset force", _draw_onset(ensemble))] if ensemble.done.size else []
-        return Section("Onset", onset, pictures=pictures)
+        figure = Figure(figsize=(style.PAGE_WIDTH * 0.5, 2.9), layout="constrained")
+        _onset(figure.subplots(), ensemble)
+        return Section("Onset", onset, pictures=[Picture("shares", "Histogram of the onset force", figure)] if ensemble.done.size else [])
     result = Section(
         "Patterns and onset",
         "Shares of the samples done, with Wilson's "
         f"{100 * ensemble.confidence:g} % intervals. {_meaning(ensemble)} {onset}")
     if ensemble.done.size:
-        result.pictures.append(Picture("shares", "Shares of the patterns and histogram of the onset force",
-                                       _draw(ensemble)))
+        figure = Figure(figsize=(style.PAGE_WIDTH, 2.9), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        _patterns(left, ensemble)
+        _onset(right, ensemble)
+        result.pictures.append(Picture("shares", "Shares of the patterns and histogram of the onset force", figure))
     return result
 
 
@@ -39,25 +43,11 @@ def _meaning(ensemble: Ensemble) -> str:
             "one path overlaps with the other turned by 180 degrees.")
 
 
-def _draw(ensemble: Ensemble) -> Figure:
-    figure = Figure(figsize=(style.PAGE_WIDTH, 2.9), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    _patterns(left, ensemble)
-    _onset(right, ensemble)
-    return figure
-
-
-def _draw_onset(ensemble: Ensemble) -> Figure:
-    figure = Figure(figsize=(style.PAGE_WIDTH * 0.5, 2.9), layout="constrained")
-    _onset(figure.subplots(), ensemble)
-    return figure
-
-
 def _patterns(axes: Axes, ensemble: Ensemble) -> None:
     done = ensemble.done
-    names = [*style.PATTERN_NAMES[1:], style.PATTERN_NAMES[0], "with forks"]
+    names = [*style.PATTERN_NAMES[1:], style.PATTERN_NAMES[0], "with branching"]
     colours = [*(style.PATTERN_COLOURS[p] for p in (1, 2, 3, 0)), style.MUTED]
-    shares = [*(ensemble.statistics.pattern(p) for p in (1, 2, 3, 0)), ensemble.samples.result(ensemble.samples.forks).any]
+    shares = [*(ensemble.statistics.pattern(p) for p in (1, 2, 3, 0)), ensemble.samples.result("bifurcations_projected").any]
     for row, (found, colour) in enumerate(zip(shares, colours)):
         share, low, high = (100 * value for value in (found.share, found.lower, found.upper))
         count = round(found.share * done.size)
@@ -88,7 +78,9 @@ def _onset(axes: Axes, ensemble: Ensemble) -> None:
     if force.size == 0:
         axes.text(0.5, 0.5, "no sample broke", transform=axes.transAxes, ha="center", color=style.MUTED)
         return
-    edges = _bins(force)
+    least, most = float(force.min()), float(force.max())
+    # At round numbers; about the square root of the number of values, at least five bins.
+    edges = MaxNLocator(max(5, int(np.sqrt(force.size))), steps=[1, 2, 2.5, 5, 10]).tick_values(least, most if most > least else least + 1)
     kinds = [p for p in (1, 2, 3, 0) if (pattern == p).any()]
     axes.hist([force[pattern == p] for p in kinds], edges, stacked=True, edgecolor="white", linewidth=0.5,
               color=[style.PATTERN_COLOURS[p] for p in kinds], label=[style.PATTERN_NAMES[p] if ensemble.n_notches else "samples" for p in kinds])
@@ -98,11 +90,3 @@ def _onset(axes: Axes, ensemble: Ensemble) -> None:
                  label=f"median {np.median(force):.1f} {forces.name}")
     axes.tick_params(axis="x", pad=6)
     axes.legend(loc="lower right", ncol=len(kinds) + 1, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
-
-
-def _bins(force: np.ndarray) -> np.ndarray:
-    """Edges at round numbers; about the square root of the number of values, at least five bins."""
-    n = max(5, int(np.sqrt(force.size)))
-    low, high = float(force.min()), float(force.max())
-    edges = MaxNLocator(n, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high if high > low else low + 1)
-    return edges

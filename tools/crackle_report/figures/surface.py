@@ -21,8 +21,7 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
     result = Section(
         "Crack surfaces in space",
         "The opened facets of the samples shown in detail, coloured by the time at which they opened; grey ones were open "
-        "before the last dynamic phase. With a mouse or a finger they can be turned and come nearer, and the slider plays them "
-        "in time.")
+        "before the last dynamic phase. Drag to rotate and scroll or pinch to zoom; the slider moves through time.")
     for number in options.samples or samples_in_detail(ensemble):
         crack = ensemble.files.crack(number)
         if crack is not None and crack.time.size:

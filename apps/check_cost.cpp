@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "check_cost.h"
+
+#include "crackle/common/heartbeat.h"
+#include "crackle/common/quantity_text.h"
+#include "crackle/dynamics/load_outlook.h"
+#include "crackle/dynamics/model_limits.h"
+#include "crackle/ensemble/cost_model.h"
+#include "crackle/ensemble/measured_cost.h"
+#include "crackle/input/reader.h"
+
+#include "check_text.h"
+#include "commands.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace crackle::apps {
+
+namespace {
+
+using Rows = std::vector<input::Line>;
+
+/// Measured duration of the time loop [s].
+constexpr double measured_seconds = 1;
+/// Time of two static solves of a body of a million tetrahedra [s], for a notice only.
+constexpr double solves_of_a_million = 60;
+constexpr double short_wait = 20;  // [s]
+
+double forces_per_step(const ensemble::PhaseWork& phase) {
+  return static_cast<double>(phase.force_evaluations) / static_cast<double>(phase.grid.n_steps);
+}
+
+/// Recommends the number of ranks per sample, by the cost model.
+std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& measured,
+                      const ensemble::SampleWork& work, const ensemble::SampleCost& cost, double rate,
+                      std::int64_t n_ranks) {
+  const double forces = measured.outlook.breaks
+                            ? work.full_durations * static_cast<double>(subject.phase.force_evaluations)
+                            : 0;
+  const auto plans = ensemble::make_plans(subject.realization, subject.parameters, forces, cost.quasi_static,
+                                          ensemble::Machine(rate), n_ranks, subject.n_samples());
+  std::string text = fmt::format(
+      "\nPlans for {} rank{} and {} (jobs/clusters.md has the model):\n"
+      "{:>16} {:>8} {:>16} {:>12} {:>13} {:>8} {:>9} {:>9} {:>10}\n",
+      n_ranks, n_ranks == 1 ? "" : "s", subject.samples_text(), "ranks per sample", "groups",
+      "tetrahedra/rank", "ghosts/rank", "time per step", "exchange", "sample", "ensemble", "efficiency");
+  for (const auto& plan : plans) {
+    const double step = forces_per_step(subject.phase) * plan.force.total();
+    text += fmt::format("{:>16} {:>8} {:>16} {:>12} {:>10.3f} ms {:>6.1f} % {:>9} {:>9} {:>8.0f} %{}\n",
+                        plan.work.ranks, plan.groups, plan.work.tetrahedra, plan.work.ghosts, 1e3 * step,
+                        100 * (plan.force.exchange + plan.force.polls) / plan.force.total(),
+                        duration_text(plan.sample_seconds), duration_text(plan.wall_seconds),
+                        100 * plan.efficiency, plan.waits_for_master ? "  groups wait for meshes" : "");
+  }
+  const auto& best = ensemble::recommended(plans);
+  text += fmt::format("recommended: ensemble.ranks_per_sample = {}\n", best.work.ranks);
+  if (best.waits_for_master)
+    text += "One master is too slow to make meshes for so many groups: set ensemble.meshes = \"auto\".\n";
+  return text;
+}
+
+std::string phases_text(int n) {
+  return fmt::format("{} dynamic phase{}", n, n == 1 ? "" : "s");
+}
+
+/// The load and time of the first break in equilibrium, up to which the loading rate has no effect; empty if
+/// the loads do not break the body.
+std::string loading_text(const dynamics::LoadOutlook& outlook) {
+  if (!std::isfinite(outlook.time)) return {};
+  return fmt::format(
+      "in equilibrium up to the first break ({}, after {}); until then the loading rate has no effect",
+      quantity_text(outlook.load, "N"), time_text(outlook.time));
+}
+
+/// Core-hours above which a slip in the input is likely [h].
+constexpr double unaffordable_hours = 10'000;
+
+std::string unaffordable_text(const Subject& subject, double hours) {
+  if (hours < unaffordable_hours) return {};
+  const geometry::SpacingField spacing(subject.body, subject.parameters.mesh);
+  return fmt::format(
+      "{:.3g} core-hours, with {:.3g} time steps of {:.3g} tetrahedra in each dynamic phase: are "
+      "time.duration = {} and spacings down to {} intended?",
+      hours, static_cast<double>(subject.phase.grid.n_steps), subject.n_tetrahedra(),
+      time_text(subject.parameters.time.duration), length_text(spacing.lower_bound(subject.body.bounds())));
+}
+
+std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks) {
+  const auto& parameters = subject.parameters;
+  const auto measured = ensemble::measure_cost(parameters, subject.realization, measured_seconds);
+  const auto work = ensemble::sample_work(parameters, phases);
+  const auto cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
+  const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;
+  const bool breaks = measured.outlook.breaks;
+  const int n_phases = breaks ? work.phases : 0;
+  Rows rows{
+      {"dynamic phase",
+       fmt::format("{:.3g} s for the full duration: {:.3g} ms per step, {:.3g} million tetrahedron updates "
+                   "per second",
+                   cost.phase, 1e3 * measured.step, rate / 1e6)}};
+  if (parameters.time.start != input::Start::rest) {
+    std::string solves =
+        fmt::format("{:.3g} s: {:.3g} s for the first equilibrium", cost.quasi_static, measured.first_solve);
+    if (breaks)
+      solves +=
+          fmt::format(", {:.3g} s for each of {} after breaks and arrests", measured.next_solve, work.solves);
+    rows.emplace_back("quasi-static part", solves);
+    if (parameters.time.start == input::Start::quasi_static)
+      if (std::string loading = loading_text(measured.outlook); !loading.empty())
+        rows.emplace_back("loading", std::move(loading));
+  }
+  rows.emplace_back("sample", fmt::format("{:.3g} s with {}{}", cost.total(), phases_text(n_phases),
+                                          n_phases > 1    ? fmt::format("; {} arrest{}", n_phases - 1,
+                                                                     n_phases == 2 ? "s" : "")
+                                          : n_phases == 0 ? ": the loads never break the body"
+                                                          : ""));
+  const double hours = subject.n_samples() * cost.total() / 3600;
+  rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each", hours, subject.samples_text(),
+                                              phases_text(n_phases)));
+  std::string text = input::aligned(rows);
+  for (const std::string& warning :
+       {dynamics::weak_load_warning(parameters, measured.outlook),
+        dynamics::fast_loading_warning(parameters, measured.outlook.time), unaffordable_text(subject, hours)})
+    if (!warning.empty()) text += fmt::format("\nWarning: {}\n", warning);
+  if (n_ranks > 0) text += plan_text(subject, measured, work, cost, rate, n_ranks);
+  return text;
+}
+
+/// Time of two static solves, for a notice only [s].
+double solving_seconds(const Subject& subject) {
+  return solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3);
+}
+
+}  // namespace
+
+void print_cost(const Subject& subject, int phases, std::int64_t n_ranks) {
+  const auto& parameters = subject.parameters;
+  const bool solves = parameters.time.start != input::Start::rest;
+  const double wait = solves ? solving_seconds(subject) : 0;
+  fmt::print("\nTime of one core of this machine, from {}{:.2g} s of the time loop{}:\n",
+             solves ? "two static solves and " : "", measured_seconds,
+             wait > short_wait ? fmt::format(", which takes about {} to measure", duration_text(wait)) : "");
+  std::fflush(stdout);
+  Heartbeat heartbeat(notify);
+  heartbeat.begin("measuring the cost");
+  try {
+    fmt::print("{}", cost_text(subject, phases, n_ranks));
+  } catch (const ensemble::NotMeasured& error) {
+    fmt::print("not measured: {}\n", error.what());
+  } catch (const std::runtime_error& error) {
+    // No sample uses the input's own values of random quantities.
+    if (subject.parameters.random.empty()) throw;
+    fmt::print("not measured, with the input's own values: {}\n", error.what());
+  }
+}
+
+void print_rest_outlook(const Subject& subject) {
+  const auto& parameters = subject.parameters;
+  if (parameters.time.start != input::Start::rest || solving_seconds(subject) > short_wait) return;
+  Heartbeat heartbeat(notify);
+  heartbeat.begin("solving for the equilibrium");
+  try {
+    const auto outlook = dynamics::static_outlook(parameters, subject.realization);
+    if (const auto warning = dynamics::weak_load_warning(parameters, outlook); !warning.empty())
+      fmt::print("\nWarning: {}\n", warning);
+  } catch (const std::runtime_error&) {
+    // A sample that starts from rest needs no equilibrium.
+  }
+}
+
+}  // namespace crackle::apps

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "check_subject.h"
+
+#include "crackle/common/heartbeat.h"
+#include "crackle/common/quantity_text.h"
+#include "crackle/common/stopwatch.h"
+#include "crackle/dynamics/model_limits.h"
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/dynamics/stable_step.h"
+#include "crackle/ensemble/base_points.h"
+#include "crackle/ensemble/cost_model.h"
+#include "crackle/ensemble/realization_queue.h"
+#include "crackle/fracture/criterion.h"
+#include "crackle/fracture/resolution.h"
+#include "crackle/fracture/toughness.h"
+#include "crackle/geometry/condition_region.h"
+#include "crackle/geometry/mesh_regions.h"
+#include "crackle/geometry/mesh_statistics.h"
+#include "crackle/geometry/partition.h"
+#include "crackle/input/reader.h"
+#include "crackle/input/softening_limits.h"
+#include "crackle/mechanics/elasticity.h"
+#include "crackle/plane/chords.h"
+
+#include "check_text.h"
+#include "commands.h"
+
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+namespace crackle::apps {
+
+namespace {
+
+using Rows = std::vector<input::Line>;
+
+/// Lists the refined regions of the mesh and their contents.
+void add_regions(Rows& rows, const Subject& subject) {
+  const auto& mesh = subject.parameters.mesh;
+  if (mesh.regions.empty()) return;
+  const auto contents = geometry::region_contents(subject.realization, subject.body, mesh);
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    const bool is_rest = i == mesh.regions.size();
+    const char* const rest = subject.parameters.specimen.notches.empty() ? "rest" : "notches and rest";
+    rows.emplace_back(is_rest ? rest : fmt::format("mesh.region[{}]", i),
+                      fmt::format("{} nodes, {} tetrahedra{}", contents[i].nodes, contents[i].tetrahedra,
+                                  is_rest ? "" : " at " + length_text(mesh.regions[i].spacing)));
+  }
+}
+
+/// Describes the approximation of a circle or an ellipse by chords.
+void add_curve(Rows& rows, const plane::Shape& shape, const std::string& name, const plane::Point& centre,
+               const plane::Point& semi_axes, double angle) {
+  const auto chords = plane::chord_approximation(shape, name, centre, semi_axes, angle);
+  if (chords.n_chords == 0) return;
+  rows.emplace_back(name, fmt::format("{} chords of up to {}, up to {:.2g} % of the radius inside the curve",
+                                      chords.n_chords, length_text(chords.longest), 100 * chords.inside));
+  // If a curve is cut by something else, only part of it is left.
+  if (chords.area > 0.5) rows.back().second += fmt::format(", area {:+.2g} %", 100 * (chords.area - 1));
+}
+
+void add_curves(Rows& rows, const input::Specimen& specimen) {
+  if (!specimen.shape) return;
+  if (specimen.outline && specimen.outline->polygon.empty()) {
+    const double radius = specimen.outline->radius;
+    add_curve(rows, *specimen.shape, "edge-0", {radius, radius}, {radius, radius}, 0);
+  }
+  for (std::size_t i = 0; i < specimen.holes.size(); ++i)
+    if (const input::Hole& hole = specimen.holes[i]; hole.polygon.empty())
+      add_curve(rows, *specimen.shape, fmt::format("hole-{}", i), hole.center, hole.semi_axes, hole.angle);
+}
+
+/// The criterion on this mesh: strength and toughness are related by the local spacing.
+void add_criterion(Rows& rows, const Subject& subject) {
+  const auto& parameters = subject.parameters;
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto subdomain =
+      geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
+  const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
+  const auto criterion = fracture::make_criterion(
+      parameters, fracture::tetrahedron_strengths(self, parameters, 0, subdomain, operators),
+      subject.phase.grid.step);
+  const auto strengths = criterion->strengths();
+  const auto spread = [](std::vector<double> values, double unit, const char* name) {
+    const auto q = geometry::quantiles(std::move(values));
+    return fmt::format("min {:.4g}, median {:.4g}, max {:.4g} {}", q.smallest / unit, q.median / unit,
+                       q.largest / unit, name);
+  };
+  const char* const varied = parameters.fracture.variation ? ", with the variation of sample 0" : "";
+  if (parameters.fracture.release == input::Release::softening) {
+    const double length = input::process_zone_length(parameters);
+    const auto spacing = fracture::crack_spacing(parameters, subject.body);
+    rows.emplace_back("process zone",
+                      fmt::format("{}, E G / strength^2: {:.3g} to {:.3g} spacings where cracks run",
+                                  length_text(length), length / spacing.greatest, length / spacing.least));
+    if (parameters.fracture.variation)
+      rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
+                                        ", from the variation of sample 0");
+    return;
+  }
+  const char* const from = parameters.fracture.length > 0 ? "the averaging length" : "the local spacing";
+  if (parameters.fracture.has_nucleation()) {
+    const auto growth = fracture::growth_strengths(self, parameters, 0, subdomain, operators);
+    rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
+                                      fmt::format(" where there is no crack{}", varied));
+    rows.emplace_back("", spread(growth, 1e6, "MPa") +
+                              fmt::format(" at a crack, from the toughness and {}{}", from, varied));
+    return;
+  }
+  if (parameters.fracture.toughness > 0) {
+    rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
+                                      fmt::format(", from the toughness and {}{}", from, varied));
+    return;
+  }
+  if (parameters.fracture.variation)
+    rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
+                                      ", from the variation of sample 0");
+  if (parameters.fracture.accumulation == input::Accumulation::step)
+    rows.emplace_back("strength",
+                      fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
+  rows.emplace_back(
+      "toughness",
+      spread(fracture::tetrahedron_toughness(self, parameters, subdomain, operators, strengths), 1, "J/m^2") +
+          fmt::format(", from the strength and {}{}", from, varied));
+}
+
+void add_waves(Rows& rows, const input::Parameters& parameters) {
+  const auto& material = parameters.material;
+  const double dilatational = mechanics::dilatational_speed(material);
+  const double shear = mechanics::shear_speed(material);
+  rows.emplace_back("wave speeds", fmt::format("c_d {:.4g} m/s, c_s {:.4g} m/s, c_R {:.4g} m/s", dilatational,
+                                               shear, mechanics::rayleigh_speed(material)));
+  rows.emplace_back("transit times",
+                    fmt::format("{} along the length (dilatational), {} across the width (shear)",
+                                time_text(parameters.specimen.size[2] / dilatational),
+                                time_text(parameters.specimen.size[1] / shear)));
+  rows.emplace_back("arrest window",
+                    parameters.time.start != input::Start::rest
+                        ? time_text(dynamics::arrest_window(parameters)) + " without a break"
+                        : "none: with start = \"rest\" the phase lasts for the whole duration");
+}
+
+/// All quantities of sample 0 that need no measurement.
+Rows subject_rows(const Subject& subject, double memory, double available) {
+  const auto& parameters = subject.parameters;
+  const int n_ranks = parameters.ensemble.ranks_per_sample;
+  const double file = ensemble::sample_file_size(parameters, subject.n_nodes(), subject.n_tetrahedra());
+  const double all = subject.n_samples() * file + ensemble::ensemble_file_size(parameters, subject.n_nodes());
+  Rows rows{
+      {"nodes", fmt::format("{}", subject.realization.nodes.size())},
+      {"tetrahedra", fmt::format("{} (worst quality {:.3f})", subject.realization.tetrahedra.size(),
+                                 subject.realization.report.min_quality)},
+      {"boundary triangles", fmt::format("{}", subject.realization.boundary.size())},
+  };
+  add_curves(rows, subject.parameters.specimen);
+  add_regions(rows, subject);
+  add_criterion(rows, subject);
+  add_waves(rows, parameters);
+  rows.insert(rows.end(),
+              {{"stable step", time_text(subject.stable_step)},
+               {"time step", time_text(subject.phase.grid.step)},
+               {"steps", fmt::format("{} per dynamic phase", subject.phase.grid.n_steps)},
+               {"force evaluations", fmt::format("{} per dynamic phase", subject.phase.force_evaluations)},
+               {"memory", fmt::format("{:.0f} MB per sample, on {} rank{}; {:.3g} GB are available here",
+                                      memory / 1e6, n_ranks, n_ranks == 1 ? "" : "s", available / 1e9)},
+               {"output", fmt::format("{:.3g} MB per sample, {:.3g} MB for {}", file / 1e6, all / 1e6,
+                                      subject.samples_text())}});
+  return rows;
+}
+
+/// Lists conditions whose regions require a finer mesh than the rest of the input.
+std::string refining_regions_text(const input::Parameters& parameters) {
+  std::string text;
+  for (const geometry::RegionRefinement& one : geometry::region_refinements(parameters))
+    text += fmt::format("\nThe region of boundary[{}] makes the mesh as fine as {} there.\n", one.condition,
+                        length_text(one.spacing));
+  return text;
+}
+
+}  // namespace
+
+Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
+                     geometry::MotherPoints& base) {
+  if (parameters.mesh.base == input::Base::shared)
+    base = ensemble::make_base_points(body, parameters, notify);
+  const ThreadClock clock;
+  Heartbeat heartbeat(notify);
+  heartbeat.begin("making the mesh of sample 0");
+  auto realization = ensemble::with_retries([&](std::uint64_t sample, int attempt) {
+    return ensemble::make_sample_mesh(body, base, parameters, sample, attempt);
+  })(0);
+  const double stable_step = dynamics::stable_step(parameters, realization);
+  const auto phase = ensemble::phase_work(parameters, stable_step);
+  const double analysis = static_cast<double>(realization.tetrahedra.size()) /
+                          ensemble::Machine(parameters.time).root_updates_per_second;
+  return {parameters, body, std::move(realization), stable_step, phase, clock.seconds() + analysis};
+}
+
+void print_subject(const Subject& subject, double memory, const ensemble::AvailableMemory& available) {
+  const auto& parameters = subject.parameters;
+  fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
+             refining_regions_text(parameters));
+  for (const auto& warning : fracture::resolution_warnings(parameters, subject.body, subject.phase.grid.step))
+    fmt::print("\nWarning: {}\n", warning);
+  for (const auto& warning : dynamics::model_warnings(parameters, subject.body))
+    fmt::print("\nWarning: {}\n", warning);
+  const int n_ranks = parameters.ensemble.ranks_per_sample;
+  const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
+  if (const auto message = ensemble::shortage(memory, whose, available))
+    fmt::print(
+        "\nWarning: cannot be computed on this machine: {}; use a larger machine, coarser spacings, more "
+        "nodes, or more ranks_per_sample\n",
+        *message);
+  std::fflush(stdout);
+}
+
+}  // namespace crackle::apps

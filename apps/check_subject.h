@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/ensemble/estimate.h"
+#include "crackle/ensemble/memory.h"
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/input/parameters.h"
+
+#include <fmt/format.h>
+
+#include <string>
+
+namespace crackle::apps {
+
+/// Sample 0 and its properties.
+struct Subject {
+  const input::Parameters& parameters;
+  const geometry::Body& body;
+  geometry::Realization realization;
+  double stable_step;  ///< [s]
+  ensemble::PhaseWork phase;
+  double rest_seconds;  ///< on one core: mesh, stable step, crack analysis and output
+
+  double n_nodes() const { return static_cast<double>(realization.nodes.size()); }
+  double n_tetrahedra() const { return static_cast<double>(realization.tetrahedra.size()); }
+  int n_samples() const { return parameters.ensemble.samples; }
+  /// "1 sample", "200 samples"
+  std::string samples_text() const {
+    return fmt::format("{} sample{}", n_samples(), n_samples() == 1 ? "" : "s");
+  }
+};
+
+/// @param base receives the shared mother points
+Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
+                     geometry::MotherPoints& base);
+
+/// Prints what is known of sample 0 without computing it.
+/// @param memory of all ranks that share a sample [byte]
+void print_subject(const Subject& subject, double memory, const ensemble::AvailableMemory& available);
+
+}  // namespace crackle::apps

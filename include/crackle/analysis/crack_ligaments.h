@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/crack_surface.h"
+#include "crackle/geometry/body.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace crackle::analysis {
+
+/// Shorter cracks do not have a ligament of their own [spacings].
+inline constexpr double min_crack_length = 3;
+/// Contacts of a crack with its start that are no farther apart than this belong to one root [spacings].
+inline constexpr double root_gap = 2;
+
+/// A straight line along which the extent of a start's cracks is measured.
+struct CrackLigament {
+  std::int32_t start;  ///< number of the crack start
+  /// In the form of a start with a ligament: its tip is the root.
+  geometry::CrackStart line;
+  std::vector<std::size_t> facets;  ///< of its cracks, in order of breaking
+};
+
+/// The ligaments of one crack start.
+///
+/// A straight start (CrackStart::is_straight) has its own ligament, with the facets of all its cracks.
+///
+/// For other starts the ligaments follow from the cracks. A connected crack has a root at each place where it
+/// touches the start's faces: the mean of the closest points on these faces to its facets within one spacing.
+/// A crack of the free surface has its root on the surface if that is within min_crack_length of where it
+/// opened first, otherwise at that place inside the body. Each facet belongs to the nearest root. From the
+/// root one ligament leads towards the farthest facet, and another towards the farthest facet behind the
+/// root, if any is min_crack_length away: from inside the body, or from a hole no larger than root_gap,
+/// cracks run to both sides. A ligament ends where its line leaves the body behind that facet, by
+/// Body::outline. There is none if no facet is min_crack_length away from the root.
+std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface,
+                                           std::int32_t start);
+
+/// The ligaments of all crack starts, in their order.
+std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface);
+
+}  // namespace crackle::analysis

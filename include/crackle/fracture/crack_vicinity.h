@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/criterion.h"
+#include "crackle/input/parameters.h"
+#include "crackle/mechanics/operators.h"
+#include "crackle/parallel/communicator.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace crackle::fracture {
+
+/// Nucleation and growth of cracks have different thresholds if the input gives both a strength and a
+/// toughness: the strength holds where there is no crack, and the threshold that gives the toughness at the
+/// local spacing holds at a crack, that is, for tetrahedra that share a node with a broken one or lie at the
+/// square end of a slot. Where the toughness requires the higher threshold, that one holds everywhere.
+///
+/// Follows the cracks of a body and lowers the criterion's strengths accordingly.
+class CrackVicinity {
+public:
+  /// Lowers the strengths at the ends of slots. Local.
+  /// @param growth_strengths of each local tetrahedron at a crack [Pa]
+  /// @param spacings of the mesh at each local tetrahedron [m]
+  CrackVicinity(const BreakableBody& body, Criterion& criterion, std::vector<double> growth_strengths,
+                const input::Specimen& specimen, std::span<const double> spacings);
+
+  /// Lowers the strengths near the tetrahedra broken since the last call. Collective; does not agree()
+  /// before. A rank that fails before its communication throws; the others then do nothing.
+  /// @return the local tetrahedra whose strength has changed, ascending
+  std::span<const std::int32_t> update(const parallel::Communicator& group);
+
+private:
+  void lower(std::int32_t tetrahedron);
+
+  const BreakableBody* body_;
+  Criterion* criterion_;
+  std::vector<double> growth_strengths_;
+  mechanics::NodeTetrahedra round_node_;
+  std::unordered_map<std::int64_t, std::int32_t> local_node_;  // by number in the realization
+  std::vector<std::uint8_t> at_crack_;                         // of each local node
+  std::size_t n_seen_ = 0;                                     // broken tetrahedra
+  std::vector<std::int32_t> changed_;
+};
+
+/// The vicinity for an intact body, or none if the input does not distinguish nucleation and growth.
+/// Collective; equal for any number of ranks.
+std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator& group,
+                                                   const input::Parameters& parameters, std::uint64_t sample,
+                                                   const BreakableBody& body, Criterion& criterion);
+
+}  // namespace crackle::fracture

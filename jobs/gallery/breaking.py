@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command jobs/gallery/gallery: breaks the bodies of this folder and draws them."""
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import pictures
+from crackle import Ensemble
+from crackle_readme import put_block
+from crackle_runs import command, markdown, run
+from problems import PROBLEMS, Problem
+
+GALLERY = Path(__file__).resolve().parent
+BODIES = ("plate-with-hole", "inclined-crack", "blunt-notches", "ring", "offset-notch", "l-panel")
+
+
+def rows(problem: Problem, ensemble: Ensemble) -> list[list[str]]:
+    return [[figure.quantity, figure.find(ensemble), figure.reference(ensemble)] for figure in problem.figures]
+
+
+def main() -> int:
+    names = [*PROBLEMS, *BODIES]
+    parser = argparse.ArgumentParser(prog="gallery", description="Breaks the bodies of jobs/gallery on a master and two workers, and says what is "
+                                     "found beside a reference where there is one. Finished runs are kept, a run that "
+                                     "was stopped continues.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(names)}; all when none is given")
+    parser.add_argument("--ranks", type=int, default=3, help="of mpirun: a master and workers (default: 3)")
+    parser.add_argument("--coarse", action="store_true", help="the problems with fewer samples on coarser meshes: seconds "
+                        "instead of minutes, and numbers that are only about right")
+    parser.add_argument("--keep", action="store_true", help="put pictures and numbers into jobs/gallery")
+
+    def gallery(arguments: argparse.Namespace) -> int:
+        for name in arguments.names:
+            if name not in names:
+                parser.error(f"there is no problem '{name}'; give some of {', '.join(names)}")
+        if arguments.keep and arguments.coarse:
+            parser.error("what --coarse gives is not kept")
+        for name in arguments.names or names:
+            folder = arguments.output / (f"{name}-coarse" if arguments.coarse else name)
+            problem = PROBLEMS.get(name)
+            text = problem.input_text(arguments.coarse) if problem else (GALLERY / f"{name}.toml").read_text()
+            ensemble = run(text, folder, arguments.program, ranks=arguments.ranks)
+            table = rows(problem, ensemble) if problem else []
+            for quantity, found, reference in table:
+                print(f"{name}: {quantity}: {found}; reference: {reference}", flush=True)
+            print(f"{name}: {len(ensemble)} samples, {ensemble.samples.wall_time.mean():.2g} s each on one core", flush=True)
+            if not problem:
+                loads = pictures.breaking_loads(ensemble)
+                print(f"{name}: {np.mean(loads):.4g} ± {np.std(loads, ddof=1):.2g} N, {', '.join(ensemble.samples.outcome.unique())}", flush=True)
+            if arguments.keep:
+                pictures.draw(name, GALLERY / f"{name}.png", ensemble)
+                if problem:
+                    put_block(name, markdown(["", "found", "reference"], table))
+        return 0
+
+    return command(parser, "gallery", gallery)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

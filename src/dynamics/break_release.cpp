@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "break_release.h"
+
+#include "crackle/dynamics/checkpoint.h"
+
+#include <algorithm>
+
+namespace crackle::dynamics {
+
+std::span<const std::int32_t> BreakRelease::apply(std::span<const std::int32_t> breaking, double phase_time,
+                                                  StepFailure& failure) {
+  fracture::BreakableBody& body = *context_.body;
+  const std::size_t n_changes = body.changes().size();
+  failure.guard([&] {
+    const auto strain = [&](std::int32_t t) { return motion_->strain(t); };
+    if (body.is_releasing())
+      body.continue_releases([&](double broke_at) { return remaining(phase_time - broke_at); }, strain);
+    for (const auto t : breaking) body.release(t, strain(t), load_time_, phase_time, remaining(0));
+  });
+  failure.guard_messages([&] {
+    body.release_bridges(*context_.group, load_time_, phase_time,
+                         [&](std::int32_t t) { return motion_->strain(t); });
+  });
+  const auto changes = body.changes().subspan(n_changes);
+  if (!changes.empty())
+    failure.guard([&] {
+      fracture::update_strengths(*context_.criterion, body, changes);
+      motion_->release(changes);
+    });
+  failure.guard_messages([&] { update_strengths(); });
+  return changes;
+}
+
+void BreakRelease::restore(const fracture::Releases& releases, double phase_time) {
+  motion_->release(restore_releases(releases, *context_.body, *context_.criterion,
+                                    [&](double broke_at) { return remaining(phase_time - broke_at); }));
+}
+
+void BreakRelease::update_strengths() {
+  if (context_.vicinity == nullptr) return;
+  const auto weakened = context_.vicinity->update(*context_.group);
+  motion_->update_strengths(weakened);
+  if (context_.average != nullptr) context_.average->forget(weakened);
+}
+
+double BreakRelease::remaining(double since_break) const {
+  if (release_time_ == 0) return 0;
+  return std::max(0.0, 1 - (since_break + time_step_ / 2) / release_time_);
+}
+
+}  // namespace crackle::dynamics

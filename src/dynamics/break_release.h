@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/moving_body.h"
+#include "crackle/fracture/break_record.h"
+
+#include "step_failure.h"
+
+#include <cstdint>
+#include <span>
+
+namespace crackle::dynamics {
+
+/// Takes the stiffness of breaking tetrahedra from a body in motion: the released energy goes to the body's
+/// records, from which the energy account sums it, and the criterion and the motion learn of the change.
+class BreakRelease {
+public:
+  /// The context's members and the motion must outlive the object.
+  /// @param load_time time of the load curves at the start of the phase [s]
+  /// @param release_time over which the stiffness of a breaking tetrahedron falls; 0: it is lost at once [s]
+  /// @param time_step [s]
+  BreakRelease(const MotionContext& context, MovingBody& motion, double load_time, double release_time,
+               double time_step)
+      : context_(context),
+        motion_(&motion),
+        load_time_(load_time),
+        release_time_(release_time),
+        time_step_(time_step) {}
+
+  /// Releases tetrahedra, continues releases under way, releases edges of others by the bridging rule, and
+  /// updates the strengths near cracks, between two steps. Collective.
+  /// @param breaking local tetrahedra, from the breaking check
+  /// @param phase_time since the start of the phase [s]
+  /// @param failure receives a failure of this rank
+  /// @return the local tetrahedra whose stiffness has changed; valid until the next call
+  std::span<const std::int32_t> apply(std::span<const std::int32_t> breaking, double phase_time,
+                                      StepFailure& failure);
+
+  /// Restores the releases of a phase up to its checkpoint; call before the motion is restored. Local.
+  /// @param phase_time of the checkpoint [s]
+  void restore(const fracture::Releases& releases, double phase_time);
+
+  /// Updates the strengths near the tetrahedra broken since the last call. Collective; a rank throws only
+  /// after its communication is complete.
+  void update_strengths();
+
+private:
+  /// The share of its stiffness that a breaking tetrahedron keeps in the coming step: the mean of a linear
+  /// fall over the step.
+  double remaining(double since_break) const;
+
+  MotionContext context_;
+  MovingBody* motion_;
+  double load_time_, release_time_, time_step_;
+};
+
+}  // namespace crackle::dynamics

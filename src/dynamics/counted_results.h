@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/sample_result.h"
+
+namespace crackle::dynamics {
+
+/// Drops breaks, energy rows and history rows after the counted time of the last dynamic phase: they only
+/// served to show that it was the last one. Everything counts if loading continued after it.
+/// @param counted_time since the start of the last phase [s]
+void drop_uncounted(SampleResult& result, double counted_time);
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/explicit_phase.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// The outputs of a dynamic phase during its duration: rows of the energy account, history and frames.
+class PhaseOutput {
+public:
+  /// Collective. The references must outlive the object.
+  /// @param load_time time of the load curves at the start of the phase [s]
+  /// @param state receives the current state at every output
+  /// @param result receives energy rows and frames
+  PhaseOutput(const MotionContext& context, const MovingBody& motion, const EnergyAccount& account,
+              double load_time, const PhaseOptions& options, MotionState& state, PhaseResult& result);
+
+  /// True if anything is due after this step; step 0 is the start.
+  bool is_due(std::int64_t step) const;
+
+  /// Measures the energies and writes what is due. Collective.
+  /// @param is_last the phase ends here: an energy row and a history row are due in any case
+  /// @throws std::runtime_error on every rank when the energies show that the motion is invalid
+  void write(std::int64_t step, bool is_last);
+
+private:
+  bool is_frame(std::int64_t step) const;
+  bool is_energy_row(std::int64_t step) const;
+  bool is_history_row(std::int64_t step) const;
+  EnergyRow measure(double time) const;
+  Frame frame(double time) const;
+
+  MotionContext context_;
+  const MovingBody* motion_;
+  const EnergyAccount* account_;
+  double load_time_;
+  const PhaseOptions* options_;
+  MotionState* state_;
+  PhaseResult* result_;
+  std::int64_t row_interval_, history_interval_;  // in steps
+  std::vector<std::int64_t> frame_steps_;         // ascending
+  double negligible_energy_;                      // that rounding alone may produce [J]
+};
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "case_sample.h"
+
+#include "crackle/analysis/crack_surface.h"
+#include "crackle/common/real.h"
+#include "crackle/ensemble/base_points.h"
+#include "crackle/geometry/partition.h"
+#include "crackle/io/checkpoint_file.h"
+#include "crackle/io/sample_file.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/uncertainty/random_inputs.h"
+
+#include <system_error>
+#include <utility>
+
+namespace crackle::ensemble {
+
+const input::Parameters& CaseSample::parameters() {
+  if (case_.parameters().random.empty()) return case_.parameters();
+  if (!drawn_) drawn_ = uncertainty::sample_parameters(case_.parameters(), sample_);
+  return *drawn_;
+}
+
+const geometry::Body& CaseSample::body() {
+  if (case_.parameters().random.empty()) return case_.body();
+  if (!drawn_body_) drawn_body_ = geometry::make_body(parameters());
+  return *drawn_body_;
+}
+
+geometry::Realization CaseSample::make() {
+  const geometry::Body& own_body = body();
+  return with_retries([&](std::uint64_t sample, int attempt) {
+    return make_sample_mesh(own_body, case_.base(), parameters(), sample, attempt);
+  })(sample_);
+}
+
+std::vector<geometry::Subdomain> CaseSample::split(const geometry::Realization& realization, int n_parts) {
+  return geometry::split(realization, geometry::partition(realization, n_parts),
+                         parameters().fracture.length);
+}
+
+dynamics::SampleResult CaseSample::compute(const parallel::Communicator& group,
+                                           const geometry::Subdomain& subdomain,
+                                           dynamics::SampleControl control) {
+  n_ranks_ = group.size();
+  control.sample = sample_;
+  if (!case_.parameters().random.empty()) parallel::agree(group, [&] { parameters(); });
+  return case_.mechanics()(group, parameters(), subdomain, control);
+}
+
+SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
+                                   const dynamics::SampleResult& result) {
+  const geometry::Body& own_body = body();
+  const input::Parameters& own = parameters();
+  SampleAnalysis analysis;
+  analysis.surface = analysis::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
+  analysis.branches = analysis::find_branches(own_body, analysis.surface);
+  analysis.lines = analysis::crack_lines(own_body, analysis.surface, analysis.branches);
+  analysis.crossings =
+      analysis::section_crossings(own_body, analysis.surface, analysis.branches, own.sections);
+  analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
+                                         analysis.branches, analysis.crossings, own.material);
+  if (own.draw) analysis.summary.inputs = own.draw->values;
+  analysis.history = analysis::crack_history(own_body, analysis.surface, analysis.lines, result);
+  return analysis;
+}
+
+void CaseSample::write_file(const PartialSample& content, const analysis::SampleSummary& summary) {
+  const auto& [realization, result, analysis] = content;
+  io::write_sample(io::sample_path(case_.folder(), sample_),
+                   {parameters(), sample_, realization, result, analysis.surface, analysis.lines,
+                    analysis.branches, analysis.crossings, summary, analysis.history, n_ranks_});
+}
+
+void CaseSample::write(const geometry::Realization& realization, const dynamics::SampleResult& result,
+                       const SampleAnalysis& analysis) {
+  case_.mark().require();
+  write_file({realization, result, analysis}, analysis.summary);
+}
+
+void CaseSample::write_failure(const analysis::SampleSummary& failure, const PartialSample* partial) {
+  case_.mark().require();
+  if (partial != nullptr)
+    write_file(*partial, failure);
+  else
+    io::write_failed_sample(io::sample_path(case_.folder(), sample_), case_.parameters(), sample_, failure);
+}
+
+analysis::SampleSummary CaseSample::failure_row(const std::string& reason) {
+  const input::Parameters& ensemble = case_.parameters();
+  auto row = analysis::empty_summary(static_cast<int>(case_.body().crack_starts().size()),
+                                     static_cast<int>(ensemble.sections.size()),
+                                     analysis::SampleStatus::failed, reason);
+  try {
+    row.inputs = uncertainty::drawn_values(ensemble, sample_);
+  } catch (...) {  // may be the cause of the failure
+    row.inputs.assign(ensemble.random.size(), not_a_number);
+  }
+  return row;
+}
+
+std::vector<std::byte> CaseSample::read_checkpoint() {
+  // Bad checkpoints were renamed at the start of the run; one that has become unreadable since is ignored.
+  try {
+    const std::filesystem::path file = io::checkpoint_path(case_.folder(), sample_);
+    if (std::filesystem::exists(file)) return io::read_checkpoint(file, case_.parameters(), sample_);
+  } catch (const std::exception&) {
+  }
+  return {};
+}
+
+void CaseSample::write_checkpoint(std::span<const std::byte> bytes) {
+  case_.mark().require();
+  io::write_checkpoint(io::checkpoint_path(case_.folder(), sample_), case_.parameters(), sample_, bytes);
+}
+
+void CaseSample::remove_checkpoint() {
+  std::error_code ignored;
+  std::filesystem::remove(io::checkpoint_path(case_.folder(), sample_), ignored);
+}
+
+}  // namespace crackle::ensemble

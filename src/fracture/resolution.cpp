@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/fracture/resolution.h"
+
+#include "crackle/common/quantity_text.h"
+#include "crackle/fracture/criterion.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/input/softening_limits.h"
+
+#include <fmt/format.h>
+
+namespace crackle::fracture {
+
+namespace {
+
+/// Ratio of largest to smallest toughness above which the mesh, not the material, decides where cracks run
+/// fast.
+constexpr double uneven_toughness = 4.0 / 3;
+/// Minimum spacings per radius of the averaging ball; below it results depend on the mesh.
+constexpr double spacings_per_ball = 1.5;
+/// Minimum spacings per correlation length; below it neighbouring tetrahedra differ strongly.
+constexpr double spacings_per_correlation_length = 2;
+
+std::string length_text(double length) {
+  return quantity_text(length, "m");
+}
+
+double finest_spacing(const input::Parameters& parameters, const geometry::Body& body) {
+  return geometry::SpacingField(body, parameters.mesh).lower_bound(body.bounds());
+}
+
+/// A warning if a uniform strength makes the toughness vary along the crack paths; otherwise empty.
+std::string uneven_toughness_text(const input::Parameters& parameters, const geometry::Body& body,
+                                  double time_step) {
+  if (parameters.fracture.toughness > 0 || parameters.fracture.length > 0) return {};
+  const auto criterion = make_criterion(parameters, {parameters.fracture.strength}, time_step);
+  const auto range = toughness_along_ligaments(parameters, body, criterion->strength(0));
+  if (!range || range->greatest <= uneven_toughness * range->least) return {};
+  return fmt::format(
+      "with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the ligaments; make "
+      "the spacing even there with [[mesh.region]], or give fracture.toughness instead of fracture.strength",
+      range->least, range->greatest);
+}
+
+/// A warning if the mesh does not resolve the averaging ball; otherwise empty.
+std::string unresolved_length_text(const input::Parameters& parameters, const geometry::Body& body) {
+  const double length = parameters.fracture.length;
+  if (length == 0) return {};
+  const double greatest = crack_spacing(parameters, body).greatest;
+  if (spacings_per_ball * greatest <= length) return {};
+  return fmt::format(
+      "the averaging length of {} is less than {:.2g} times the greatest spacing where cracks run, {}, so "
+      "results depend on the mesh there; make it at most {} with [[mesh.region]]",
+      length_text(length), spacings_per_ball, length_text(greatest), length_text(length / spacings_per_ball));
+}
+
+/// A warning if the mesh does not resolve the process zone of softening; otherwise empty.
+std::string unresolved_softening_text(const input::Parameters& parameters, const geometry::Body& body) {
+  if (parameters.fracture.release != input::Release::softening) return {};
+  const double greatest = crack_spacing(parameters, body).greatest;
+  const double admissible = input::resolving_share * input::process_zone_length(parameters);
+  if (greatest <= admissible) return {};
+  const double snap_back = input::snap_back_spacing(parameters);
+  return fmt::format(
+      "where cracks run the spacing is up to {}, but softening requires {} or less{}; refine with "
+      "[[mesh.region]]",
+      length_text(greatest), length_text(admissible),
+      greatest < snap_back
+          ? std::string()
+          : fmt::format(", and at {} or more tetrahedra break at once, with more energy than the toughness",
+                        length_text(snap_back)));
+}
+
+/// A warning if the material's variation makes results mesh-dependent; otherwise empty.
+std::string unresolved_variation_text(const input::Parameters& parameters, const geometry::Body& body) {
+  const auto& variation = parameters.fracture.variation;
+  if (!variation) return {};
+  const double length = variation->correlation_length;
+  if (length == 0)
+    return "each tetrahedron has a strength of its own, so only the load at the first break of a smoothly "
+           "stressed body does not depend on the spacing; give fracture.variation.correlation_length, of "
+           "several spacings, for cracks";
+  const double finest = finest_spacing(parameters, body);
+  if (length >= spacings_per_correlation_length * finest) return {};
+  return fmt::format(
+      "the correlation length of {} is less than {:.0f} spacings of {}, so results depend on the spacing; "
+      "give "
+      "a longer one, or a finer mesh",
+      length_text(length), spacings_per_correlation_length, length_text(finest));
+}
+
+/// A warning if the time step does not resolve the release of a tetrahedron; otherwise empty.
+std::string unresolved_release_text(const input::Parameters& parameters, double time_step) {
+  const double release = parameters.fracture.release_time;
+  if (release == 0 || release >= 2 * time_step) return {};
+  return fmt::format(
+      "fracture.release_time = {} is shorter than two time steps of {}: tetrahedra break nearly at once; a "
+      "release "
+      "that acts takes at least the time of a wave across a tetrahedron",
+      quantity_text(release, "s"), quantity_text(time_step, "s"));
+}
+
+}  // namespace
+
+Range crack_spacing(const input::Parameters& parameters, const geometry::Body& body) {
+  return spacing_along_ligaments(parameters, body)
+      .value_or(Range{finest_spacing(parameters, body), parameters.mesh.spacing});
+}
+
+std::vector<std::string> resolution_warnings(const input::Parameters& parameters, const geometry::Body& body,
+                                             double time_step) {
+  std::vector<std::string> warnings;
+  // The spacings of points from a file are not known.
+  if (!parameters.mesh.points)
+    warnings = {uneven_toughness_text(parameters, body, time_step), unresolved_length_text(parameters, body),
+                unresolved_softening_text(parameters, body)};
+  warnings.push_back(unresolved_variation_text(parameters, body));
+  warnings.push_back(unresolved_release_text(parameters, time_step));
+  std::erase(warnings, std::string());
+  return warnings;
+}
+
+}  // namespace crackle::fracture

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A box with slots cut into its faces.
+#include "crackle/common/failure.h"
+#include "crackle/input/parameters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace crackle::input {
+
+namespace {
+
+/// @throws std::runtime_error for a body that does not exist
+void check_box(const Specimen& specimen) {
+  for (const double length : specimen.size)
+    if (!(length > 0) || !std::isfinite(length))
+      fail("specimen: size must be three positive lengths, not {} m", length);
+  for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
+    const Notch& notch = specimen.notches[i];
+    if (axis_of(notch.face) == 0 || !(notch.depth > 0) || !(notch.height > 0))
+      fail("notch {} ({}): depth and height must be positive, the face y-min, y-max, z-min or z-max", i + 1,
+           name_of(notch.face));
+  }
+}
+
+/// The notches in a face, in order along the face's edge of the outline.
+std::vector<std::size_t> notches_along(const Specimen& specimen, Face face, bool is_backwards) {
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < specimen.notches.size(); ++i)
+    if (specimen.notches[i].face == face) numbers.push_back(i);
+  std::ranges::sort(numbers, {}, [&](std::size_t i) { return specimen.notches[i].at; });
+  if (is_backwards) std::ranges::reverse(numbers);
+  return numbers;
+}
+
+plane::Shape shape_of_box(const Specimen& specimen) {
+  check_box(specimen);
+  plane::Shape shape{{{}}, {}};
+  for (std::size_t edge = 0; edge < box_edges.size(); ++edge)
+    shape.parts.push_back({fmt::format("edge-{}", edge)});
+  for (std::size_t i = 0; i < specimen.notches.size(); ++i)
+    shape.parts.push_back({fmt::format("notch-{}", i)});
+  plane::Loop& loop = shape.loops.front();
+  for (std::size_t edge = 0; edge < box_edges.size(); ++edge) {
+    const Face face = box_edges[edge];
+    const bool is_backwards = edge >= 2;
+    const auto across = index(axis_of(face)), along = index(position_axis(face));
+    const double mouth = is_upper(face) ? specimen.size[across] : 0;
+    const auto add = [&](double way, double depth, std::size_t part) {
+      plane::Point p{};
+      p[along - 1] = way;
+      p[across - 1] = depth;
+      loop.corners.push_back(p);
+      loop.part.push_back(static_cast<int>(part));
+    };
+    add(is_backwards ? specimen.size[along] : 0, mouth, edge);
+    for (const std::size_t i : notches_along(specimen, face, is_backwards)) {
+      const Region slot = slot_of(specimen.notches[i], specimen.size);
+      auto [first, last] = slot[along];
+      if (is_backwards) std::swap(first, last);
+      const double tip = is_upper(face) ? slot[across].first : slot[across].second;
+      const std::size_t part = box_edges.size() + i;
+      add(first, mouth, part);
+      add(first, tip, part);
+      add(last, tip, part);
+      add(last, mouth, edge);
+    }
+  }
+  if (!plane::is_simple(loop.corners))
+    fail("specimen: the notches touch one another or the end of a face, or cut the box in two");
+  return shape;
+}
+
+}  // namespace
+
+bool is_box(const Specimen& specimen) {
+  return !specimen.outline && specimen.holes.empty() &&
+         std::ranges::none_of(specimen.notches, [](const Notch& notch) { return notch.slot.has_value(); });
+}
+
+Region slot_of(const Notch& notch, const Vector& size) {
+  Region slot;
+  slot[0] = {0, size[0]};
+  const auto depth_axis = static_cast<std::size_t>(axis_of(notch.face));
+  const double extent = size[depth_axis];
+  slot[depth_axis] =
+      is_upper(notch.face) ? std::pair{extent - notch.depth, extent} : std::pair{0.0, notch.depth};
+  slot[index(position_axis(notch.face))] = {notch.at - notch.height / 2, notch.at + notch.height / 2};
+  return slot;
+}
+
+double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size) {
+  const Notch& notch = notches[i];
+  const auto depth_axis = index(axis_of(notch.face)), at_axis = index(position_axis(notch.face));
+  const bool ascends = !is_upper(notch.face);
+  const double tip = ascends ? notch.depth : size[depth_axis] - notch.depth;
+  double end = ascends ? size[depth_axis] : 0;
+  for (const Notch& other : notches) {
+    const Region slot = slot_of(other, size);
+    if (!(notch.at > slot[at_axis].first && notch.at < slot[at_axis].second)) continue;
+    const auto [low, high] = slot[depth_axis];
+    if (ascends && low > tip) end = std::min(end, low);
+    if (!ascends && high < tip) end = std::max(end, high);
+  }
+  return end;
+}
+
+plane::Shape shape_of(const Specimen& specimen) {
+  if (specimen.shape) return *specimen.shape;
+  if (!is_box(specimen)) throw std::invalid_argument("specimen: the shape of the plate is not known");
+  return shape_of_box(specimen);
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "condition_loads.h"
+
+#include "crackle/common/index.h"
+#include "crackle/mechanics/elasticity.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
+
+#include "loaded_region.h"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <map>
+#include <utility>
+
+namespace crackle::mechanics {
+
+namespace {
+
+using input::BoundaryKind;
+
+void refuse_empty(const ConditionOnMesh& place, bool is_empty, const char* part) {
+  if (!is_empty) return;
+  throw parallel::AgreedError(0,
+                              fmt::format("boundary {} on {}: its region contains no {} of the mesh; enlarge "
+                                          "the region or refine the mesh",
+                                          place.number + 1, place.condition.on, part));
+}
+
+LoadCurve curve(const input::Boundary& condition, int component) {
+  return {condition.value[index(component)], condition.rate[index(component)], condition.history};
+}
+
+/// Shares of the loaded area or length.
+ConditionNodes area_shares(LoadedRegion region) {
+  for (double& area : region.area) area /= region.total_area;
+  return {std::move(region.nodes), std::move(region.area)};
+}
+
+/// A force, or a traction with the same vector everywhere.
+void add_vector_load(const ConditionOnMesh& place, BoundaryLoads& loads) {
+  LoadedRegion region = loaded_region(place.group, place.region, place.subdomain);
+  refuse_empty(place, region.total_area == 0, "boundary triangle");
+  for (int component = 0; component < 3; ++component) {
+    LoadCurve amplitude = curve(place.condition, component);
+    if (amplitude.is_zero()) continue;
+    ForcePattern pattern{component,         std::move(amplitude), region.nodes, region.area,
+                         region.total_area, region.resultant,     place.number};
+    if (place.condition.kind == BoundaryKind::force) {
+      for (auto& weight : pattern.weight) weight /= region.total_area;
+      pattern.total_weight = pattern.resultant = 1;
+    }
+    loads.forces.push_back(std::move(pattern));
+  }
+  loads.conditions.push_back(area_shares(std::move(region)));
+}
+
+void add_pressure(const ConditionOnMesh& place, BoundaryLoads& loads) {
+  double total_area = 0;
+  for (int component = 0; component < 3; ++component) {
+    LoadedRegion faces = loaded_faces(place.group, place.region, place.subdomain, [&](geometry::FaceId id) {
+      return -place.outward[index(id)][index(component)];
+    });
+    total_area += faces.total_area;
+    LoadCurve amplitude = curve(place.condition, 0);
+    if (amplitude.is_zero() || faces.total_area == 0) continue;
+    loads.forces.push_back({component, std::move(amplitude), std::move(faces.nodes), std::move(faces.area),
+                            faces.total_area, faces.resultant, place.number});
+  }
+  refuse_empty(place, total_area == 0, "boundary triangle");
+  loads.conditions.push_back(area_shares(loaded_region(place.group, place.region, place.subdomain)));
+}
+
+/// A fix, displacement or velocity.
+void add_motion(const ConditionOnMesh& place, BoundaryLoads& loads) {
+  const input::Boundary& condition = place.condition;
+  const std::vector<std::int32_t> nodes = nodes_in_region(place.region, place.subdomain);
+  parallel::agree(place.group);
+  const auto n = parallel::all_reduce<std::int64_t>(place.group, std::ssize(nodes), MPI_SUM);
+  refuse_empty(place, n == 0, "node");
+  for (int component = 0; component < 3; ++component) {
+    if (!condition.components[index(component)]) continue;
+    PrescribedMotion motion;
+    motion.component = component;
+    motion.is_fixed = condition.kind == BoundaryKind::fix;
+    motion.is_velocity = condition.kind == BoundaryKind::velocity;
+    if (!motion.is_fixed) motion.curve = curve(condition, component);
+    motion.nodes = nodes;
+    motion.condition = place.number;
+    loads.motions.push_back(std::move(motion));
+  }
+  loads.conditions.push_back({nodes, std::vector<double>(nodes.size(), 1 / static_cast<double>(n))});
+}
+
+void add_dashpots(const ConditionOnMesh& place, BoundaryLoads& loads) {
+  const double along = place.material.density * dilatational_speed(place.material);
+  const double across = place.material.density * shear_speed(place.material);
+  std::map<std::int32_t, Symmetric> impedance;
+  // One component at a time, by the tributary areas weighted with that component of each face.
+  for (std::size_t k = 0; k < 6; ++k) {
+    const LoadedRegion part =
+        loaded_faces(place.group, place.region, place.subdomain, [&](geometry::FaceId id) {
+          const Vector& normal = place.outward[index(id)];
+          return (along - across) * symmetric_product(normal, normal)[k] + (k < 3 ? across : 0);
+        });
+    for (std::size_t n = 0; n < part.nodes.size(); ++n) impedance[part.nodes[n]][k] = part.area[n];
+  }
+  Absorber absorber;
+  for (const auto& [node, value] : impedance) {
+    absorber.nodes.push_back(node);
+    absorber.impedance.push_back(value);
+  }
+  parallel::agree(place.group);
+  refuse_empty(place, !parallel::any_of_all(place.group, !absorber.nodes.empty()), "boundary triangle");
+  absorber.condition = place.number;
+  loads.absorbers.push_back(std::move(absorber));
+  loads.conditions.push_back(area_shares(loaded_region(place.group, place.region, place.subdomain)));
+}
+
+}  // namespace
+
+void add_condition(const ConditionOnMesh& place, BoundaryLoads& loads) {
+  switch (place.condition.kind) {
+    case BoundaryKind::force:
+    case BoundaryKind::traction:
+      return add_vector_load(place, loads);
+    case BoundaryKind::pressure:
+      return add_pressure(place, loads);
+    case BoundaryKind::fix:
+    case BoundaryKind::velocity:
+    case BoundaryKind::displacement:
+      return add_motion(place, loads);
+    case BoundaryKind::absorbing:
+      return add_dashpots(place, loads);
+  }
+}
+
+}  // namespace crackle::mechanics

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "loaded_region.h"
+
+#include "crackle/common/index.h"
+#include "crackle/parallel/exact_sum.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace crackle::mechanics {
+
+namespace {
+
+struct TriangleGeometry {
+  geometry::Point centroid;
+  double area;
+};
+
+TriangleGeometry measure(const geometry::Subdomain& subdomain, const geometry::Triangle& nodes) {
+  const auto& a = subdomain.nodes[index(nodes[0])];
+  const auto& b = subdomain.nodes[index(nodes[1])];
+  const auto& c = subdomain.nodes[index(nodes[2])];
+  return {(a + b + c) / 3, norm(cross(b - a, c - a)) / 2};
+}
+
+/// A triangle is counted by the rank that owns its lowest node.
+bool counts(const geometry::Subdomain& subdomain, const geometry::Triangle& nodes) {
+  const auto lowest = *std::ranges::min_element(
+      nodes, {}, [&](std::int32_t node) { return subdomain.layout.number[index(node)]; });
+  return lowest < subdomain.layout.n_owned;
+}
+
+/// The mesh edges that form a line region, as pairs of node numbers in the realization: each once, though
+/// shared by triangles, in the same order on every rank.
+using LineEdges = std::map<std::pair<std::int64_t, std::int64_t>, std::array<std::int32_t, 2>>;
+
+LineEdges line_edges(const geometry::ConditionRegion& region, const geometry::Subdomain& subdomain) {
+  LineEdges edges;
+  for (const auto& triangle : subdomain.boundary) {
+    const geometry::FacePart* part = region.on(triangle.surface);
+    if (part == nullptr) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      std::array<std::int32_t, 2> ends{triangle.nodes[i], triangle.nodes[(i + 1) % 3]};
+      const auto number = [&](std::int32_t node) { return subdomain.layout.number[index(node)]; };
+      if (number(ends[0]) > number(ends[1])) std::swap(ends[0], ends[1]);
+      if (std::ranges::all_of(ends, [&](auto node) { return part->contains(subdomain.nodes[index(node)]); }))
+        edges.emplace(std::pair{number(ends[0]), number(ends[1])}, ends);
+    }
+  }
+  return edges;
+}
+
+/// A line region, with lengths instead of areas, or a point region, with the number of points. Collective.
+LoadedRegion loaded_line(const parallel::Communicator& group, const geometry::ConditionRegion& region,
+                         const geometry::Subdomain& subdomain) {
+  std::map<std::int32_t, double> tributary;
+  std::vector<double> counted;
+  if (region.n_dimensions == 1) {
+    for (const auto& [numbers, ends] : line_edges(region, subdomain)) {
+      const double length = norm(subdomain.nodes[index(ends[1])] - subdomain.nodes[index(ends[0])]);
+      if (ends[0] < subdomain.layout.n_owned) counted.push_back(length);
+      for (const auto node : ends)
+        if (node < subdomain.layout.n_owned) tributary[node] += length / 2;
+    }
+  } else {
+    for (const auto node : nodes_in_region(region, subdomain)) {
+      counted.push_back(1);
+      tributary[node] = 1;
+    }
+  }
+  LoadedRegion line;
+  line.resultant = line.total_area = parallel::exact_sum(group, counted);
+  for (const auto& [node, length] : tributary) {
+    line.nodes.push_back(node);
+    line.area.push_back(length);
+  }
+  return line;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> nodes_in_region(const geometry::ConditionRegion& region,
+                                          const geometry::Subdomain& subdomain) {
+  std::set<std::int32_t> nodes;
+  for (const auto& triangle : subdomain.boundary) {
+    const geometry::FacePart* part = region.on(triangle.surface);
+    if (part == nullptr) continue;
+    for (const auto node : triangle.nodes)
+      if (node < subdomain.layout.n_owned && part->contains(subdomain.nodes[index(node)])) nodes.insert(node);
+  }
+  return {nodes.begin(), nodes.end()};
+}
+
+LoadedRegion loaded_faces(const parallel::Communicator& group, const geometry::ConditionRegion& region,
+                          const geometry::Subdomain& subdomain,
+                          const std::function<double(geometry::FaceId)>& share) {
+  std::map<std::int32_t, double> tributary;
+  std::vector<double> counted_areas;
+  for (const auto& triangle : subdomain.boundary) {
+    const geometry::FacePart* here = region.on(triangle.surface);
+    if (here == nullptr) continue;
+    const auto [centroid, area] = measure(subdomain, triangle.nodes);
+    if (!here->contains(centroid)) continue;
+    const double part = share(triangle.surface);
+    if (part == 0) continue;
+    if (counts(subdomain, triangle.nodes)) counted_areas.push_back(part * area);
+    for (const auto node : triangle.nodes) {
+      if (node < subdomain.layout.n_owned) tributary[node] += part * (area / 3);
+    }
+  }
+  LoadedRegion face;
+  face.resultant = parallel::exact_sum(group, counted_areas);
+  for (double& area : counted_areas) area = std::abs(area);
+  face.total_area = parallel::exact_sum(group, counted_areas);
+  for (const auto& [node, area] : tributary) {
+    face.nodes.push_back(node);
+    face.area.push_back(area);
+  }
+  return face;
+}
+
+LoadedRegion loaded_region(const parallel::Communicator& group, const geometry::ConditionRegion& region,
+                           const geometry::Subdomain& subdomain) {
+  if (region.n_dimensions < 2) return loaded_line(group, region, subdomain);
+  return loaded_faces(group, region, subdomain, [](geometry::FaceId) { return 1.0; });
+}
+
+}  // namespace crackle::mechanics

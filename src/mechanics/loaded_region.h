@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/condition_region.h"
+#include "crackle/geometry/subdomain.h"
+#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/parallel/communicator.h"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace crackle::mechanics {
+
+/// The owned nodes in a condition's region, ascending. Local.
+std::vector<std::int32_t> nodes_in_region(const geometry::ConditionRegion& region,
+                                          const geometry::Subdomain& subdomain);
+
+/// The part of a condition's region on this rank: tributary areas of its owned nodes.
+struct LoadedRegion {
+  std::vector<std::int32_t> nodes;  ///< ascending
+  std::vector<double> area;         ///< or lengths of a line, or 1 at a point
+  double total_area = 0;            ///< sum of magnitudes over all ranks
+  double resultant = 0;             ///< with signs
+};
+
+/// The whole region, regardless of direction. Collective.
+LoadedRegion loaded_region(const parallel::Communicator& group, const geometry::ConditionRegion& region,
+                           const geometry::Subdomain& subdomain);
+
+/// The faces of a region, weighted. Collective.
+/// @param share of a face's area that counts
+LoadedRegion loaded_faces(const parallel::Communicator& group, const geometry::ConditionRegion& region,
+                          const geometry::Subdomain& subdomain,
+                          const std::function<double(geometry::FaceId)>& share);
+
+}  // namespace crackle::mechanics
