@@ -137,7 +137,7 @@ private:
   RandomStream stream_;
 };
 
-geometry::NotchedBox plate() {
+geometry::ExtrudedPlate plate() {
   return testing::body({2, 16, 24}, {testing::notch(input::Face::y_min, 9, 4, 0.6)});
 }
 

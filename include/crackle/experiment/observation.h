@@ -49,8 +49,8 @@ ObservedSamples sort_samples(std::span<const analysis::SampleSummary> rows, std:
 ///
 /// For a start with a ligament this is the main line (crack_lines) of the leading crack, turned onto the
 /// start by a symmetry of the body; if there is no such symmetry, that of the start itself. For another start
-/// these are the main lines of all its ligaments and, if two of them begin at one place inside the body, both as
-/// one.
+/// these are the main lines of all its ligaments and, if two of them begin at one place inside the body, both
+/// as one.
 void add_arms(const geometry::Body& body, const analysis::CrackSurface& surface, ObservedSample& sample);
 
 /// True if the arms of the samples are needed.
