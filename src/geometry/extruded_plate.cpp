@@ -2,8 +2,6 @@
 #include "extruded_plate.h"
 #include "reflection.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -34,15 +32,16 @@ ExtrudedPlate::ExtrudedPlate(const input::Specimen& specimen)
     for (const plane::Point& p : loop.corners)
       for (const double x : {0.0, thickness()}) shape_.corners.push_back(at(x, p));
   }
-  add_faces();
+  const bool is_box = input::is_box(specimen);
+  add_faces(is_box);
   add_edges();
-  if (input::is_box(specimen))
+  if (is_box)
     add_ligaments();
   else
     add_round_starts(specimen.holes);
 }
 
-void ExtrudedPlate::add_faces() {
+void ExtrudedPlate::add_faces(bool is_box) {
   for (const double x : {0.0, thickness()}) {
     Patch patch{bounds()};
     patch.domain.lower[0] = patch.domain.upper[0] = x;
@@ -54,9 +53,7 @@ void ExtrudedPlate::add_faces() {
     for (std::size_t i = 0; i < plate_.loops[l].size(); ++i) {
       const plane::Side& side = index_.sides()[shape_.faces.size() - first_wall];
       std::vector<std::string> names = plane::names_of_side(plate_, l, i);
-      const auto& part = plate_.loops[l].part;
-      if (std::ranges::count(part, part[i]) > 1)
-        names.insert(names.begin(), fmt::format("{} side {}", names[0], i));
+      if (is_box) std::ranges::reverse(names);  // an edge of a box is first of all a face
       Patch patch{{{0, 0, 0}, {thickness(), side.length, 0}},
                   at(0, side.from),
                   {{{1, 0, 0}, {0, side.along[0], side.along[1]}, {0, -side.along[1], side.along[0]}}}};

@@ -43,7 +43,7 @@ public:
 private:
   static constexpr std::size_t first_wall = 2;  ///< face of side 0
 
-  void add_faces();
+  void add_faces(bool is_box);
   void add_edges();
   void add_ligaments();
   void add_round_starts(const std::vector<input::Hole>& holes);
@@ -51,6 +51,9 @@ private:
                             std::string reason) const;
   std::vector<SpacingSource> tip_sources(const input::Mesh& mesh) const;
   std::vector<std::vector<std::size_t>> facing_sides() const;
+  std::string name_in_messages(std::size_t side) const;  ///< such as "notch 1", "the face y-min", "hole-0"
+  std::string reason_for_length(std::size_t side) const;
+  std::string reason_for_gap(std::size_t side, std::size_t other) const;
   double thickness() const { return bounds().upper[0]; }
   const plane::Side& side_of(FaceId face) const { return index_.sides()[index(face) - first_wall]; }
 

@@ -60,6 +60,26 @@ std::vector<SpacingSource> ExtrudedPlate::tip_sources(const input::Mesh& mesh) c
   return sources;
 }
 
+std::string ExtrudedPlate::name_in_messages(std::size_t side) const {
+  const std::string& name = faces()[first_wall + side].names.front();
+  if (name.starts_with("notch-")) return fmt::format("notch {}", std::stoi(name.substr(6)) + 1);
+  return std::ranges::find(input::face_names, name) == input::face_names.end() ? name : "the face " + name;
+}
+
+std::string ExtrudedPlate::reason_for_length(std::size_t side) const {
+  const bool is_whole =
+      std::ranges::count(index_.sides(), index_.sides()[side].part, &plane::Side::part) == 1;
+  return fmt::format("the length of {}{}", is_whole ? "" : "a side of ", name_in_messages(side));
+}
+
+std::string ExtrudedPlate::reason_for_gap(std::size_t side, std::size_t other) const {
+  const std::string name = name_in_messages(side);
+  const std::string other_name = name_in_messages(other);
+  if (name != other_name) return fmt::format("the distance between {} and {}", name, other_name);
+  const bool is_slot = name.starts_with("notch") && crack_starts().front().is_straight;
+  return fmt::format("the {} of {}", is_slot ? "height" : "shape", name);
+}
+
 /// For each side the others whose distance to it counts.
 std::vector<std::vector<std::size_t>> ExtrudedPlate::facing_sides() const {
   const auto& sides = index_.sides();
@@ -87,27 +107,32 @@ std::vector<std::vector<std::size_t>> ExtrudedPlate::facing_sides() const {
 std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mesh) const {
   std::vector<SpacingSource> sources = tip_sources(mesh);
   const double far = mesh.spacing;
-  const std::vector<SpacingSource> regions = region_sources(mesh, bounds());
-  const auto spacing_at = [&](const plane::Point& p) {
-    const Point place{thickness() / 2, p[0], p[1]};
+  // Walls are compared with these alone: of two close walls both refine the mesh, whichever comes first.
+  // Chords are compared with those of their own curve too, as each would be a source otherwise.
+  std::vector<SpacingSource> given = region_sources(mesh, bounds());
+  given.insert(given.end(), sources.begin(), sources.end());
+  bool is_chord = false;
+  std::size_t own_curve = 0;  // the first source of a chord's curve
+  const auto is_finer = [&](double wanted, const plane::Point& from, const plane::Point& to) {
+    const Point middle{thickness() / 2, (from[0] + to[0]) / 2, (from[1] + to[1]) / 2};
     double spacing = far;
-    for (const SpacingSource& source : regions) spacing = std::min(spacing, source.at(place));
-    for (const SpacingSource& source : sources) spacing = std::min(spacing, source.at(place));
-    return spacing;
+    for (const SpacingSource& source : given) spacing = std::min(spacing, source.at(middle));
+    for (std::size_t i = own_curve; is_chord && i < sources.size(); ++i)
+      spacing = std::min(spacing, sources[i].at(middle));
+    return wanted * fine_enough < spacing;
   };
   // The length of a wall, and the distance of others to each piece of it.
   const auto& sides = index_.sides();
   const std::vector<std::vector<std::size_t>> facing = facing_sides();
   for (std::size_t s = 0; s < sides.size(); ++s) {
     const plane::Side& side = sides[s];
-    const std::string name = faces()[first_wall + s].names.front();
-    const auto wants = [&](const plane::Point& from, const plane::Point& to, double spacing,
-                           std::string reason) {
-      const plane::Point middle{(from[0] + to[0]) / 2, (from[1] + to[1]) / 2};
-      if (spacing * fine_enough < spacing_at(middle))
-        sources.push_back(wall_source(from, to, spacing, shape_growth(mesh), std::move(reason)));
+    if (s == 0 || side.part != sides[s - 1].part) own_curve = sources.size();
+    is_chord = plate_.parts[index(side.part)].is_curve;
+    const auto add = [&](const plane::Point& from, const plane::Point& to, double spacing,
+                         std::string reason) {
+      sources.push_back(wall_source(from, to, spacing, shape_growth(mesh), std::move(reason)));
     };
-    wants(side.from, side.to, side.length, fmt::format("the length of {}", name));
+    if (is_finer(side.length, side.from, side.to)) add(side.from, side.to, side.length, reason_for_length(s));
     const double n_pieces = std::clamp(std::ceil(side.length / far), 1.0, 1000.0);
     const auto place = [&](double piece) {
       const double way = piece / n_pieces * side.length;
@@ -115,13 +140,27 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
                  ? side.to
                  : plane::Point{side.from[0] + way * side.along[0], side.from[1] + way * side.along[1]};
     };
+    plane::Point begin = side.from;  // of pieces in a row with one gap, which are one source
+    double last_gap = far;
     for (double piece = 0; piece < n_pieces; ++piece) {
       const plane::Point from = place(piece);
       const plane::Point to = place(piece + 1);
       double gap = far;
-      for (const std::size_t other : facing[s])
-        gap = std::min(gap, plane::distance(from, to, sides[other].from, sides[other].to));
-      if (gap < far) wants(from, to, gap, fmt::format("what is near {}", name));
+      std::size_t nearest = s;
+      for (const std::size_t other : facing[s]) {
+        const double distance = plane::distance(from, to, sides[other].from, sides[other].to);
+        if (distance < gap) nearest = other;
+        gap = std::min(gap, distance);
+      }
+      if (!is_finer(gap, from, to)) gap = far;
+      if (gap < far && std::abs(gap - last_gap) <= index_.tolerance()) {
+        gap = last_gap;
+        sources.pop_back();
+      } else {
+        begin = from;
+      }
+      if (gap < far) add(begin, to, gap, reason_for_gap(s, nearest));
+      last_gap = gap;
     }
   }
   return sources;

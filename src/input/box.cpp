@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A box with slots cut into its faces.
+#include "consistency.h"
 #include "crackle/common/failure.h"
 #include "crackle/input/parameters.h"
 
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,17 +17,35 @@ namespace crackle::input {
 
 namespace {
 
+/// @throws std::runtime_error unless the notch is a slot inside its face, apart from those before it
+void check_notch(const Specimen& specimen, std::size_t i) {
+  const Vector& size = specimen.size;
+  const auto name_of_notch = [&](std::size_t number) {
+    return fmt::format("notch {} ({})", number + 1, name_of(specimen.notches[number].face));
+  };
+  const Notch& notch = specimen.notches[i];
+  const std::string name = name_of_notch(i);
+  if (axis_of(notch.face) == 0) fail("{}: a notch is cut into y-min, y-max, z-min or z-max", name);
+  if (!(notch.depth > 0) || !(notch.height > 0)) fail("{}: depth and height must be positive", name);
+  const Region slot = slot_of(notch, size);
+  const auto along = index(position_axis(notch.face)), across = index(axis_of(notch.face));
+  if (!(slot[along].first > 0) || !(slot[along].second < size[along]))
+    fail("{}: the slot from {} m to {} m does not lie inside the face, which ends at 0 and {} m", name,
+         slot[along].first, slot[along].second, size[along]);
+  if (!(notch.depth < size[across]))
+    fail("{}: depth {} m cuts the body in two; it must be below {} m", name, notch.depth, size[across]);
+  for (std::size_t j = 0; j < i; ++j)
+    if (meet(slot, slot_of(specimen.notches[j], size), {}))
+      fail("{} and {} overlap or touch; they would cut the body in two or leave no material between them",
+           name_of_notch(j), name);
+}
+
 /// @throws std::runtime_error for a body that does not exist
 void check_box(const Specimen& specimen) {
   for (const double length : specimen.size)
     if (!(length > 0) || !std::isfinite(length))
       fail("specimen: size must be three positive lengths, not {} m", length);
-  for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
-    const Notch& notch = specimen.notches[i];
-    if (axis_of(notch.face) == 0 || !(notch.depth > 0) || !(notch.height > 0))
-      fail("notch {} ({}): depth and height must be positive, the face y-min, y-max, z-min or z-max", i + 1,
-           name_of(notch.face));
-  }
+  for (std::size_t i = 0; i < specimen.notches.size(); ++i) check_notch(specimen, i);
 }
 
 /// The notches in a face, in order along the face's edge of the outline.
@@ -71,8 +91,6 @@ plane::Shape shape_of_box(const Specimen& specimen) {
       add(last, mouth, edge);
     }
   }
-  if (!plane::is_simple(loop.corners))
-    fail("specimen: the notches touch one another or the end of a face, or cut the box in two");
   return shape;
 }
 
@@ -92,6 +110,14 @@ Region slot_of(const Notch& notch, const Vector& size) {
       is_upper(notch.face) ? std::pair{extent - notch.depth, extent} : std::pair{0.0, notch.depth};
   slot[index(position_axis(notch.face))] = {notch.at - notch.height / 2, notch.at + notch.height / 2};
   return slot;
+}
+
+bool meet(const Region& slot, const Region& other, const Vector& near) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (slot[axis].first - other[axis].second > near[axis] ||
+        other[axis].first - slot[axis].second > near[axis])
+      return false;
+  return true;
 }
 
 double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size) {

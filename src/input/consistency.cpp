@@ -166,17 +166,9 @@ void check_specimen(const Parameters& parameters, Findings& findings) {
     if (findings.faulty(notch_key(i) + ".face")) continue;
     check_notch_in_body(notches[i], notch_key(i), size, findings);
     if (findings.faulty(notch_key(i))) continue;
-    const auto slot = slot_of(notches[i], size);
     for (std::size_t j = 0; j < i; ++j) {
       if (findings.faulty(notch_key(j))) continue;
-      const auto other = slot_of(notches[j], size);
-      bool meet = true;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double gap =
-            std::max(slot[axis].first - other[axis].second, other[axis].first - slot[axis].second);
-        meet = meet && gap <= touching * size[axis];
-      }
-      if (meet) {
+      if (meet(slot_of(notches[i], size), slot_of(notches[j], size), touching * size)) {
         findings.report(notch_key(i), "touches or overlaps {}; leave material between the notches",
                         notch_key(j));
         break;

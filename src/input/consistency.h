@@ -10,6 +10,9 @@ namespace crackle::input {
 /// Sides and planes closer than this share of the body's size count as touching.
 inline constexpr double touching = 1e-6;
 
+/// True if two slots of a box overlap, or come as close as `near` [m] along each axis.
+bool meet(const Region& slot, const Region& other, const Vector& near);
+
 /// True if the extent of the body is valid.
 bool size_is_known(const Findings& findings);
 

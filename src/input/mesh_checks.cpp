@@ -26,7 +26,6 @@ double rounded_down(double value) {
   return two_figures(value, std::floor);
 }
 
-/// Volume of the intersection of two boxes [m^3]; 0 if they do not intersect.
 /// Area of the intersection of a shape and a box [m^2].
 double common_area(const plane::Shape& shape, const Region& box) {
   const plane::Bounds bounds = plane::bounds_of(shape.loops.front().corners);

@@ -72,7 +72,7 @@ class Stress(unittest.TestCase):
         print(f"{name}: {frames.broken[-1].size} tetrahedra broken; largest difference of a stress {worst:.1e}, of the strain "
               f"energy {worst_energy:.1e}; broken tetrahedra have up to {share:.1e} of it")
         self.assertLess(worst, 1e-8)
-        self.assertLess(worst_energy, 1e-6)  # displacements are stored in single precision
+        self.assertLess(worst_energy, 1e-5)  # displacements are stored in single precision
         return frames, carried, share
 
     def test_release_by_elements_leaves_nothing(self):

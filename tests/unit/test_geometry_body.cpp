@@ -286,13 +286,14 @@ TEST(Body, RefusesABoxThatDoesNotExist) {
   refused({2, 10, 12}, {notch(Face::x_min, 6, 1, 0.5)}, "y-min, y-max, z-min or z-max");
   refused({2, 10, 12}, {notch(Face::z_max, 6, 1, 0.5), notch(Face::y_min, 6, 2, 0)}, "notch 2 (y-min)");
   refused({2, 10, 12}, {notch(Face::y_min, 6, -2, 0.5)}, "must be positive");
-  const char* const touch = "the notches touch one another or the end of a face, or cut the box in two";
-  refused({2, 10, 12}, {notch(Face::y_min, 0.2, 1, 0.5)}, touch);
-  refused({2, 10, 12}, {notch(Face::z_max, 9.9, 1, 0.5)}, touch);
-  refused({2, 10, 12}, {notch(Face::y_min, 6, 10, 0.5)}, touch);
-  refused({2, 10, 12}, {notch(Face::y_min, 6, 11, 0.5)}, touch);
+  refused({2, 10, 12}, {notch(Face::y_min, 0.2, 1, 0.5)}, "does not lie inside the face");
+  refused({2, 10, 12}, {notch(Face::z_max, 9.9, 1, 0.5)}, "notch 1 (z-max)");
+  refused({2, 10, 12}, {notch(Face::y_min, 6, 10, 0.5)}, "cuts the body in two");
+  refused({2, 10, 12}, {notch(Face::y_min, 6, 11, 0.5)}, "cuts the body in two");
   // Overlap, contact, one in the other, and two in opposite faces that cut through the body.
-  refused({2, 10, 12}, {notch(Face::y_min, 6, 2, 1), notch(Face::y_min, 6.5, 1, 1)}, touch);
+  const char* const touch = "overlap or touch";
+  refused({2, 10, 12}, {notch(Face::y_min, 6, 2, 1), notch(Face::y_min, 6.5, 1, 1)},
+          "notch 1 (y-min) and notch 2 (y-min) overlap");
   refused({2, 8, 12}, {notch(Face::y_min, 4, 2, 2), notch(Face::y_min, 6, 1, 2)}, touch);
   refused({2, 10, 12}, {notch(Face::y_min, 6, 2, 1), notch(Face::y_min, 6, 1, 0.5)}, touch);
   refused({2, 10, 12}, {notch(Face::y_min, 6, 2, 1), notch(Face::z_min, 1, 7, 0.5)}, touch);

@@ -85,7 +85,8 @@ Verdict mesh(const MeshProblem& problem, std::uint64_t seed) {
 std::string true_reason(const MeshProblem& problem, const std::string& refusal) {
   const auto says = [&](const char* words) { return refusal.find(words) != std::string::npos; };
   const std::string impossible = testing::impossible(problem.specimen);
-  if (says("the notches touch one another or the end of a face, or cut the box in two")) return impossible;
+  if (says("cuts the body in two") || says("overlap or touch") || says("does not lie inside the face"))
+    return impossible;
   if (!impossible.empty()) return "";
   if (says("more than 2e+07 mother points") &&
       testing::rough_number_of_points(problem) > input::max_mother_points / 3)

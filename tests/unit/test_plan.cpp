@@ -191,7 +191,8 @@ TEST(PartOfSamples, PartsMakeUpTheEnsemble) {
       EXPECT_EQ(next, n_samples);
     }
   }
-  EXPECT_THAT(message_of([] { part_of_samples(0, 8, 7); }), HasSubstr("8 parts are more than ensemble.samples = 7"));
+  EXPECT_THAT(message_of([] { part_of_samples(0, 8, 7); }),
+              HasSubstr("8 parts are more than ensemble.samples = 7"));
 }
 
 TEST_F(Plan, FolderWithAnEnsembleIsRefusedWithoutResume) {

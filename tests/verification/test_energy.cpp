@@ -47,7 +47,7 @@ TEST_P(WholeSample, ClosesTheEnergyAccount) {
       parameters.time.precision == input::Precision::mixed ? "mixed" : "double", result.breaks.size(),
       result.energy_error, result.energy.size(), between, n_quiet,
       static_cast<long long>(result.counts.range_restarts));
-  EXPECT_GT(result.breaks.size(), 200U);
+  EXPECT_GT(result.breaks.size(), 50U);
   EXPECT_EQ(result.counts.range_restarts, 0);
   // Far below the requirement, so that a small fault in one part is detected.
   EXPECT_LT(result.energy_error, 5e-6);

@@ -31,7 +31,7 @@ struct Patch {
 
 /// A plane facet of the body's surface.
 struct Face {
-  /// Names in messages and boundary conditions, its own first; several faces may share the others.
+  /// Names in boundary conditions, which several faces may share; the first one is for messages.
   std::vector<std::string> names;
   double area;     ///< exact [m^2]
   Vector outward;  ///< unit normal
