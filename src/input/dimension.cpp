@@ -98,18 +98,18 @@ std::string format_number(double value) {
   return fmt::format("{:.16g}", value);
 }
 
-std::string format_quantity(double si_value, const Dimension& dimension) {
+std::string format_quantity(double value, const Dimension& dimension) {
   // A unit still fits a value that is slightly below 1 due to rounding.
   constexpr double rounding = 1e-12;
   const ReadableUnit* unit = &dimension.units.back();
   for (const ReadableUnit& candidate : dimension.units) {
     const double from = candidate.from > 0 ? candidate.from : candidate.factor;
-    if (std::abs(si_value) >= from * (1 - rounding) || (si_value == 0 && candidate.factor == 1)) {
+    if (std::abs(value) >= from * (1 - rounding) || (value == 0 && candidate.factor == 1)) {
       unit = &candidate;
       break;
     }
   }
-  return format_number(si_value / unit->factor) + " " + unit->name;
+  return format_number(value / unit->factor) + " " + unit->name;
 }
 
 std::string show(double length) {

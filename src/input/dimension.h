@@ -48,7 +48,7 @@ std::vector<Dimension> known_dimensions(double exponent);
 Dimension with_example(Dimension dimension, std::string example);
 
 /// "24.5 mm": the value in the largest readable unit that fits it.
-std::string format_quantity(double si_value, const Dimension& dimension);
+std::string format_quantity(double value, const Dimension& dimension);
 
 /// "24.5 mm": a length.
 std::string show(double length);
