@@ -104,8 +104,8 @@ void add_criterion(Rows& rows, const Subject& subject) {
     const auto growth = fracture::growth_strengths(self, parameters, 0, subdomain, operators);
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
                                       fmt::format(" where there is no crack{}", varied));
-    rows.emplace_back("", spread(growth, 1e6, "MPa") +
-                              fmt::format(" at a crack, from the toughness and {}{}", from, varied));
+    rows.emplace_back("strength at cracks", spread(growth, 1e6, "MPa") +
+                                                fmt::format(", from the toughness and {}{}", from, varied));
     return;
   }
   if (parameters.fracture.toughness > 0) {
