@@ -38,9 +38,7 @@ void BreakRelease::restore(const fracture::Releases& releases, double phase_time
 
 void BreakRelease::update_strengths() {
   if (context_.vicinity == nullptr) return;
-  const auto weakened = context_.vicinity->update(*context_.group);
-  motion_->update_strengths(weakened);
-  if (context_.average != nullptr) context_.average->forget(weakened);
+  motion_->update_strengths(context_.vicinity->update(*context_.group));
 }
 
 double BreakRelease::remaining(double since_break) const {

@@ -138,10 +138,7 @@ void QuasiStaticLoading::combine(double time, parallel::NodeField& displacement)
 }
 
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
-  if (vicinity_ != nullptr) {
-    const auto weakened = vicinity_->update(*group_);
-    if (average_ != nullptr) average_->forget(weakened);
-  }
+  if (vicinity_ != nullptr) vicinity_->update(*group_);
   const auto changes = body_->changes();
   solver_.release(changes.subspan(n_changes_solved_));
   n_changes_solved_ = changes.size();

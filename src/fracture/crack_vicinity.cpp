@@ -44,11 +44,12 @@ std::vector<SlotTip> square_ends(const input::Specimen& specimen) {
 
 }  // namespace
 
-CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion,
+CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
                              std::vector<double> growth_strengths, const input::Specimen& specimen,
                              std::span<const double> spacings)
     : body_(&body),
       criterion_(&criterion),
+      average_(average),
       growth_strengths_(std::move(growth_strengths)),
       round_node_(mechanics::node_tetrahedra(body.subdomain())),
       at_crack_(body.subdomain().nodes.size(), 0) {
@@ -87,19 +88,20 @@ std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator
     for (const auto t : round_node_[node->second]) lower(t);
   }
   std::ranges::sort(changed_);
+  if (average_ != nullptr) average_->forget(changed_);
   return changed_;
 }
 
 std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator& group,
                                                    const input::Parameters& parameters, std::uint64_t sample,
-                                                   const BreakableBody& body, Criterion& criterion) {
+                                                   const BreakableBody& body, Criterion& criterion,
+                                                   StressAverage* average) {
+  if (!parameters.fracture.separates_nucleation()) return nullptr;
   auto strengths = growth_strengths(group, parameters, sample, body.subdomain(), body.operators());
-  if (!parameters.fracture.has_nucleation() || parameters.fracture.release == input::Release::softening)
-    return nullptr;
   const auto spacings = local_spacings(group, body.subdomain(), body.operators());
   return parallel::agree(group, [&] {
-    return std::make_unique<CrackVicinity>(body, criterion, std::move(strengths), parameters.specimen,
-                                           spacings);
+    return std::make_unique<CrackVicinity>(body, criterion, average, std::move(strengths),
+                                           parameters.specimen, spacings);
   });
 }
 

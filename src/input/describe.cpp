@@ -32,7 +32,7 @@ std::vector<Line> resolved(const Parameters& parameters) {
   return lines;
 }
 
-/// What the list of keys says of a key, after its name.
+/// The text of a key in the list of keys, after its name.
 std::string description(const Key& key) {
   const Requirement& requirement = key.requirement;
   const std::string unset = !requirement.instead.empty()

@@ -24,8 +24,8 @@ PROGRAM = FRAME_STRESSES = ""
 PLATE = (ROOT / "tests" / "support" / "plate.toml").read_text(encoding="utf-8").replace("frames = 4", "frames = 13")
 # Quickly loaded from rest, and less as time goes on, so that what has opened closes again.
 STRUCK = (PLATE.replace("[time]", '[time]\nstart = "rest"')
-          .replace('force = ["0 N", "0 N", "100 N"]', 'force = ["0 N", "0 N", "700 N"]')
-          .replace('rate = ["0 N/s", "0 N/s", "5 N/s"]', 'rate = ["0 N/s", "0 N/s", "-1.2e8 N/s"]'))
+          .replace('force = ["0 N", "0 N", "100 N"]', 'force = ["0 N", "0 N", "650 N"]')
+          .replace('rate = ["0 N/s", "0 N/s", "5 N/s"]', 'rate = ["0 N/s", "0 N/s", "-8e7 N/s"]'))
 
 
 def with_release(text: str, release: str, contact: str = "none") -> str:
@@ -71,8 +71,8 @@ class Stress(unittest.TestCase):
             share = max(share, strain_energy[frames.broken[k]].sum() / energy.strain.max())
         print(f"{name}: {frames.broken[-1].size} tetrahedra broken; largest difference of a stress {worst:.1e}, of the strain "
               f"energy {worst_energy:.1e}; broken tetrahedra have up to {share:.1e} of it")
-        self.assertLess(worst, 1e-8)
-        self.assertLess(worst_energy, 1e-5)  # displacements are stored in single precision
+        self.assertLess(worst, 1e-9)
+        self.assertLess(worst_energy, 1e-6)  # displacements are stored in single precision
         return frames, carried, share
 
     def test_release_by_elements_leaves_nothing(self):

@@ -3,6 +3,7 @@
 
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/criterion.h"
+#include "crackle/fracture/stress_average.h"
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
@@ -26,9 +27,11 @@ class CrackVicinity {
 public:
   /// Lowers the strengths at the ends of slots. Local.
   /// @param growth_strengths of each local tetrahedron at a crack [Pa]
+  /// @param average relative to the criterion's strengths, or nullptr
   /// @param spacings of the mesh at each local tetrahedron [m]
-  CrackVicinity(const BreakableBody& body, Criterion& criterion, std::vector<double> growth_strengths,
-                const input::Specimen& specimen, std::span<const double> spacings);
+  CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
+                std::vector<double> growth_strengths, const input::Specimen& specimen,
+                std::span<const double> spacings);
 
   /// Lowers the strengths near the tetrahedra broken since the last call. Collective; does not agree()
   /// before. A rank that fails before its communication throws; the others then do nothing.
@@ -40,6 +43,7 @@ private:
 
   const BreakableBody* body_;
   Criterion* criterion_;
+  StressAverage* average_;
   std::vector<double> growth_strengths_;
   mechanics::NodeTetrahedra round_node_;
   std::unordered_map<std::int64_t, std::int32_t> local_node_;  // by number in the realization
@@ -52,6 +56,7 @@ private:
 /// Collective; equal for any number of ranks.
 std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator& group,
                                                    const input::Parameters& parameters, std::uint64_t sample,
-                                                   const BreakableBody& body, Criterion& criterion);
+                                                   const BreakableBody& body, Criterion& criterion,
+                                                   StressAverage* average);
 
 }  // namespace crackle::fracture
