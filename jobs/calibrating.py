@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from crackle.units import Unit, named
+from crackle.units import value_of
 from crackle_runs import RunError, command, run, with_keys
 
 N_DRAWS = 1000
@@ -15,12 +15,9 @@ LEVELS = (2.5, 97.5)  # [%]
 
 
 def quantity(text: str) -> float:
-    """A value with its unit, or a pure number, in SI units."""
-    number, _, name = text.strip().partition(" ")
-    unit = named(name.strip().removesuffix("/s")) if name else Unit("", 1.0)
     try:
-        return float(number) * unit.size
-    except (AttributeError, ValueError):
+        return value_of(text)
+    except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not a number with a unit, such as '450 m/s' or '0.2 us'") from None
 
 

@@ -8,13 +8,14 @@ import sys
 import cases
 import figures
 import plates
+import strip
 import toughness
 from crackle_readme import put_block
 from crackle_runs import command
 
 # The tables of the README; each case takes the folder of the runs and the program.
 TABLES = {
-    "verification": {"pmma-strip": cases.pmma_strip, "notched-strip": cases.notched_strip,
+    "verification": {"pmma-strip": strip.pmma_strip, "notched-strip": cases.notched_strip,
                      "slow-growth": cases.slow_growth, "engines": cases.engines,
                      "tests": lambda folder, program: cases.test_programs()},
     "plates": {"plate-tests": lambda folder, program: plates.test_programs(), "kinks": plates.kinks,
