@@ -40,7 +40,11 @@ std::string description(const Key& key) {
                             : requirement.required         ? "required"
                             : requirement.fallback.empty() ? requirement.unset
                                                            : fmt::format("`{}`", requirement.fallback);
-  return fmt::format("({}): {}; {}", unset, key.accepted, key.help);
+  // The unit of an example shows its dimension.
+  const std::size_t example = key.accepted.find("such as \"");
+  const bool is_quantity = key.accepted.find(fmt::format(" {} such as", key.dimension)) < 3;
+  return fmt::format("({}): {}; {}", unset, is_quantity ? key.accepted.substr(example) : key.accepted,
+                     key.help);
 }
 
 }  // namespace
