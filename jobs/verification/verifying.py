@@ -7,6 +7,8 @@ import sys
 
 import cases
 import figures
+import kalthoff
+import laws
 import plates
 import strip
 import toughness
@@ -17,6 +19,7 @@ from crackle_runs import command
 TABLES = {
     "verification": {"pmma-strip": strip.pmma_strip, "notched-strip": cases.notched_strip,
                      "slow-growth": cases.slow_growth, "engines": cases.engines,
+                     "kalthoff": kalthoff.kalthoff, "laws": laws.laws,
                      "tests": lambda folder, program: cases.test_programs()},
     "plates": {"plate-tests": lambda folder, program: plates.test_programs(), "kinks": plates.kinks,
                "disk": plates.disk, "blunt-notch": plates.blunt_notch, "offset-notch": plates.offset_notch,
