@@ -9,6 +9,7 @@ import cases
 import figures
 import kalthoff
 import laws
+import nucleation
 import plates
 import strip
 import toughness
@@ -24,6 +25,7 @@ TABLES = {
     "plates": {"plate-tests": lambda folder, program: plates.test_programs(), "kinks": plates.kinks,
                "disk": plates.disk, "blunt-notch": plates.blunt_notch, "offset-notch": plates.offset_notch,
                "l-panel": plates.l_panel},
+    "nucleation": {"smooth-surfaces": nucleation.smooth_surfaces, "weibull-bars": nucleation.weibull_bars},
 }
 CASES = {name: case for table in TABLES.values() for name, case in table.items()}
 
