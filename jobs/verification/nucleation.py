@@ -47,15 +47,15 @@ def notched(spacing: float, keys: dict[str, str | None]) -> str:
 
 
 # Input, and largest stress from the load.
-BODIES = {"bent bar 3 mm high": (bar, bar_stress),
-          "hole of 2 mm in a width of 20 mm": (holed, lambda load: HOWLAND * load / 20e-6),
-          "semicircular notches of 2 mm in a width of 20 mm": (notched, lambda load: semicircular_notches(0.2) * load / 20e-6)}
+BODIES = {"bent bar of 3 mm": (bar, bar_stress),
+          "hole of 4 in 20 mm": (holed, lambda load: HOWLAND * load / 20e-6),
+          "semicircular notches of 2 in 20 mm": (notched, lambda load: semicircular_notches(0.2) * load / 20e-6)}
 
 
 def smooth_surfaces(folder: Path, program: Path) -> list[Figure]:
     """The load at the first break over that at which the exact stress reaches the strength."""
-    case = f"First break at a smooth surface, ν = {' and '.join(map(str, RATIOS))}, spacings {', '.join(map(str, SPACINGS))} mm"
-    return [Figure(case, f"load over that at which the exact stress is the strength, {name}",
+    case = f"Load at the first break over that of the exact stress; ν = {' and '.join(map(str, RATIOS))}, {', '.join(map(str, SPACINGS))} mm"
+    return [Figure(case, name,
                    "; ".join(", ".join(_first_breaks(name, spacing, nu, folder, program) for spacing in SPACINGS) for nu in RATIOS), "1")
             for name in BODIES]
 
@@ -85,6 +85,6 @@ def weibull_bars(folder: Path, program: Path) -> list[Figure]:
         error = 1.96 / math.sqrt(len(loads))  # of the estimates: 0.78 of the modulus, 1.05 / modulus of the scale
         moduli.append(f"{modulus:.1f} ± {0.78 * error * modulus:.1f}")
         scales.append(f"{scale / expected:.3f} ± {1.05 * error / modulus * scale / expected:.3f}")
-    case = f"{BARS} bars with a Weibull strength in four-point bending, spacings {' and '.join(map(str, SPACINGS[:2]))} mm; 95 % intervals"
+    case = f"{BARS} bars with a Weibull strength in four-point bending, {' and '.join(map(str, SPACINGS[:2]))} mm; 95 % intervals"
     return [Figure(case, "modulus", ", ".join(moduli), f"{MODULUS}"),
             Figure(case, "scale over that of the effective volume", ", ".join(scales), "1")]
