@@ -252,7 +252,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   const auto u = displacement_.local();
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
   const auto stress_rate = [&](std::int32_t t) { return body_->stress(t, rate); };
-  std::unordered_map<std::int32_t, std::pair<mechanics::Symmetric, mechanics::Symmetric>> averaged;
+  std::unordered_map<std::int32_t, double> averaged;  // crossings of balls
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     const std::int32_t place = place_of(t);
     if (place < 0) continue;
@@ -261,7 +261,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
     if (average_ != nullptr)
       first.see(stress(t), stress_rate(t), strength, number, [&] {
         const auto [ball, is_new] = averaged.try_emplace(place);
-        if (is_new) ball->second = {(*average_)(place, stress), (*average_)(place, stress_rate)};
+        if (is_new)
+          ball->second = first.crossing_from((*average_)(place, stress), (*average_)(place, stress_rate), 1);
         return ball->second;
       });
     else
