@@ -544,9 +544,14 @@ private:
 }  // namespace
 
 CrackBranches find_branches(const geometry::Body& body, const CrackSurface& surface) {
+  return find_branches(body, surface, crack_ligaments(body, surface));
+}
+
+CrackBranches find_branches(const geometry::Body& body, const CrackSurface& surface,
+                            std::span<const CrackLigament> ligaments) {
   CrackBranches found;
   found.branch.assign(surface.facets.size(), 0);
-  for (const CrackLigament& ligament : crack_ligaments(body, surface))
+  for (const CrackLigament& ligament : ligaments)
     if (!ligament.facets.empty()) BranchFinder(body, surface, ligament).add_to(found);
   return found;
 }

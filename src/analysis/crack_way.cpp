@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crack_way.h"
 
+#include "crackle/analysis/branching.h"
 #include "crackle/analysis/crack_ligaments.h"
 #include "crackle/analysis/crack_path.h"
 #include "crackle/common/index.h"
@@ -55,7 +56,10 @@ std::vector<CrackWay::Opened> opened_by(const CrackSurface& surface, std::span<c
 std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<CrackWay> ways;
   const double thickness = body.size()[0];
-  for (const CrackLigament& chord : crack_chords(body, surface)) {
+  std::vector<CrackLigament> chords = crack_chords(body, surface);
+  const CrackBranches branches = find_branches(body, surface, chords);
+  for (CrackLigament& chord : chords) {
+    std::erase_if(chord.facets, [&](std::size_t i) { return branches.branch[i] > 0; });
     const geometry::CrackStart& line = chord.line;
     const double spacing = mean_spacing(surface, chord.facets);
     std::vector<Polyline::Place> places;

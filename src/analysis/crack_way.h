@@ -39,10 +39,10 @@ struct CrackWay {
 
 /// The ways of all cracks of the starts, one for each chord (crack_chords).
 ///
-/// The path is that of the longest chain of connected pieces in slabs across the chord (longest_chain). Where
-/// a crack branches, it thus leads to the end that is farthest from the root. The through-thickness means of
-/// the pieces are smoothed over way_smoothing spacings to both sides, since their scatter would make the path
-/// longer than the crack is. A tetrahedron of the chain has the place of the nearest point of the path.
+/// The path is that of the longest chain of connected pieces in slabs across the chord (longest_chain), of
+/// the main branch along the chord (find_branches). The through-thickness means of the pieces are smoothed
+/// over way_smoothing spacings to both sides, since their scatter would make the path longer than the crack
+/// is. A tetrahedron of the chain has the place of the nearest point of the path.
 std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface);
 
 }  // namespace crackle::analysis

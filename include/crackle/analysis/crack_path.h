@@ -108,11 +108,11 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 /// Largest speed of the crack fronts along their own ways over a window [m/s]; 0 if no front advances by a
 /// window during the dynamic phase.
 ///
-/// A way is the crack's path in the plane of the plate, in any direction, curved or kinked; where the crack
-/// branches, it leads to the end that is farthest from the root. It is the longest chain of connected pieces
-/// (as in crack_lines) across the straight line from the root to that end (crack_chords), with a smoothed
-/// path, and the tetrahedra of the chain have the arc length of the nearest point of the path. Side branches
-/// and splinters do not count. A window is a share of the ligament from which the crack starts
+/// A way is the crack's path in the plane of the plate, in any direction, curved or kinked; that of the main
+/// branch (find_branches) along the straight line from the root to the crack's farthest end (crack_chords).
+/// It is the longest chain of connected pieces (as in crack_lines) across that line, with a smoothed path,
+/// and the tetrahedra of the chain have the arc length of the nearest point of the path. Side branches and
+/// splinters do not count. A window is a share of the ligament from which the crack starts
 /// (speed_window_share), measured along the way.
 ///
 /// The front of a start's crack is divided into columns through the thickness, two mean spacings wide. A
