@@ -377,7 +377,7 @@ TEST_F(CrackPath, ACrackThatTurnsBackIsNoBifurcation) {
   EXPECT_EQ(find_branches(mesh.body(), cracks).n_in_space(), 0);
 }
 
-/// Of a speed: the path of a crack is traced, and follows the tetrahedra's scatter a little.
+/// Accuracy of a speed: the path of a crack is traced and follows the scatter of the tetrahedra a little.
 constexpr double accuracy = 1e-3;
 
 TEST_F(CrackPath, SpeedOfAnEvenFrontIsItsOwn) {

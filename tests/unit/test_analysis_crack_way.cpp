@@ -31,7 +31,7 @@ constexpr double thickness = 0.4 * mm;
 constexpr double step = 0.04 * mm;  // of the squares, at which the energy grows
 constexpr double toughness = 150;   // [J/m^2]
 
-/// What was found of a crack.
+/// A crack as the analysis sees it.
 struct Measured {
   double largest;  ///< speed [m/s]
   CrackHistory history;
