@@ -100,12 +100,12 @@ void add_criterion(Rows& rows, const Subject& subject) {
     return;
   }
   const char* const from = parameters.fracture.length > 0 ? "the averaging length" : "the local spacing";
-  if (parameters.fracture.has_nucleation()) {
+  if (parameters.fracture.separates_nucleation()) {
     const auto growth = fracture::growth_strengths(self, parameters, 0, subdomain, operators);
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
                                       fmt::format(" where there is no crack{}", varied));
-    rows.emplace_back("", spread(growth, 1e6, "MPa") +
-                              fmt::format(" at a crack, from the toughness and {}{}", from, varied));
+    rows.emplace_back("strength at cracks", spread(growth, 1e6, "MPa") +
+                                                fmt::format(", from the toughness and {}{}", from, varied));
     return;
   }
   if (parameters.fracture.toughness > 0) {

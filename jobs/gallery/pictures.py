@@ -77,7 +77,7 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False) -> None:
         fast = time[time >= 0]
         colours = time_colours(float(np.quantile(fast, COLOURED)) if len(fast) else 0)
         if len(time):
-            draw_facets(panel, CrackSurface(surface.corners.values, time, np.zeros(len(time), int)), colours)
+            draw_facets(panel, CrackSurface(surface.corners.values, time, *np.zeros((2, len(time)), int)), colours)
         if rings:
             draw_rings(panel, projected_branching(sample)[["y", "z"]].to_numpy())
         _time_bar(figure, panel, colours)

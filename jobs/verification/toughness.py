@@ -99,10 +99,10 @@ def _time(sample: Sample, crossed: float) -> float:
 def table(folder: Path, program: Path) -> str:
     """A table of the loads, mean and standard error."""
     lines, found = [], []
-    for row in ROWS:
+    for before, row in zip(["", *(row.law for row in ROWS)], ROWS):
         cells = [ratios(row, nu, folder, program) for nu in RATIOS]
         found += [statistics.mean(cell) for cell in cells]
-        lines.append([row.law, f"{row.body}, {row.state}", f"{row.spacing:g} mm", *map(_cell, cells)])
+        lines.append([row.law if row.law != before else "", f"{row.body}, {row.state}", f"{row.spacing:g} mm", *map(_cell, cells)])
     text = markdown(["law", "body", "spacing", *(f"ν = {nu:g}" for nu in RATIOS)], lines)
     return text + f"\nMean {np.mean(found):.3f}, {min(found):.3f} to {max(found):.3f}\n"
 

@@ -7,19 +7,24 @@ import sys
 
 import cases
 import figures
+import kalthoff
+import laws
+import nucleation
 import plates
+import strip
 import toughness
 from crackle_readme import put_block
 from crackle_runs import command
 
 # The tables of the README; each case takes the folder of the runs and the program.
 TABLES = {
-    "verification": {"pmma-strip": cases.pmma_strip, "notched-strip": cases.notched_strip,
-                     "slow-growth": cases.slow_growth, "engines": cases.engines,
+    "fast": {"pmma-strip": strip.pmma_strip, "kalthoff": kalthoff.kalthoff, "laws": laws.laws},
+    "verification": {"notched-strip": cases.notched_strip, "slow-growth": cases.slow_growth, "engines": cases.engines,
                      "tests": lambda folder, program: cases.test_programs()},
     "plates": {"plate-tests": lambda folder, program: plates.test_programs(), "kinks": plates.kinks,
                "disk": plates.disk, "blunt-notch": plates.blunt_notch, "offset-notch": plates.offset_notch,
                "l-panel": plates.l_panel},
+    "nucleation": {"smooth-surfaces": nucleation.smooth_surfaces, "weibull-bars": nucleation.weibull_bars},
 }
 CASES = {name: case for table in TABLES.values() for name, case in table.items()}
 

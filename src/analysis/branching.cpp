@@ -6,6 +6,7 @@
 #include "crackle/common/index.h"
 
 #include "crossings.h"
+#include "line_fit.h"
 
 #include <algorithm>
 #include <array>
@@ -289,23 +290,12 @@ private:
 
   /// Slope of the line up to this advance, by least squares.
   static double slope(const std::vector<std::pair<double, double>>& line, double until) {
-    double n = 0;
-    double s = 0;
-    double t = 0;
-    double ss = 0;
-    double st = 0;
+    LineFit fit;
     for (const auto& [advance, across] : line) {
       if (advance > until) break;
-      const double a = advance - line.front().first;
-      const double b = across - line.front().second;
-      n += 1;
-      s += a;
-      t += b;
-      ss += a * a;
-      st += a * b;
+      fit.add(advance - line.front().first, across - line.front().second);
     }
-    const double variance = n * ss - s * s;
-    return variance > 0 ? (n * st - s * t) / variance : 0;
+    return fit.variance() > 0 ? fit.slope() : 0;
   }
 
   /// True if run i of station k, where continuations separate, closely follows the place where the branches
@@ -554,9 +544,14 @@ private:
 }  // namespace
 
 CrackBranches find_branches(const geometry::Body& body, const CrackSurface& surface) {
+  return find_branches(body, surface, crack_ligaments(body, surface));
+}
+
+CrackBranches find_branches(const geometry::Body& body, const CrackSurface& surface,
+                            std::span<const CrackLigament> ligaments) {
   CrackBranches found;
   found.branch.assign(surface.facets.size(), 0);
-  for (const CrackLigament& ligament : crack_ligaments(body, surface))
+  for (const CrackLigament& ligament : ligaments)
     if (!ligament.facets.empty()) BranchFinder(body, surface, ligament).add_to(found);
   return found;
 }

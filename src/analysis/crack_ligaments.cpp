@@ -70,7 +70,7 @@ private:
   const std::vector<geometry::Polygon>& polygons_;
 };
 
-/// The ligaments of a start that has none of its own.
+/// The ligaments that follow from the cracks of a start.
 class LigamentFinder {
 public:
   LigamentFinder(const geometry::Body& body, const CrackSurface& surface, std::int32_t number)
@@ -95,7 +95,7 @@ public:
     std::vector<CrackLigament> found;
     for (const auto& [crack, facets] : cracks) {
       const double least = min_crack_length * mean_spacing(surface_, facets);
-      const std::vector<Point> roots = roots_of(facets);
+      const std::vector<Point> roots = start_.is_straight ? std::vector{start_.tip} : roots_of(facets);
       std::vector<Numbers> of_root(roots.size());
       for (const std::size_t i : facets) of_root[nearest(roots, centre(i))].push_back(i);
       for (std::size_t i = 0; i < roots.size(); ++i) add_ligaments(found, roots[i], of_root[i], least);
@@ -222,6 +222,15 @@ private:
   Exit exit_;
 };
 
+/// @param ligaments_of those of a start
+std::vector<CrackLigament> of_all_starts(const geometry::Body& body, const auto& ligaments_of) {
+  std::vector<CrackLigament> all;
+  for (std::size_t start = 0; start < body.crack_starts().size(); ++start)
+    for (CrackLigament& ligament : ligaments_of(static_cast<std::int32_t>(start)))
+      all.push_back(std::move(ligament));
+  return all;
+}
+
 }  // namespace
 
 std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface,
@@ -232,11 +241,12 @@ std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const Cra
 }
 
 std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface) {
-  std::vector<CrackLigament> all;
-  for (std::size_t start = 0; start < body.crack_starts().size(); ++start)
-    for (CrackLigament& ligament : crack_ligaments(body, surface, static_cast<std::int32_t>(start)))
-      all.push_back(std::move(ligament));
-  return all;
+  return of_all_starts(body, [&](std::int32_t start) { return crack_ligaments(body, surface, start); });
+}
+
+std::vector<CrackLigament> crack_chords(const geometry::Body& body, const CrackSurface& surface) {
+  return of_all_starts(body,
+                       [&](std::int32_t start) { return LigamentFinder(body, surface, start).ligaments(); });
 }
 
 }  // namespace crackle::analysis

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
 
-#include "crackle/analysis/crack_ligaments.h"
 #include "crackle/common/real.h"
 
-#include "crossings.h"
+#include "crack_way.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <span>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -19,12 +16,7 @@ namespace crackle::analysis {
 
 namespace {
 
-/// An opened tetrahedron of the crack.
-struct Opened {
-  double time;              ///< [s]
-  double advance;           ///< mean of its facets [m]
-  std::array<double, 2> x;  ///< extent through the thickness [m]
-};
+using Opened = CrackWay::Opened;
 
 /// Number of Legendre polynomials P_0 to P_3: a course is a line or a parabola, and the next degree tells
 /// whether that is enough.
@@ -128,7 +120,7 @@ public:
   /// @pre times ascend
   void open(const Opened& opened) {
     const bool is_dynamic = opened.time > 0;
-    if (is_dynamic && opened.advance > tip() + reach_) {
+    if (is_dynamic && opened.place > tip() + reach_) {
       ahead_.push_back(opened);
       return;
     }
@@ -151,9 +143,9 @@ private:
     };
     const std::size_t last = column_of(opened.x[1]);
     for (std::size_t c = column_of(opened.x[0]); c <= last; ++c) {
-      if (opened.advance <= farthest_[c]) continue;
-      farthest_[c] = opened.advance;
-      if (history != nullptr) (*history)[c].add(opened.time, opened.advance);
+      if (opened.place <= farthest_[c]) continue;
+      farthest_[c] = opened.place;
+      if (history != nullptr) (*history)[c].add(opened.time, opened.place);
     }
   }
 
@@ -162,7 +154,7 @@ private:
     const double before = tip();
     for (;;) {
       const auto near = std::partition(ahead_.begin(), ahead_.end(),
-                                       [&](const Opened& o) { return o.advance > tip() + gap_; });
+                                       [&](const Opened& o) { return o.place > tip() + gap_; });
       if (near == ahead_.end()) return tip() > before + gap_;
       std::for_each(near, ahead_.end(), [&](const Opened& o) { take(o, nullptr); });
       ahead_.erase(near, ahead_.end());
@@ -177,35 +169,7 @@ private:
   std::vector<Opened> ahead_;
 };
 
-/// The tetrahedra of facets, sorted by time and advance, so that the order of simultaneous breaks has no
-/// influence.
-std::vector<Opened> opened_by(const CrackSurface& surface, std::span<const std::size_t> facets,
-                              const geometry::CrackStart& start) {
-  std::vector<Opened> all;
-  for (std::size_t i = 0; i < facets.size();) {
-    const CrackFacet& first = surface.facets[facets[i]];
-    Opened opened{first.time, 0, {first.corner[0][0], first.corner[0][0]}};
-    int n_corners = 0;
-    for (; i < facets.size(); ++i) {
-      const CrackFacet& facet = surface.facets[facets[i]];
-      if (facet.tetrahedron != first.tetrahedron || facet.time != first.time) break;
-      for (const geometry::Point& corner : facet.corner) {
-        opened.advance += start.advance(corner);
-        opened.x[0] = std::min(opened.x[0], corner[0]);
-        opened.x[1] = std::max(opened.x[1], corner[0]);
-        ++n_corners;
-      }
-    }
-    opened.advance /= n_corners;
-    all.push_back(opened);
-  }
-  std::sort(all.begin(), all.end(), [](const Opened& a, const Opened& b) {
-    return std::tie(a.time, a.advance, a.x) < std::tie(b.time, b.advance, b.x);
-  });
-  return all;
-}
-
-/// A front's course over a stretch of its ligament, averaged over the columns that passed all of it.
+/// A front's course over a stretch of its way, averaged over the columns that passed all of it.
 struct Stretch {
   double start;              ///< [m]
   double length;             ///< [m]
@@ -262,7 +226,7 @@ double time_over(const Stretch& stretch, std::size_t degree, double start, doubl
   return time;
 }
 
-/// All windows of a front's ligament, and the accuracy of their times.
+/// All windows of a front's way, and the accuracy of their times.
 class Windows {
 public:
   /// @param stretches in ascending order of length, starting with those of one window
@@ -352,15 +316,11 @@ double fastest(const History& history, double window, double spacing) {
 
 double max_crack_speed(const geometry::Body& body, const CrackSurface& surface) {
   double largest = 0;
-  for (const CrackLigament& ligament : crack_ligaments(body, surface)) {
-    const auto& [number, start, facets] = ligament;
-    if (facets.empty()) continue;
-    const double spacing = mean_spacing(surface, facets);
-    const double window = std::max(speed_window_share * start.ligament, speed_window_spacings * spacing);
-    Front front(body.size()[0], spacing, window);
-    for (const Opened& opened : opened_by(surface, facets, start)) front.open(opened);
+  for (const CrackWay& way : crack_ways(body, surface)) {
+    Front front(body.size()[0], way.spacing, way.window);
+    for (const Opened& opened : way.opened) front.open(opened);
     for (const History& history : front.histories())
-      largest = std::max(largest, fastest(history, window, spacing));
+      largest = std::max(largest, fastest(history, way.window, way.spacing));
   }
   return largest;
 }

@@ -5,6 +5,7 @@
 #include "crackle/parallel/collectives.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace crackle::dynamics {
@@ -16,6 +17,10 @@ constexpr double hot_share = 0.85, warm_share = 0.6;
 constexpr std::int64_t warm_interval = 4;
 /// A cell below this share cannot have been above the strength one step before.
 constexpr double steady_share = 0.95;
+/// Far above the difference between a load by nodes and by tetrahedra.
+constexpr double rounding = 1e-8;
+/// Half a step ahead an extrapolated load exceeds the last ones by at most this many of their changes.
+constexpr double look_ahead = 1.25;
 
 }  // namespace
 
@@ -59,20 +64,31 @@ std::vector<AveragedBreakingCheck::Claim> AveragedBreakingCheck::find_claims(std
     const auto overloaded = motion_->overloaded();
     warm_.assign(overloaded.begin(), overloaded.end());
   }
-  find_candidates(checks_warm ? warm_ : hot_);
+  // The hot cells are the same until the next check of the warm ones, or the next break.
+  const auto n_breaks = context_->body->broken_tetrahedra().size();
+  if (checks_warm || step % warm_interval == 2 || n_breaks != n_breaks_seen_)
+    find_candidates(checks_warm ? warm_ : hot_);
+  n_breaks_seen_ = n_breaks;
   if (checks_all) warm_.clear();
   if (checks_warm) hot_.clear();
   std::vector<Claim> claims;
   for (auto begin = candidates_.begin(), end = begin; begin != candidates_.end(); begin = end) {
     const std::int32_t centre = begin->centre;
     end = std::find_if(begin, candidates_.end(), [&](const Candidate& one) { return one.centre != centre; });
-    std::array<double, 3> loads{load(centre, 0), 0, 0};
-    for (auto one = begin; one != end; ++one) {
-      if (checks_all && loads[0] >= warm_share) warm_.push_back(one->tetrahedron);
-      if (checks_warm && loads[0] >= hot_share) hot_.push_back(one->tetrahedron);
-    }
-    if (loads[0] < steady_share) continue;
-    for (int n = 1; n < 3; ++n) loads[index(n)] = load(centre, n);
+    const double fast = fast_load(centre, 0);
+    const auto keep_if_over = [&](double share, std::vector<std::int32_t>& kept) {
+      if (!reaches(share, centre, fast)) return;
+      for (auto one = begin; one != end; ++one) kept.push_back(one->tetrahedron);
+    };
+    if (checks_all) keep_if_over(warm_share, warm_);
+    if (checks_warm) keep_if_over(hot_share, hot_);
+    if (!reaches(steady_share, centre, fast)) continue;
+    const double before = fast_load(centre, 1);
+    if (std::max(fast, before) < context_->screening_share - rounding) continue;
+    // A criterion looks ahead by half a step, along a parabola through the last loads.
+    const double change = std::max(std::abs(fast - before), std::abs(before - fast_load(centre, 2)));
+    if (std::max(fast, before) + look_ahead * change < 1 - rounding) continue;
+    const std::array<double, 3> loads{load(centre, 0), load(centre, 1), load(centre, 2)};
     if (std::max(loads[0], loads[1]) < context_->screening_share) continue;
     const auto most = context_->average->most_stressed(
         centre, context_->criterion->stress(), [&](std::int32_t t) -> const auto& { return stress(t, 0); });
@@ -94,6 +110,22 @@ void AveragedBreakingCheck::find_candidates(std::span<const std::int32_t> tetrah
 double AveragedBreakingCheck::load(std::int32_t centre, int n_steps) {
   return context_->criterion->stress()((*context_->average)(
       centre, [&](std::int32_t t) -> const auto& { return stress(t, n_steps); }));
+}
+
+double AveragedBreakingCheck::fast_load(std::int32_t centre, int n_steps) {
+  const auto& [nodes, gradients] = context_->average->node_shares(centre);
+  displacements_.resize(nodes.size());
+  motion_->relative_displacements(nodes, n_steps, displacements_);
+  mechanics::Symmetric sum{};
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    const auto product = mechanics::symmetric_product(gradients[n], displacements_[n]);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += product[i];
+  }
+  return context_->criterion->stress()(context_->body->elasticity()(sum));
+}
+
+bool AveragedBreakingCheck::reaches(double share, std::int32_t centre, double fast) {
+  return std::abs(fast - share) > rounding ? fast > share : load(centre, 0) >= share;
 }
 
 const mechanics::Symmetric& AveragedBreakingCheck::stress(std::int32_t tetrahedron, int n_steps) {

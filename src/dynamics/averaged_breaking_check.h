@@ -70,6 +70,11 @@ private:
   /// Load of a ball: equivalent stress over strength.
   /// @param n_steps before now
   double load(std::int32_t centre, int n_steps);
+  /// The load by the ball's nodes, which is several times as fast and equal to load() up to rounding.
+  double fast_load(std::int32_t centre, int n_steps);
+  /// Whether the current load() is at least `share`.
+  /// @param fast the current fast_load()
+  bool reaches(double share, std::int32_t centre, double fast);
   const mechanics::Symmetric& stress(std::int32_t tetrahedron, int n_steps);
 
   const MotionContext* context_;
@@ -79,7 +84,9 @@ private:
   // cells.
   std::vector<std::int32_t> warm_, hot_;
   std::vector<std::int32_t> breaking_;
-  std::vector<Candidate> candidates_;
+  std::vector<Candidate> candidates_;  // in the cells to be checked, as of these breaks
+  std::size_t n_breaks_seen_ = 0;
+  std::vector<Vector> displacements_;  // of the nodes of a ball
 };
 
 }  // namespace crackle::dynamics

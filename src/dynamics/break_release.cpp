@@ -27,7 +27,7 @@ std::span<const std::int32_t> BreakRelease::apply(std::span<const std::int32_t> 
       fracture::update_strengths(*context_.criterion, body, changes);
       motion_->release(changes);
     });
-  failure.guard_messages([&] { update_strengths(); });
+  failure.guard_messages([&] { update_strengths(phase_time); });
   return changes;
 }
 
@@ -36,11 +36,9 @@ void BreakRelease::restore(const fracture::Releases& releases, double phase_time
                                     [&](double broke_at) { return remaining(phase_time - broke_at); }));
 }
 
-void BreakRelease::update_strengths() {
+void BreakRelease::update_strengths(double phase_time) {
   if (context_.vicinity == nullptr) return;
-  const auto weakened = context_.vicinity->update(*context_.group);
-  motion_->update_strengths(weakened);
-  if (context_.average != nullptr) context_.average->forget(weakened);
+  motion_->update_strengths(context_.vicinity->update(*context_.group, phase_time));
 }
 
 double BreakRelease::remaining(double since_break) const {

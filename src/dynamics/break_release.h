@@ -40,9 +40,10 @@ public:
   /// @param phase_time of the checkpoint [s]
   void restore(const fracture::Releases& releases, double phase_time);
 
-  /// Updates the strengths near the tetrahedra broken since the last call. Collective; a rank throws only
-  /// after its communication is complete.
-  void update_strengths();
+  /// Updates the strengths near broken tetrahedra, see fracture::CrackVicinity::update(). Collective; a rank
+  /// throws only after its communication is complete.
+  /// @param phase_time since the start of the phase [s]; infinity: at its start, whatever broke before
+  void update_strengths(double phase_time);
 
 private:
   /// The share of its stiffness that a breaking tetrahedron keeps in the coming step: the mean of a linear

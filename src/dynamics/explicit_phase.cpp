@@ -247,12 +247,14 @@ private:
     const RunningPhase& running = *checkpoint.running;
     group_.enter("restoring");
     step_ = running.step;
+    parallel::agree(group_);
+    break_release_.update_strengths(infinity);
     parallel::agree(group_, [&] {
       break_release_.restore(running.releases, phase_time());
       restore_memory(checkpoint.memory, body_.subdomain(), *context_.criterion);
       motion_.restore(running.motion);
     });
-    break_release_.update_strengths();
+    break_release_.update_strengths(phase_time());
     last_break_ = running.last_break;
     end_.restore(running.separation);
     if (load_watch_) {

@@ -132,6 +132,24 @@ public:
         });
   }
 
+  void relative_displacements(std::span<const std::int32_t> nodes, int n_steps,
+                              std::span<Vector> result) const override {
+    const auto difference = [&](const auto& displacement) {
+      const auto& origin = displacement(nodes.front());
+      for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const auto& place = displacement(nodes[n]);
+        for (std::size_t i = 0; i < 3; ++i)
+          result[n][i] = scale_.displacement * static_cast<double>(kernels::difference(place[i], origin[i]));
+      }
+    };
+    if (n_steps == 0)
+      difference([&](std::int32_t node) -> const auto& { return force_.nodes()[index(node)].displacement; });
+    else
+      difference([&](std::int32_t node) -> const auto& {
+        return state_.displacement_before(index(node), n_steps);
+      });
+  }
+
   void release(std::span<const std::int32_t> broken) override {
     for (const auto t : broken) take_over(t);
     force_.update(broken, force_is_current_);

@@ -20,6 +20,15 @@ namespace {
 /// Maximum amplification of the static stress that waves are assumed to cause.
 constexpr double wave_amplification = 10;
 
+/// Largest stress of the plane wave that a prescribed velocity sends into the body: density times
+/// dilatational speed times velocity [Pa].
+double impact_stress(const input::Parameters& parameters) {
+  double speed = 0;
+  for (const auto& condition : parameters.boundaries)
+    if (condition.kind == input::BoundaryKind::velocity) speed = std::max(speed, norm(condition.value));
+  return parameters.material.density * mechanics::dilatational_speed(parameters.material) * speed;
+}
+
 std::string text_of_load(double load) {
   return quantity_text(std::abs(load), "N");
 }
@@ -67,6 +76,12 @@ LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::
   EnergyAccount account(self, setup.body);
   QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion, arrest_window(parameters),
                              setup.average.get());
+  double least_strength = infinity;
+  for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
+    least_strength = std::min(least_strength, setup.criterion->strength(t));
+  const bool is_struck = parameters.time.start == input::Start::rest &&
+                         wave_amplification * impact_stress(parameters) >= least_strength;
+  if (is_struck) return {};
   loading.load_at_start(account);
   return first_break(loading, setup.loads, account);
 }

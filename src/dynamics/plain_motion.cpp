@@ -111,6 +111,14 @@ public:
                              before_[n_steps == 1 ? 0 : 1]);
   }
 
+  void relative_displacements(std::span<const std::int32_t> nodes, int n_steps,
+                              std::span<Vector> result) const override {
+    const std::span<const double> u =
+        n_steps == 0 ? std::span<const double>(state_->displacement.local()) : before_[n_steps == 1 ? 0 : 1];
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+      for (int i = 0; i < 3; ++i) result[n][index(i)] = u[index(nodes[n], i)] - u[index(nodes.front(), i)];
+  }
+
   void release(std::span<const std::int32_t> broken) override {
     if (broken.empty()) return;
     has_released_ = true;

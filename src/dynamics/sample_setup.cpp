@@ -37,7 +37,7 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
       average(fracture::make_stress_average(input.fracture, body, criterion->strengths())) {
   refuse_overdamping(input.damping_rate(), grid);
   fracture::soften_by_input(ranks, input, sample, body);
-  vicinity = fracture::make_crack_vicinity(ranks, input, sample, body, *criterion);
+  vicinity = fracture::make_crack_vicinity(ranks, input, sample, body, *criterion, average.get());
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {

@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/centroid.h"
+#include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -44,12 +45,14 @@ std::vector<SlotTip> square_ends(const input::Specimen& specimen) {
 
 }  // namespace
 
-CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion,
+CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
                              std::vector<double> growth_strengths, const input::Specimen& specimen,
-                             std::span<const double> spacings)
+                             std::vector<double> spacings, double speed)
     : body_(&body),
       criterion_(&criterion),
+      average_(average),
       growth_strengths_(std::move(growth_strengths)),
+      delays_(std::move(spacings)),
       round_node_(mechanics::node_tetrahedra(body.subdomain())),
       at_crack_(body.subdomain().nodes.size(), 0) {
   const auto& subdomain = body.subdomain();
@@ -60,24 +63,29 @@ CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion,
     const auto middle = geometry::centroid(subdomain.nodes, subdomain.tetrahedra[index(t)]);
     const bool is_at_tip = std::ranges::any_of(tips, [&](const SlotTip& tip) {
       return std::hypot(middle[1] - tip.place[0], middle[2] - tip.place[1]) <=
-             tip.half_height + reach_in_spacings * spacings[index(t)];
+             tip.half_height + reach_in_spacings * delays_[index(t)];
     });
     if (is_at_tip) lower(t);
   }
   changed_.clear();
+  for (double& delay : delays_) delay /= speed;
 }
 
-std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator& group) {
+std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator& group, double phase_time) {
   changed_.clear();
   const auto& subdomain = body_->subdomain();
-  const auto broken = body_->broken_tetrahedra();
   // A rank need not hold the broken tetrahedron that touches a node of one that it holds.
   const auto nodes = parallel::gather_found<std::int64_t>(group, [&] {
     std::vector<std::int64_t> found;
-    for (const auto t : broken.subspan(n_seen_))
-      for (const auto node : subdomain.tetrahedra[index(t)])
+    for (const Break& one : body_->breaks().subspan(n_seen_))
+      arriving_.push_back({subdomain.local_number(one.tetrahedron), one.phase_time});
+    n_seen_ = body_->breaks().size();
+    std::erase_if(arriving_, [&](const Arriving& one) {
+      if (phase_time - one.broke_at < delays_[index(one.tetrahedron)]) return false;
+      for (const auto node : subdomain.tetrahedra[index(one.tetrahedron)])
         if (at_crack_[index(node)] == 0) found.push_back(subdomain.layout.number[index(node)]);
-    n_seen_ = broken.size();
+      return true;
+    });
     return found;
   });
   for (const auto number : nodes) {
@@ -87,19 +95,21 @@ std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator
     for (const auto t : round_node_[node->second]) lower(t);
   }
   std::ranges::sort(changed_);
+  if (average_ != nullptr) average_->forget(changed_);
   return changed_;
 }
 
 std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator& group,
                                                    const input::Parameters& parameters, std::uint64_t sample,
-                                                   const BreakableBody& body, Criterion& criterion) {
+                                                   const BreakableBody& body, Criterion& criterion,
+                                                   StressAverage* average) {
+  if (!parameters.fracture.separates_nucleation()) return nullptr;
   auto strengths = growth_strengths(group, parameters, sample, body.subdomain(), body.operators());
-  if (!parameters.fracture.has_nucleation() || parameters.fracture.release == input::Release::softening)
-    return nullptr;
-  const auto spacings = local_spacings(group, body.subdomain(), body.operators());
+  auto spacings = local_spacings(group, body.subdomain(), body.operators());
   return parallel::agree(group, [&] {
-    return std::make_unique<CrackVicinity>(body, criterion, std::move(strengths), parameters.specimen,
-                                           spacings);
+    return std::make_unique<CrackVicinity>(body, criterion, average, std::move(strengths),
+                                           parameters.specimen, std::move(spacings),
+                                           mechanics::dilatational_speed(parameters.material));
   });
 }
 

@@ -30,14 +30,19 @@ public:
 
   /// For a tetrahedron that must reach its strength both by itself and in the average. At the start, one of
   /// the two values may exceed the strength, but not both.
-  /// @param average gives the average of stress over strength and its rate; called only if it may matter
+  /// @param average gives the crossing_from() of the average of stress over strength; called only if it may
+  /// matter
   template <class Average>
   void see(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
            std::int64_t number, const Average& average) {
     if (comes_later(stress, rate, strength)) return;
-    const auto [mean, mean_rate] = average();
-    take(std::max(crossing_from(stress, rate, strength), crossing_from(mean, mean_rate, 1)), number);
+    if (const double mean = average(); mean <= value_)
+      take(std::max(crossing_from(stress, rate, strength), mean), number);
   }
+
+  /// The crossing() within the limit; 0 if the strength is reached at the start.
+  double crossing_from(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate,
+                       double strength) const;
 
   double value() const { return value_; }          ///< infinity: no crossing within the limit
   std::int64_t number() const { return number_; }  ///< the smallest number among the first; -1: none
@@ -46,9 +51,6 @@ private:
   /// True if certainly later than the first one so far.
   bool comes_later(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate,
                    double strength) const;
-  /// 0 if the strength is reached at the start.
-  double crossing_from(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate,
-                       double strength) const;
   void take(double s, std::int64_t number);
 
   const EquivalentStress* of_;

@@ -93,9 +93,8 @@ std::string unresolved_release_text(const input::Parameters& parameters, double 
   const double release = parameters.fracture.release_time;
   if (release == 0 || release >= 2 * time_step) return {};
   return fmt::format(
-      "fracture.release_time = {} is shorter than two time steps of {}: tetrahedra break nearly at once; a "
-      "release "
-      "that acts takes at least the time of a wave across a tetrahedron",
+      "fracture.release_time = {} is shorter than two time steps of {}: tetrahedra break nearly at once; "
+      "a release that matters takes at least as long as a wave across a tetrahedron",
       quantity_text(release, "s"), quantity_text(time_step, "s"));
 }
 

@@ -14,7 +14,8 @@ namespace crackle::fracture {
 
 namespace {
 
-/// Cached balls are dropped when they exceed this number of shares per tetrahedron of the subdomain.
+/// Cached balls are dropped when they exceed this number of shares, by tetrahedra or by nodes, per
+/// tetrahedron of the subdomain.
 constexpr std::size_t kept_shares_per_tetrahedron = 8;
 constexpr double cells_per_length = 3;
 
@@ -25,7 +26,8 @@ StressAverage::StressAverage(const BreakableBody& body, std::span<const double> 
       strengths_(strengths),
       length_(length),
       neighbour_(geometry::face_neighbours(body.subdomain().tetrahedra)),
-      reached_by_(strengths.size(), 0) {
+      reached_by_(strengths.size(), 0),
+      place_of_node_(body.subdomain().nodes.size(), -1) {
   const auto& subdomain = body.subdomain();
   centroid_.reserve(subdomain.tetrahedra.size());
   for (const auto& t : subdomain.tetrahedra) centroid_.push_back(geometry::centroid(subdomain.nodes, t));
@@ -88,6 +90,36 @@ std::span<const StressAverage::Share> StressAverage::ball(std::int32_t centre) {
   return found;
 }
 
+const StressAverage::NodeShares& StressAverage::node_shares(std::int32_t centre) {
+  forget_broken();
+  if (const auto known = node_shares_.find(centre); known != node_shares_.end()) return known->second;
+  if (n_nodes_kept_ > kept_shares_per_tetrahedron * strengths_.size()) {
+    node_shares_.clear();
+    n_nodes_kept_ = 0;
+  }
+  const auto& found = node_shares_.emplace(centre, find_node_shares(centre)).first->second;
+  n_nodes_kept_ += found.nodes.size();
+  return found;
+}
+
+StressAverage::NodeShares StressAverage::find_node_shares(std::int32_t centre) {
+  NodeShares shares;
+  for (const auto& [number, weight] : ball(centre)) {
+    const auto& t = body_->operators().tetrahedra[index(number)];
+    for (std::size_t a = 0; a < 4; ++a) {
+      auto& place = place_of_node_[index(t.nodes[a])];
+      if (place < 0) {
+        place = static_cast<std::int32_t>(shares.nodes.size());
+        shares.nodes.push_back(t.nodes[a]);
+        shares.gradients.push_back({});
+      }
+      shares.gradients[index(place)] = shares.gradients[index(place)] + weight * t.gradient[a];
+    }
+  }
+  for (const auto node : shares.nodes) place_of_node_[index(node)] = -1;
+  return shares;
+}
+
 void StressAverage::forget_broken() {
   const auto broken = body_->broken_tetrahedra();
   if (broken.size() == n_breaks_seen_) return;
@@ -97,13 +129,21 @@ void StressAverage::forget_broken() {
 }
 
 void StressAverage::forget(std::span<const std::int32_t> tetrahedra) {
-  std::erase_if(balls_, [&](const auto& ball) {
-    const bool is_hit = std::ranges::any_of(tetrahedra, [&](std::int32_t t) {
-      const auto offset = centroid_[index(t)] - centroid_[index(ball.first)];
+  const auto is_hit = [&](std::int32_t centre) {
+    return std::ranges::any_of(tetrahedra, [&](std::int32_t t) {
+      const auto offset = centroid_[index(t)] - centroid_[index(centre)];
       return dot(offset, offset) <= length_ * length_;
     });
-    if (is_hit) n_kept_ -= ball.second.size();
-    return is_hit;
+  };
+  std::erase_if(balls_, [&](const auto& ball) {
+    if (!is_hit(ball.first)) return false;
+    n_kept_ -= ball.second.size();
+    return true;
+  });
+  std::erase_if(node_shares_, [&](const auto& ball) {
+    if (!is_hit(ball.first)) return false;
+    n_nodes_kept_ -= ball.second.nodes.size();
+    return true;
   });
 }
 

@@ -134,7 +134,7 @@ std::vector<double> growth_strengths(const parallel::Communicator& group, const 
                                      std::uint64_t sample, const geometry::Subdomain& subdomain,
                                      const mechanics::PdsOperators& operators) {
   const input::Fracture& fracture = parameters.fracture;
-  if (!fracture.has_nucleation() || fracture.release == input::Release::softening) return {};
+  if (!fracture.separates_nucleation()) return {};
   auto strengths = fracture_spacings(group, parameters, subdomain, operators);
   parallel::agree(group, [&] {
     const auto factors = toughness_factors(

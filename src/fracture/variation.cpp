@@ -78,7 +78,7 @@ std::vector<double> strength_factors(const input::Parameters& parameters, std::u
   const auto& variation = parameters.fracture.variation;
   if (!variation || variation->of != input::Varies::toughness) return factors;
   // Where both are given, they are independent.
-  if (parameters.fracture.has_nucleation())
+  if (parameters.fracture.has_strength_and_toughness())
     std::ranges::fill(factors, 1.0);
   else
     for (double& factor : factors) factor = std::sqrt(factor);

@@ -96,7 +96,7 @@ std::vector<std::vector<std::size_t>> ExtrudedPlate::facing_sides() const {
   for (std::size_t a = 0; a < sides.size(); ++a)
     for (std::size_t b = 0; b < sides.size(); ++b) {
       const bool same_curve = sides[a].part == sides[b].part && plate_.parts[index(sides[a].part)].is_curve;
-      // What is beside a slot's mouth sees what is across it through the slot only.
+      // A wall beside a slot's mouth is close to those across it only through the slot, which does not count.
       const bool across_mouth = std::ranges::any_of(
           mouths[a], [&](int slot) { return sides[b].part == slot || mouths[b].contains(slot); });
       if (a != b && !are_neighbours(a, b) && !same_curve && !across_mouth) facing[a].push_back(b);

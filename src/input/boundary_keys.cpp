@@ -88,9 +88,9 @@ Key on_key() {
           "word",
           required(),
           accepted_face,
-          "face or faces on which the condition acts: edge-i runs from point i of the outline to the next "
-          "(in a box edge-0 is z-min, followed by y-max, z-max and y-min); hole-i and notch-i are all walls "
-          "of that hole or notch; z-min and the like are all edges at that end",
+          "where it acts: edge-i runs from point i of the outline to the next (in a box z-min, y-max, z-max, "
+          "y-min); hole-i and notch-i are all walls of that hole or notch; z-min and the like are all edges "
+          "at that end",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_text(source, accepted_face)) boundary(parameters, i).on = *name;
           },
@@ -102,9 +102,7 @@ Key region_key(std::size_t axis) {
       fmt::format("region.{}", axis_names[axis]),
       [=](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).region[axis]; },
       {"50 mm", "100 mm"}, "whole face",
-      "restricts the condition to the part of the face between these coordinates, or, with the same "
-      "coordinate twice, to a line of nodes, such as a roller or a knife edge",
-      true);
+      "part of the face on which the condition acts; with the same coordinate twice a line of nodes", true);
 }
 
 Key fix_key() {
@@ -192,8 +190,7 @@ Key absorbing_key() {
           "boolean",
           one_of_kinds(),
           "true",
-          "lets waves leave the body, best at normal incidence (dashpots of Lysmer and Kuhlemeyer); requires "
-          "time.integrator = \"verlet\"",
+          "lets waves leave the body; requires time.integrator = \"verlet\"",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             boundary(parameters, i).kind = BoundaryKind::absorbing;
             if (source.value.kind != ValueKind::boolean || !source.value.boolean)
@@ -210,7 +207,7 @@ Key rate_key() {
           "as prescribed, per time",
           optional("constant in time"),
           "three components, such as [\"0 N/s\", \"0 N/s\", \"5 N/s\"]; for a pressure a single value",
-          "increase of the prescribed quantity with time",
+          "increase with time",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             Boundary& condition = boundary(parameters, i);
             const std::string table = source.key.substr(0, source.key.rfind('.'));
@@ -256,7 +253,7 @@ Key history_key() {
           "time and number",
           optional("constant in time"),
           form + ", times ascending from 0",
-          "factors that multiply the prescribed quantity, linear between these times",
+          "factors of the prescribed quantity, linear between these times",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             const auto points = read_elements(source, 0, form);
             if (!points) return;
@@ -289,8 +286,8 @@ Key condition_name_key() {
   return {"name",
           "text",
           optional("none"),
-          accepted_name("rollers"),
-          "conditions with the same name count as one load of the testing machine, such as two rollers",
+          "a text such as \"rollers\"",
+          "conditions with the same name count as one load of the testing machine",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_name(source, "rollers")) boundary(parameters, i).name = *name;
           },
@@ -303,19 +300,17 @@ Key condition_name_key() {
 }  // namespace
 
 Table boundary_table() {
-  return {
-      "boundary",
-      Occurrence::many,
-      fmt::format("boundary conditions; each prescribes exactly one of {}", fmt::join(kind_names, ", ")),
-      {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
-       prescription_key(BoundaryKind::force, "total force, spread by area"),
-       prescription_key(BoundaryKind::traction, "force per area"),
-       prescription_key(BoundaryKind::velocity, "velocity; \"free\" for a component that is not prescribed"),
-       prescription_key(BoundaryKind::displacement,
-                        "displacement; \"free\" for a component that is not prescribed"),
-       pressure_key(), absorbing_key(), rate_key(), history_key(), condition_name_key()},
-      [](const Parameters& parameters) { return parameters.boundaries.size(); },
-      [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
+  return {"boundary",
+          Occurrence::many,
+          fmt::format("boundary conditions; each prescribes exactly one of {}", fmt::join(kind_names, ", ")),
+          {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
+           prescription_key(BoundaryKind::force, "total force, spread by area"),
+           prescription_key(BoundaryKind::traction, "force per area"),
+           prescription_key(BoundaryKind::velocity, "\"free\" where it is not prescribed"),
+           prescription_key(BoundaryKind::displacement, "\"free\" where it is not prescribed"),
+           pressure_key(), absorbing_key(), rate_key(), history_key(), condition_name_key()},
+          [](const Parameters& parameters) { return parameters.boundaries.size(); },
+          [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
 }
 
 }  // namespace crackle::input

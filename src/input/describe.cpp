@@ -32,7 +32,7 @@ std::vector<Line> resolved(const Parameters& parameters) {
   return lines;
 }
 
-/// What the list of keys says of a key, after its name.
+/// The text of a key in the list of keys, after its name.
 std::string description(const Key& key) {
   const Requirement& requirement = key.requirement;
   const std::string unset = !requirement.instead.empty()
@@ -40,7 +40,11 @@ std::string description(const Key& key) {
                             : requirement.required         ? "required"
                             : requirement.fallback.empty() ? requirement.unset
                                                            : fmt::format("`{}`", requirement.fallback);
-  return fmt::format("({}): {}; {}", unset, key.accepted, key.help);
+  // The unit of an example shows its dimension.
+  const std::size_t example = key.accepted.find("such as \"");
+  const bool is_quantity = key.accepted.find(fmt::format(" {} such as", key.dimension)) < 3;
+  return fmt::format("({}): {}; {}", unset, is_quantity ? key.accepted.substr(example) : key.accepted,
+                     key.help);
 }
 
 }  // namespace

@@ -111,9 +111,9 @@ std::string of_release_time(const Parameters& parameters) {
   const double duration = parameters.time.duration;
   if (!(release > 0.1 * duration)) return {};
   return fmt::format(
-      "fracture.release_time = {} is more than a tenth of time.duration = {}: hardly any tetrahedron loses "
-      "all "
-      "of its stiffness",
+      "fracture.release_time = {} is more than a tenth of time.duration = {}: few tetrahedra lose all of "
+      "their "
+      "stiffness",
       quantity_text(release, "s"), quantity_text(duration, "s"));
 }
 

@@ -22,13 +22,13 @@ struct Parameter {
 };
 
 constexpr std::array parameters_of_random{
-    Parameter{"mean", &RandomInput::mean, "mean; for truncated, of the underlying normal distribution"},
+    Parameter{"mean", &RandomInput::mean, "for truncated, of the underlying normal distribution"},
     Parameter{"standard_deviation", &RandomInput::standard_deviation,
-              "standard deviation; for truncated, of the underlying normal distribution"},
-    Parameter{"lower", &RandomInput::lower, "smallest value"},
-    Parameter{"upper", &RandomInput::upper, "largest value"},
-    Parameter{"mode", &RandomInput::mode, "most likely value of a triangular distribution"},
-    Parameter{"scale", &RandomInput::scale, "scale of a Weibull distribution, measured from lower"},
+              "for truncated, of the underlying normal distribution"},
+    Parameter{"lower", &RandomInput::lower, "smallest and largest value"},
+    Parameter{"upper", &RandomInput::upper, "smallest and largest value"},
+    Parameter{"mode", &RandomInput::mode, "of a triangular distribution"},
+    Parameter{"scale", &RandomInput::scale, "of a Weibull distribution, measured from lower"},
 };
 constexpr Parameter shape_parameter{"shape", &RandomInput::shape, "modulus of a Weibull distribution"};
 
@@ -119,8 +119,7 @@ Key random_key_key() {
           "name",
           required(),
           accepted_random_key,
-          "key that varies between samples; list entries are counted from 0; keys that change the geometry "
-          "(specimen, spacings) need mesh.base = \"own\"",
+          "list entries are counted from 0; keys that change the geometry need mesh.base = \"own\"",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             resolve(source, parameters.random.at(i), parameters.fracture.exponent);
           },
@@ -135,10 +134,9 @@ Key distribution_key() {
       "distribution",
       [](Parameters & parameters, std::size_t i) -> auto& { return parameters.random.at(i).distribution; },
       choices, required(),
-      "uniform takes lower and upper; triangular takes lower, upper and mean or mode; normal takes "
-      "standard_deviation; lognormal takes standard_deviation, and lower if it does not start at 0; "
-      "truncated (normal) takes standard_deviation, and lower, upper or both; beta takes lower, upper and "
-      "standard_deviation; weibull takes shape and scale, and lower if it does not start at 0");
+      "uniform takes lower and upper; triangular these and mean or mode; beta these and standard_deviation; "
+      "normal takes standard_deviation; truncated (normal) this and lower, upper or both; lognormal takes "
+      "standard_deviation, weibull shape and scale, each with lower if it does not start at 0");
 }
 
 Key parameter_key(const Parameter& parameter) {
@@ -148,7 +146,7 @@ Key parameter_key(const Parameter& parameter) {
   return {parameter.name,
           is_shape ? "number" : "as the key",
           optional(unset),
-          is_shape ? accepted_number({0, 1e3, true}) : "a value that the key could have, such as \"165 MPa\"",
+          is_shape ? accepted_number({0, 1e3, true}) : "a value of the key, such as \"165 MPa\"",
           parameter.help,
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             RandomInput& random = parameters.random.at(i);

@@ -105,14 +105,13 @@ Key impulse_key() {
           }};
 }
 
-Key sections_key(const std::string& name, std::vector<double> Sections::*positions, const char* extent,
-                 const char* help) {
+Key sections_key(const std::string& name, std::vector<double> Sections::*positions) {
   const std::string form = "an array of lengths, such as [\"7 mm\", \"12.25 mm\"]";
   return {name,
           "length",
           optional("none; y, z or a line is required"),
-          fmt::format("{}, ascending, inside the {}, where a crack from a notch can arrive", form, extent),
-          help,
+          form + ", ascending, where a crack from a notch can arrive",
+          "cross-sections y = const, for cracks from notches in y-faces, and z = const, for those in z-faces",
           [=](const Source& source, Parameters& parameters, std::size_t) {
             const auto elements = read_elements(source, 0, form);
             if (!elements) return;
@@ -198,8 +197,8 @@ Table ensemble_table() {
            "meshes", in(&Parameters::ensemble, &Ensemble::meshes),
            {{"auto", MeshMakers::automatic}, {"master", MeshMakers::master}, {"groups", MeshMakers::groups}},
            by_default("\"auto\""),
-           "who makes the realizations: the master, in advance, or each group its own; with \"auto\" the "
-           "master, and a group makes its own if none is ready"),
+           "who makes the realizations: the master, in advance, or each group its own; \"auto\": the master, "
+           "or the group if none is ready"),
        with_random_inputs(choice_key<SamplingPlan>("plan", in(&Parameters::ensemble, &Ensemble::plan),
                                                    {{plan_names[0], SamplingPlan::independent},
                                                     {plan_names[1], SamplingPlan::latin_hypercube},
@@ -228,49 +227,45 @@ Table stop_table() {
 }
 
 Table mesh_table() {
-  return {
-      "mesh",
-      Occurrence::once,
-      "the mother points and their tessellation",
-      {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension, positive_length,
-                    required(), "distance of the points far from notches and regions"),
-       quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
-                    with_example(length_dimension, "0.3 mm"), positive_length, optional("as spacing"),
-                    "distance of the points at the notch tips"),
-       number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
-                  "increase of the spacing per unit distance from a notch tip or a region"),
-       number_key("perturbation", in(&Parameters::mesh, &Mesh::perturbation), {0, 0.4}, by_default("0.2"),
-                  "amplitude of the disturbance, in local spacings"),
-       number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
-                  "mean-ratio quality that every tetrahedron keeps"),
-       choice_key<MeshSymmetry>(
-           "symmetry", in(&Parameters::mesh, &Mesh::symmetry),
-           {{"random", MeshSymmetry::random}, {"none", MeshSymmetry::none}}, by_default("\"random\""),
-           "where reflections or half-turns map the body on itself, each realization takes "
-           "one of them, so that equal notches have equal chances"),
-       choice_key<Base>(
-           "base", in(&Parameters::mesh, &Mesh::base), {{"shared", Base::shared}, {"own", Base::own}},
-           by_default("\"shared\""),
-           "base mother points that samples disturb: one set for all, or a set of its own for each, which "
-           "makes them independent"),
-       points_key()}};
+  return {"mesh",
+          Occurrence::once,
+          "the mother points and their tessellation",
+          {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension, positive_length,
+                        required(), "distance of the points far from notches and regions"),
+           quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
+                        with_example(length_dimension, "0.3 mm"), positive_length, optional("as spacing"),
+                        "distance of the points at the notch tips"),
+           number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
+                      "increase of the spacing per distance from a notch tip or region"),
+           number_key("perturbation", in(&Parameters::mesh, &Mesh::perturbation), {0, 0.4}, by_default("0.2"),
+                      "amplitude of the disturbance, in local spacings"),
+           number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
+                      "mean-ratio quality that every tetrahedron keeps"),
+           choice_key<MeshSymmetry>("symmetry", in(&Parameters::mesh, &Mesh::symmetry),
+                                    {{"random", MeshSymmetry::random}, {"none", MeshSymmetry::none}},
+                                    by_default("\"random\""),
+                                    "with \"random\" each realization takes one of the reflections and "
+                                    "half-turns that map the body on itself"),
+           choice_key<Base>(
+               "base", in(&Parameters::mesh, &Mesh::base), {{"shared", Base::shared}, {"own", Base::own}},
+               by_default("\"shared\""),
+               "base mother points that samples disturb: one set for all, or a set of its own for each"),
+           points_key()}};
 }
 
 Table region_table() {
-  const auto range = [](std::size_t axis, const char* name, std::pair<std::string, std::string> example,
-                        const char* extent) {
+  const auto range = [](std::size_t axis, const char* name) {
     return range_key(
         name,
         [=](Parameters & parameters, std::size_t i) -> auto& {
           return parameters.mesh.regions.at(i).box[axis];
         },
-        example, fmt::format("whole {}", extent), fmt::format("extent of the box along {}", name));
+        {"0 mm", "2 mm"}, "whole body", "extent of the box");
   };
   return {"mesh.region",
           Occurrence::many,
           "a box in which the mesh is fine; at least one of x, y, z",
-          {range(0, "x", {"0 mm", "2 mm"}, "thickness"), range(1, "y", {"0 mm", "24.5 mm"}, "width"),
-           range(2, "z", {"60 mm", "80 mm"}, "length"),
+          {range(0, "x"), range(1, "y"), range(2, "z"),
            quantity_key(
                "spacing",
                [](Parameters& parameters, std::size_t i) -> double& {
@@ -297,11 +292,11 @@ Table material_table() {
 
 /// An energy; for a stress intensity, the error refers to the corresponding key.
 Key toughness_key() {
-  Key key = optional_quantity_key(
-      "toughness", in(&Parameters::fracture, &Fracture::toughness), energy_per_area_dimension, {0, 1e9, true},
-      optional("from strength"),
-      "energy per area of a slow crack, from which strengths follow with the local "
-      "spacing (Poisson's ratio from 0 to 0.45); given with strength, those at a crack");
+  Key key =
+      optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
+                            energy_per_area_dimension, {0, 1e9, true}, optional("from strength"),
+                            "energy per area of a slow crack, from which strengths follow with the local "
+                            "spacing (Poisson's ratio from 0 to 0.45); with strength, those at a crack");
   key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
     const Value& value = source.value;
     if (value.kind == ValueKind::string &&
@@ -320,26 +315,24 @@ Table fracture_table() {
       "the Tuler-Butcher criterion",
       {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension,
                              positive_stress, optional("from toughness"),
-                             "sigma_0: largest principal stress that causes no damage; given with toughness, "
-                             "where there is no crack"),
+                             "sigma_0: largest principal stress that causes no damage; with toughness, where "
+                             "there is no crack"),
        toughness_key(),
        optional_quantity_key("fracture_toughness", in(&Parameters::fracture, &Fracture::fracture_toughness),
                              stress_intensity_dimension, {0, 1e12, true}, optional("from toughness"),
-                             "K_Ic, instead of toughness, which is then K_Ic^2 (1 - nu^2) / E"),
-       optional_quantity_key(
-           "length", in(&Parameters::fracture, &Fracture::length), with_example(length_dimension, "0.6 mm"),
-           positive_length, optional("each tetrahedron's own stress"),
-           "radius of the ball over which the stress is averaged before it is compared with "
-           "the strength; with 1.5 spacings or more, results do not depend on the mesh"),
+                             "K_Ic: toughness is K_Ic^2 (1 - nu^2) / E"),
+       optional_quantity_key("length", in(&Parameters::fracture, &Fracture::length),
+                             with_example(length_dimension, "0.6 mm"), positive_length,
+                             optional("each tetrahedron's own stress"),
+                             "radius of the ball over which the stress is averaged: 1.5 spacings or more"),
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta"),
        impulse_key(),
-       choice_key<Accumulation>(
-           "accumulation", in(&Parameters::fracture, &Fracture::accumulation),
-           {{"cumulative", Accumulation::cumulative}, {"step", Accumulation::step}},
-           by_default("\"cumulative\""),
-           "whether damage accumulates over all steps or over one only: a strength of sigma_0 + "
-           "(impulse / step)^(1 / exponent)"),
+       choice_key<Accumulation>("accumulation", in(&Parameters::fracture, &Fracture::accumulation),
+                                {{"cumulative", Accumulation::cumulative}, {"step", Accumulation::step}},
+                                by_default("\"cumulative\""),
+                                "whether damage accumulates over all steps or over one only: a strength of "
+                                "sigma_0 + (impulse / step)^(1 / exponent)"),
        choice_key<Release>(
            "release", in(&Parameters::fracture, &Fracture::release),
            {{"element", Release::element}, {"facet", Release::facet}, {"softening", Release::softening}},
@@ -353,14 +346,13 @@ Table fracture_table() {
        of_softening(choice_key<SofteningCurve>(
            "softening", in(&Parameters::fracture, &Fracture::softening),
            {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},
-           by_default("\"linear\""), "how the stress falls with the opening, with release = \"softening\"")),
+           by_default("\"linear\""), "how the stress falls with the opening")),
        of_softening(integer_key("teeth", in(&Parameters::fracture, &Fracture::teeth), 2, 100,
-                                by_default("10"),
-                                "number of steps in which the stiffness of a softening tetrahedron falls")),
+                                by_default("10"), "number of steps of softening")),
        choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
                            {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
                            by_default("\"none\""),
-                           "whether opened facets carry compression when they close again; "
+                           "whether cracks carry compression when they close again; "
                            "\"frictionless\" needs start = \"rest\"")}};
 }
 
@@ -378,38 +370,33 @@ Table variation_table() {
            "of", variation(&Variation::of),
            {{"strength", Varies::strength}, {"toughness", Varies::toughness}, {"both", Varies::both}},
            by_default("\"strength\""),
-           "property that the random factor multiplies; as toughness is proportional to strength squared, "
-           "\"strength\" and \"both\" are the same, and \"toughness\" multiplies the strength by the square "
-           "root of the factor"),
+           "property that the random factor multiplies; toughness goes with strength squared"),
        choice_key<Distribution>("distribution", variation(&Variation::distribution),
                                 {{"weibull", Distribution::weibull}, {"lognormal", Distribution::lognormal}},
-                                required(),
-                                "distribution of the factor: Weibull with scale 1, or lognormal with mean 1"),
+                                required(), "of the factor: Weibull with scale 1, lognormal with mean 1"),
        optional_number_key("modulus", variation(&Variation::modulus), {1, 1000}, "required for \"weibull\"",
                            "Weibull modulus (shape)"),
        optional_quantity_key("reference_volume", variation(&Variation::reference_volume), volume_dimension,
                              {1e-27, 1e9}, optional("required for \"weibull\" without correlation_length"),
-                             "volume for which strength or toughness is the Weibull scale: 63 % of such "
-                             "volumes are weaker; smaller volumes are stronger"),
+                             "volume for which the factor has the scale 1: 63 % of such volumes are weaker"),
        optional_number_key("coefficient_of_variation", variation(&Variation::coefficient_of_variation),
-                           {0, 2, true}, "required for \"lognormal\"",
-                           "coefficient of variation of the lognormal distribution"),
-       optional_quantity_key("correlation_length", variation(&Variation::correlation_length),
-                             with_example(length_dimension, "2 mm"), positive_length,
-                             optional("each tetrahedron has its own factor, that of its weakest point"),
-                             "correlation length of the Gaussian field from which the factor follows: Matern "
-                             "correlation with smoothness 3/2, which is 0.48 at this distance")},
+                           {0, 2, true}, "required for \"lognormal\"", "of the lognormal distribution"),
+       optional_quantity_key(
+           "correlation_length", variation(&Variation::correlation_length),
+           with_example(length_dimension, "2 mm"), positive_length,
+           optional("each tetrahedron has its own factor, that of its weakest point"),
+           "of the Gaussian field from which the factor follows; the correlation at this distance is 0.48")},
       [](const Parameters& parameters) { return parameters.fracture.variation ? std::size_t{1} : 0; },
       [](Parameters& parameters) { parameters.fracture.variation.emplace(); }};
 }
 
 Key engine_key() {
   const auto word = [](Engine engine) { return std::pair{std::string(to_string(engine)), engine}; };
-  return choice_key<Engine>("engine", in(&Parameters::time, &Time::engine),
-                            {word(Engine::fixed_point), word(Engine::petsc)}, by_default("\"fixed-point\""),
-                            "arithmetic of the dynamic phase: integer sums, with the same bits on any number "
-                            "of ranks; or PETSc matrices and vectors in double precision, slower and with "
-                            "the same bits on the same number of ranks only");
+  return choice_key<Engine>(
+      "engine", in(&Parameters::time, &Time::engine), {word(Engine::fixed_point), word(Engine::petsc)},
+      by_default("\"fixed-point\""),
+      "arithmetic of the dynamic phase: integer sums, with the same bits on any number of ranks, or PETSc in "
+      "double precision, slower and with the same bits on the same number of ranks only");
 }
 
 Table time_table() {
@@ -438,12 +425,11 @@ Table time_table() {
        choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
                              {{"mixed", Precision::mixed}, {"double", Precision::double_}},
                              by_default("\"mixed\""),
-                             "fixed-point numbers of 32 or 64 bits in the dynamic phase; a sample whose "
-                             "values outgrow 32 bits, or whose strains are too small for them, is computed "
-                             "again in 64; \"double\" with engine = \"petsc\""),
+                             "fixed-point numbers of 32 or 64 bits in the dynamic phase; a sample for which "
+                             "32 do not suffice is computed again in 64; \"double\" with engine = \"petsc\""),
        automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
                           "time without a break after which a dynamic phase counts as arrested; \"auto\" is "
-                          "the transit time of a longitudinal bar wave along the longest extent of the body"),
+                          "that in which a bar wave runs along the body's longest extent"),
        optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
                              with_example(time_dimension, "20 us"), positive_time, optional("off"),
                              "a dynamic phase ends this long after the body has separated")}};
@@ -455,22 +441,16 @@ Table damping_table() {
           "damping in the dynamic phase; requires time.integrator = \"verlet\"",
           {quantity_key(
               "mass", [](Parameters& parameters, std::size_t) -> double& { return parameters.damping->mass; },
-              rate_of_decay_dimension, {0, 1e12}, required(),
-              "damping force per mass and velocity: free motion decays at this rate, its energy at twice "
-              "that rate")},
+              rate_of_decay_dimension, {0, 1e12}, required(), "damping force per mass and velocity")},
           [](const Parameters& parameters) { return parameters.damping ? std::size_t{1} : 0; },
           [](Parameters& parameters) { parameters.damping.emplace(); }};
 }
 
 Table sections_table() {
-  return {
-      "sections",
-      Occurrence::once,
-      "where crack paths are measured",
-      {sections_key("y", &Sections::y, "width",
-                    "cross-sections y = const, where the z of cracks from notches in y-faces is measured"),
-       sections_key("z", &Sections::z, "length",
-                    "cross-sections z = const, where the y of cracks from notches in z-faces is measured")}};
+  return {"sections",
+          Occurrence::once,
+          "where crack paths are measured",
+          {sections_key("y", &Sections::y), sections_key("z", &Sections::z)}};
 }
 
 }  // namespace

@@ -142,27 +142,25 @@ Key thickness_key() {
 }
 
 Key outline_key() {
-  return {
-      "outline",
-      "length",
-      optional("required, or size"),
-      polygon_form +
-          "; the name of a text file with two numbers \"y z\" in millimetres on each line; or \"circle\"",
-      "edge of the body in the plane of the plate, instead of a box; edge-0 runs from the first point to the "
-      "second one; the circle is centred at y = z = radius",
-      [](const Source& source, Parameters& parameters, std::size_t) {
-        Outline& result = outline(parameters);
-        if (source.value.kind != ValueKind::string) {
-          result.polygon = read_polygon(source).value_or(plane::Polygon{});
-        } else if (source.value.string != "circle") {
-          result.polygon = read_polygon_file(source).value_or(plane::Polygon{});
-        }
-      },
-      [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-        if (!parameters.specimen.outline) return {};
-        const plane::Polygon& polygon = parameters.specimen.outline->polygon;
-        return polygon.empty() ? "circle" : show_polygon(polygon);
-      }};
+  return {"outline",
+          "length",
+          optional("required, or size"),
+          polygon_form +
+              "; the name of a text file with two numbers \"y z\" in millimetres on each line; or \"circle\"",
+          "edge of the body in the plane of the plate; the circle is centred at y = z = radius",
+          [](const Source& source, Parameters& parameters, std::size_t) {
+            Outline& result = outline(parameters);
+            if (source.value.kind != ValueKind::string) {
+              result.polygon = read_polygon(source).value_or(plane::Polygon{});
+            } else if (source.value.string != "circle") {
+              result.polygon = read_polygon_file(source).value_or(plane::Polygon{});
+            }
+          },
+          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            if (!parameters.specimen.outline) return {};
+            const plane::Polygon& polygon = parameters.specimen.outline->polygon;
+            return polygon.empty() ? "circle" : show_polygon(polygon);
+          }};
 }
 
 Key outline_radius_key() {
@@ -191,7 +189,7 @@ Key hole_center_key() {
           "length",
           optional("required except with polygon"),
           point_form,
-          "centre of a circle or an ellipse",
+          "centre",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto p = read_pair(source, point_form, coordinate)) hole(parameters, i).center = *p;
           },
@@ -204,9 +202,9 @@ Key hole_center_key() {
 Key hole_radius_key() {
   return {"radius",
           "length",
-          optional("one of radius, semi_axes and polygon is required"),
+          optional("required for a circle"),
           quantity_form(length_dimension),
-          "of a circle",
+          "radius",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))
               hole(parameters, i).semi_axes = {*value, *value};
@@ -222,9 +220,9 @@ Key hole_semi_axes_key() {
   const std::string form = "two lengths, such as [\"4 mm\", \"2 mm\"]";
   return {"semi_axes",
           "length",
-          optional("one of radius, semi_axes and polygon is required"),
+          optional("required for an ellipse"),
           form,
-          "semi-axes of an ellipse",
+          "semi-axes",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto axes = read_pair(source, form, positive_length))
               hole(parameters, i).semi_axes = *axes;
@@ -257,7 +255,7 @@ Key hole_angle_key() {
 Key hole_polygon_key() {
   return {"polygon",
           "length",
-          optional("one of radius, semi_axes and polygon is required"),
+          optional("required for a polygon"),
           polygon_form,
           "corners of the hole",
           [](const Source& source, Parameters& parameters, std::size_t i) {
@@ -313,7 +311,7 @@ Key slot_end_key() {
           "word",
           optional("\"square\""),
           accepted_choice(words),
-          "shape of an end inside the body of a slot between two points; a round end also stops at the point",
+          "of a slot between two points, inside the body; a round end also stops at the point",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto choice = read_choice(source, words))
               slot(parameters, i).end = *choice == 0 ? SlotEnd::square : SlotEnd::round;
@@ -328,7 +326,7 @@ Key slot_end_key() {
 Table hole_table() {
   return {"specimen.hole",
           Occurrence::many,
-          "a hole through the whole thickness: a circle, an ellipse or a polygon",
+          "a hole through the thickness: a circle, an ellipse or a polygon",
           {hole_center_key(), hole_radius_key(), hole_semi_axes_key(), hole_angle_key(), hole_polygon_key()},
           [](const Parameters& parameters) { return parameters.specimen.holes.size(); },
           [](Parameters& parameters) { parameters.specimen.holes.emplace_back(); }};
@@ -336,24 +334,23 @@ Table hole_table() {
 
 Table notch_table() {
   const Requirement unless_from = required_unless("from");
-  return {"specimen.notch",
-          Occurrence::many,
-          "a slot through the whole thickness: cut into a face, or between two points in any direction",
-          {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
-                                    "face that the slot is cut into")),
-           of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), coordinate,
-                                unless_from,
-                                "mid-plane of the slot, along the face's other in-plane axis (y or z)")),
-           of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
-                                positive_length, unless_from, "from the face to the tip")),
-           quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
-                        positive_length, required(), "opening of the slot"),
-           slot_point_key(
-               "from", &Slot::from,
-               "start of the slot, on its centre line; on the surface or outside the body the slot is open"),
-           slot_point_key("to", &Slot::to, "end of the slot"), slot_end_key()},
-          [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
-          [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
+  return {
+      "specimen.notch",
+      Occurrence::many,
+      "a slot through the thickness: cut into a face, or between two points",
+      {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
+                                "where the slot is cut in")),
+       of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), coordinate,
+                            unless_from, "mid-plane of the slot, along the face's other in-plane axis")),
+       of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
+                            positive_length, unless_from, "from the face to the tip")),
+       quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
+                    positive_length, required(), "opening of the slot"),
+       slot_point_key("from", &Slot::from,
+                      "start of the slot, on its centre line; open if on the surface or outside the body"),
+       slot_point_key("to", &Slot::to, "end of the slot"), slot_end_key()},
+      [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
+      [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ Key sweep_key_key() {
           "name, or names",
           required(),
           accepted_sweep_key,
-          "key that varies between cases; list entries are counted from 0, as in \"specimen.notch[0].depth\"",
+          "list entries are counted from 0, as in \"specimen.notch[0].depth\"",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (source.value.kind != ValueKind::array) return read_key(source, sweep(parameters, i));
             const auto names = read_elements(source, 0, accepted_sweep_key);
@@ -68,32 +68,30 @@ Key sweep_key_key() {
 }
 
 Key values_key() {
-  return {
-      "values",
-      "as the key",
-      required(),
-      accepted_values,
-      "of the key in its cases; several [[sweep]] make all combinations, each a folder of its own with the "
-      "same seed",
-      [](const Source& source, Parameters& parameters, std::size_t i) {
-        const auto cases = read_elements(source, 0, accepted_values);
-        if (!cases) return;
-        const std::size_t n_keys = sweep(parameters, i).keys.size();
-        for (const Source& values : *cases) {
-          auto& row = sweep(parameters, i).values.emplace_back();
-          if (n_keys <= 1) {
-            read_value(values, row);
-          } else if (const auto row_values = read_elements(values, n_keys, accepted_values)) {
-            for (const Source& value : *row_values) read_value(value, row);
-          }
-        }
-      },
-      [](Parameters& parameters, std::size_t i) {
-        std::vector<std::string> rows;
-        for (const auto& row : sweep(parameters, i).values)
-          rows.push_back(row.size() == 1 ? row.front() : bracketed(row));
-        return bracketed(rows);
-      }};
+  return {"values",
+          "as the key",
+          required(),
+          accepted_values,
+          "several [[sweep]] make all combinations",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto cases = read_elements(source, 0, accepted_values);
+            if (!cases) return;
+            const std::size_t n_keys = sweep(parameters, i).keys.size();
+            for (const Source& values : *cases) {
+              auto& row = sweep(parameters, i).values.emplace_back();
+              if (n_keys <= 1) {
+                read_value(values, row);
+              } else if (const auto row_values = read_elements(values, n_keys, accepted_values)) {
+                for (const Source& value : *row_values) read_value(value, row);
+              }
+            }
+          },
+          [](Parameters& parameters, std::size_t i) {
+            std::vector<std::string> rows;
+            for (const auto& row : sweep(parameters, i).values)
+              rows.push_back(row.size() == 1 ? row.front() : bracketed(row));
+            return bracketed(rows);
+          }};
 }
 
 std::size_t n_cases(const Parameters& parameters) {

@@ -106,11 +106,12 @@ void write_cracks(hid_t group, const analysis::CrackHistory& cracks, std::size_t
   write("crack_area", cracks.area, "m^2",
         "area of all opened dual facets of the cracks from each crack start");
   write("crack_length", cracks.length, "m",
-        "length of the longest crack line from each crack start, along the line up to its tip");
+        "length of the longest crack from each crack start, along its way up to its tip");
   write("tip_speed", cracks.speed, "m/s",
-        "speed of that tip, through-thickness mean; NaN while it does not advance");
+        "speed of that tip along its way, through-thickness mean over a tenth of the ligament; NaN while it "
+        "does not advance");
   write("energy_release_rate", cracks.release_rate, "J/m^2",
-        "energy released while the tip advances, per area of the advance; NaN likewise");
+        "energy released while the tip advances, per area of the advance along its way; NaN likewise");
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -19,6 +20,8 @@ namespace crackle {
 namespace {
 
 namespace hdf5 = io::hdf5;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 template <class Value>
 std::vector<Value> read(hid_t file, const std::string& name) {
@@ -88,7 +91,12 @@ void print_stresses(const std::filesystem::path& path) {
     const auto& parameters = sample.parameters;
     fracture::BreakableBody body(subdomain, parameters.material, parameters.fracture.release,
                                  parameters.fracture.contact);
-    body.restore(releases);
+    const double release_time = parameters.fracture.release_time;
+    for (auto& record : releases.breaks)
+      if (record.load_time < sample.phase_start) record.phase_time = -infinity;
+    body.restore(releases, [&](double broke_at) {
+      return release_time > 0 ? std::max(0.0, 1 - (sample.time[k] - broke_at) / release_time) : 0;
+    });
     std::vector<double> u(n_values);
     for (std::size_t i = 0; i < n_values; ++i) {
       const auto node = static_cast<std::size_t>(subdomain.layout.number[i / 3]);

@@ -111,6 +111,11 @@ fix = ["y"]
     def test_loads_above_the_first_break_are_refused(self):
         self.assert_same_refusal(PULLED.replace('"0 N"]', '"5 kN"]'), "the load at time 0, 5000 N, exceeds that of the first break")
 
+    def test_a_blow_is_not_taken_for_a_weak_load(self):
+        blow = (ROOT / "jobs" / "verification" / "kalthoff.toml").read_text().replace('spacing = "2 mm"', 'spacing = "4 mm"')
+        self.assertNotIn("far from breaking", self.call(blow, "check").stdout)
+        self.assertIn("far from breaking", self.call(blow.replace("16.5 m/s", "16.5 um/s"), "check").stdout)
+
     def test_loads_that_break_nothing_are_told(self):
         said = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "check").stdout
         self.assertRegex(said, r"Warning: the loads do not break the body: they reach 10 N, \d(\.\d)? % of the roughly [12]\d\d(\.\d)? N needed for the first break")

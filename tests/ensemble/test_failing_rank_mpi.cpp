@@ -47,6 +47,11 @@ public:
   mechanics::Symmetric strain_before(std::int32_t tetrahedron, int n_steps) const override {
     return motion_->strain_before(tetrahedron, n_steps);
   }
+  void relative_displacements(std::span<const std::int32_t> nodes, int n_steps,
+                              std::span<Vector> result) const override {
+    fail_at(Place::strain);
+    motion_->relative_displacements(nodes, n_steps, result);
+  }
   void release(std::span<const std::int32_t> tetrahedra) override {
     fail_at(Place::release);
     motion_->release(tetrahedra);

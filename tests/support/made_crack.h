@@ -37,6 +37,7 @@ public:
     double x;        ///< relative position of the centroid in the thickness
     double advance;  ///< of the centroid from the tip [mm]
     double least;    ///< smallest advance of its nodes [mm]
+    double side;     ///< of the centroid from the path, in the direction of z [mm]
   };
   /// When a tetrahedron breaks [s]; negative: it does not.
   using Time = std::function<double(const Tetrahedron&, RandomStream& noise)>;
@@ -81,12 +82,13 @@ public:
     std::vector<fracture::Break> breaks;
     const RandomStream all(seed_, noise, "noise");
     for (fracture::Break broken : breaks_) {
-      Tetrahedron t{0, 0, std::numeric_limits<double>::infinity()};
+      Tetrahedron t{0, 0, std::numeric_limits<double>::infinity(), 0};
       for (const auto node : mesh_.realization().tetrahedra[index(broken.tetrahedron)]) {
         const geometry::Point& p = mesh_.realization().nodes[index(node)];
         t.x += p[0] / body().size()[0] / 4;
         t.advance += advance_of(p) / 4;
         t.least = std::min(t.least, advance_of(p));
+        t.side += (p[2] - z_of(p[0], advance_of(p))) * mm_ / 4;
       }
       auto stream = all.substream(static_cast<std::uint64_t>(broken.tetrahedron));
       broken.phase_time = time(t, stream);

@@ -7,6 +7,7 @@
 #include "crackle/common/index.h"
 #include "crackle/geometry/outline.h"
 #include "support/body_of_shape.h"
+#include "support/flat_cracks.h"
 #include "support/structured_mesh.h"
 
 #include <gtest/gtest.h>
@@ -24,6 +25,7 @@ namespace {
 
 using geometry::CrackStart;
 using geometry::Point;
+using test::direction;
 
 constexpr double mm = 1e-3;
 constexpr double thickness = 4 * mm;
@@ -33,11 +35,6 @@ const Point hole{thickness / 2, 30 * mm, 40 * mm};
 constexpr double hole_radius = 5 * mm;  // to its eight sides
 
 enum : std::int32_t { slot, round_hole, surface_start };
-
-Vector direction(double degrees) {
-  const double angle = degrees * std::numbers::pi / 180;
-  return {0, std::cos(angle), std::sin(angle)};
-}
 
 /// The analysis data of a plate with a slanted slot, of which only the tip matters, an octagonal hole and a
 /// free surface.
@@ -97,50 +94,6 @@ private:
   }
 };
 
-/// Crack surfaces made of squares.
-class MadeCracks {
-public:
-  static constexpr double step = 0.2 * mm;  // of the squares
-  static constexpr double spacing = 3 * std::numbers::sqrt2 * step;
-
-  /// Starts a new crack, to which further pieces belong.
-  void begin(std::int32_t start) { surface_.cracks.push_back({start, 0, 0, 0}); }
-
-  /// A plane piece through the thickness that starts at a time and grows away from `from`.
-  /// @return the time at its end
-  double add(const Point& from, double degrees, double extent, double speed, double time) {
-    const Vector along = direction(degrees);
-    const int n_along = static_cast<int>(std::lround(extent / step));
-    const int n_across = static_cast<int>(std::lround(thickness / step));
-    for (int i = 0; i < n_along; ++i) {
-      for (int j = 0; j < n_across; ++j) {
-        const auto corner = [&](int ahead, int across) {
-          Point p = from + (i + ahead) * step * along;
-          p[0] = (j + across) * step;
-          return p;
-        };
-        CrackFacet facet{};
-        facet.corner = {corner(0, 0), corner(0, 1), corner(1, 1), corner(1, 0)};
-        facet.area = step * step;
-        facet.time = time + (i + 0.5) * step / speed;
-        facet.tetrahedron = static_cast<std::int64_t>(surface_.facets.size());
-        facet.crack = static_cast<std::int32_t>(surface_.cracks.size()) - 1;
-        surface_.facets.push_back(facet);
-      }
-    }
-    return time + extent / speed;
-  }
-
-  CrackSurface surface() const {
-    CrackSurface sorted = surface_;
-    std::ranges::stable_sort(sorted.facets, {}, &CrackFacet::time);
-    return sorted;
-  }
-
-private:
-  CrackSurface surface_;
-};
-
 /// Point on the hole's side facing in this direction.
 Point rim(double degrees) {
   return hole + hole_radius * direction(degrees);
@@ -166,7 +119,7 @@ std::vector<SectionCrossing> crossings_of(const CrackSurface& surface, const inp
 class CrackLigaments : public testing::Test {
 protected:
   PlateWithHole plate;
-  MadeCracks made;
+  test::FlatCracks made{thickness};
 };
 
 TEST_F(CrackLigaments, AStraightStartHasItsLigamentWithAllItsCracks) {
@@ -227,7 +180,7 @@ TEST_F(CrackLigaments, AHolesCrackHasItsTrueSpeedLengthAndPlace) {
   const auto traced = crack_lines(plate, surface, find_branches(plate, surface));
   ASSERT_EQ(traced.size(), 1U);
   const LinePoint &first = traced[0].points.front(), &last = traced[0].points.back();
-  EXPECT_NEAR(std::hypot(last.y - first.y, last.z - first.z), 20 * mm, 1.1 * MadeCracks::spacing);
+  EXPECT_NEAR(std::hypot(last.y - first.y, last.z - first.z), 20 * mm, 1.1 * made.spacing());
 
   const Point place = rim(45) + 8 * mm * direction(45);
   const auto found = crossings_of(
@@ -255,7 +208,7 @@ TEST_F(CrackLigaments, ALineEndsWhereItEnds) {
   EXPECT_TRUE(found[7].branches.empty());
 }
 
-TEST_F(CrackLigaments, AKinkedCrackIsMeasuredTowardsItsEnd) {
+TEST_F(CrackLigaments, AKinkedCracksLigamentLeadsToItsEnd) {
   made.begin(round_hole);
   const double time = made.add(rim(0), 0, 8 * mm, 400, 0);
   const Point kink = rim(0) + 8 * mm * direction(0);
@@ -265,7 +218,7 @@ TEST_F(CrackLigaments, AKinkedCrackIsMeasuredTowardsItsEnd) {
   ASSERT_EQ(ligaments.size(), 1U);
   const Vector& along = ligaments[0].line.along;
   EXPECT_NEAR(std::atan2(along[2], along[1]), 25 * std::numbers::pi / 180, 0.02);
-  EXPECT_NEAR(max_crack_speed(plate, surface), 400 * std::cos(25 * std::numbers::pi / 180), 8);
+  EXPECT_NEAR(max_crack_speed(plate, surface), 400, 4);
   const Point before = rim(0) + 4 * mm * direction(0);
   const Point after = kink + 4 * mm * direction(50);
   const auto found = crossings_of(surface, lines({line_across(before, 0), line_across(after, 50)}), plate);
@@ -319,7 +272,7 @@ TEST_F(CrackLigaments, InsideTheBodyCracksRunToBothSides) {
   ASSERT_EQ(ligaments.size(), 2U);
   if (ligaments[0].line.along[1] < 0) std::swap(ligaments[0], ligaments[1]);
   for (const CrackLigament& ligament : ligaments)
-    EXPECT_NEAR(norm(ligament.line.tip - place), 0, MadeCracks::step);
+    EXPECT_NEAR(norm(ligament.line.tip - place), 0, made.step());
   EXPECT_NEAR(norm(ligaments[0].line.along - direction(20)), 0, 1e-2);
   EXPECT_NEAR(norm(ligaments[1].line.along - direction(200)), 0, 1e-2);
   EXPECT_NEAR(ligaments[0].line.ligament, 40 * mm / std::cos(20 * std::numbers::pi / 180), 0.5 * mm);

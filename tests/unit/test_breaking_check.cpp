@@ -41,6 +41,7 @@ public:
   mechanics::Symmetric strain_before(std::int32_t, int n_steps) const override {
     return strain_at(before_[n_steps == 1 ? 0 : 1]);
   }
+  void relative_displacements(std::span<const std::int32_t>, int, std::span<Vector>) const override {}
   void release(std::span<const std::int32_t>) override {}
   void read(MotionState&) const override {}
   double external_work(double, const MotionState&) const override { return 0; }

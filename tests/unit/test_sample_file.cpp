@@ -203,7 +203,7 @@ TEST_F(SampleFile, HoldsTheHistory) {
                               .displacement = {{}, {0, 0, x / 8}},
                               .probes = {{{1, 2, 3}, {x, 0, 0}, {0, 0, x, 0, 0, 0}}}});
   }
-  crack_history = analysis::crack_history(mesh.body(), surface, lines, result);
+  crack_history = analysis::crack_history(mesh.body(), surface, result);
   summary =
       analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material);
   EXPECT_EQ(summary.peak_load, 7);

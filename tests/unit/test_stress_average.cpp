@@ -140,7 +140,30 @@ TEST_F(Block, IsThatOfTheBodyAsItIsNow) {
       EXPECT_TRUE(std::ranges::equal(kept, now, [](const auto& a, const auto& b) {
         return a.tetrahedron == b.tetrahedron && a.weight == b.weight;
       }));
+      EXPECT_EQ(average_.node_shares(centre).gradients, fresh.node_shares(centre).gradients);
     }
+  }
+}
+
+TEST_F(Block, IsTheSameByNodesWhereCracked) {
+  cut(4e-3);
+  std::vector<double> u;
+  for (std::size_t i = 0; i < 3 * subdomain_.nodes.size(); ++i)
+    u.push_back(1e-6 * static_cast<double>(i * 7919 % 101));
+  const auto at = [&](std::int32_t node) {
+    return Vector{u[index(node, 0)], u[index(node, 1)], u[index(node, 2)]};
+  };
+  for (std::int32_t centre = 0; centre < subdomain_.n_tetrahedra(); centre += 7) {
+    if (body_.is_broken(centre)) continue;
+    const Symmetric by_tetrahedra = average_(centre, [&](std::int32_t t) { return body_.stress(t, u); });
+    const auto& [nodes, gradients] = average_.node_shares(centre);
+    Symmetric strain{};
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      const auto product = mechanics::symmetric_product(gradients[n], at(nodes[n]) - at(nodes.front()));
+      for (std::size_t i = 0; i < strain.size(); ++i) strain[i] += product[i];
+    }
+    const Symmetric by_nodes = body_.elasticity()(strain);
+    for (std::size_t i = 0; i < strain.size(); ++i) EXPECT_NEAR(by_nodes[i], by_tetrahedra[i], 1e-11);
   }
 }
 

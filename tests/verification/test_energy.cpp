@@ -26,7 +26,7 @@ TEST_P(WholeSample, ClosesTheEnergyAccount) {
   ASSERT_EQ(parameters.time.integrator, input::Integrator::bilateral4);
   std::tie(parameters.fracture.release, parameters.time.precision) = GetParam();
   parameters.output.frames = 0;
-  const auto mesh = test::realization(parameters);
+  const auto mesh = test::realization(parameters, 4);
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto result = run_sample(self, parameters, test::whole(mesh));
 
@@ -47,7 +47,7 @@ TEST_P(WholeSample, ClosesTheEnergyAccount) {
       parameters.time.precision == input::Precision::mixed ? "mixed" : "double", result.breaks.size(),
       result.energy_error, result.energy.size(), between, n_quiet,
       static_cast<long long>(result.counts.range_restarts));
-  EXPECT_GT(result.breaks.size(), 50U);
+  EXPECT_GT(result.breaks.size(), 500U);
   EXPECT_EQ(result.counts.range_restarts, 0);
   // Far below the requirement, so that a small fault in one part is detected.
   EXPECT_LT(result.energy_error, 5e-6);

@@ -39,6 +39,18 @@ def named(name: str) -> Optional[Unit]:
     return None
 
 
+def value_of(text: str) -> float:
+    """A number with the name of a unit or of one per second, such as "0.2 us" or "450 m/s", or a pure number, in SI units.
+
+    @raise ValueError: it is none
+    """
+    number, _, name = text.strip().partition(" ")
+    unit = named(name.strip().removesuffix("/s")) if name else Unit("", 1.0)
+    if unit is None:
+        raise ValueError(f"'{text}' is not a number with a unit, such as '450 m/s' or '0.2 us'")
+    return float(number) * unit.size
+
+
 MM, MM2, US, NEWTON, MILLIJOULE = (Unit(name, size) for name, size in (("mm", 1e-3), ("mm^2", 1e-6), ("µs", 1e-6), ("N", 1.0), ("mJ", 1e-3)))
 
 

@@ -109,6 +109,7 @@ class Frames:
     broken: list[np.ndarray]  # for each frame the tetrahedra broken by then
     cut: list[np.ndarray]  # the most loaded cut of each of them when it broke, index into stress.CUTS
     released: list[np.ndarray]  # the edges that each of them has released by then, as bits in the order of mesh.EDGES
+    remaining: list[np.ndarray]  # the share of its stiffness that each of them still has, while it is released over some time
     stiffness: list[np.ndarray]  # m for each frame, the share that softening has left; 1 without softening
     has_contact: bool  # whether broken tetrahedra resist being closed again
     youngs_modulus: float  # [Pa]

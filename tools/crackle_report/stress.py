@@ -35,7 +35,8 @@ def frame_stress(frames: Frames, k: int) -> np.ndarray:
     carried[partial] = _edge_stress(corner[partial], strain[partial], released[partial], young, poisson)
     if frames.has_contact:
         carried += _contact_stress(corner, strain, frames.cut[k], young)
-    stress[broken] = _components(carried)
+    share = frames.remaining[k][:, None]
+    stress[broken] = share * stress[broken] + (1 - share) * _components(carried)
     return stress
 
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/crack_ligaments.h"
 #include "crackle/analysis/crack_surface.h"
 #include "crackle/geometry/body.h"
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace crackle::analysis {
@@ -72,5 +74,9 @@ struct CrackBranches {
 /// common. The main branch is the one that extends farthest along the ligament or, if both end within
 /// min_branch_length of each other, the one with the larger area; the other is the secondary branch.
 CrackBranches find_branches(const geometry::Body& body, const CrackSurface& surface);
+
+/// The same for the cracks on these ligaments.
+CrackBranches find_branches(const geometry::Body& body, const CrackSurface& surface,
+                            std::span<const CrackLigament> ligaments);
 
 }  // namespace crackle::analysis

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_surface.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/geometry/body.h"
@@ -14,23 +13,23 @@ namespace crackle::analysis {
 /// The cracks at the moments of a sample's history; each table has rows x crack starts.
 struct CrackHistory {
   std::size_t n_starts = 0;
-  std::vector<double> area;          ///< of all open facets of the start's cracks [m^2]
-  std::vector<double> length;        ///< arc length of the start's longest crack line up to its tip [m]
-  std::vector<double> speed;         ///< of that tip [m/s]; NaN if it is not moving
+  std::vector<double> area;    ///< of all open facets of the start's cracks [m^2]
+  std::vector<double> length;  ///< from the crack start to the tip, along the way of the longest crack [m]
+  std::vector<double> speed;   ///< of that tip [m/s]; NaN if it is not moving
   std::vector<double> release_rate;  ///< released energy per area of tip advance [J/m^2]; NaN likewise
 };
 
 /// Growth of the cracks of each crack start.
 ///
-/// The tip reaches a point of the line when the crack has opened there or farther on, by the
-/// through-thickness mean of the times; between points it moves linearly in time. Speed and energy release
-/// rate are taken over a window around the tip, a tenth of the line (speed_window_share) but at least
-/// speed_window_spacings, truncated at the line's ends. The speed is the inverse slope of a straight line
-/// fitted to time over position; the rate is the energy released by tetrahedra of all the start's cracks
-/// while the tip passed the window, divided by window times thickness. Both are given for the last dynamic
-/// phase, while the tip is within the line.
-/// @param lines crack_lines of the same surface
+/// A crack is followed along its own way, whatever its direction (see max_crack_speed). Its tip reaches a
+/// point when the crack has opened there or farther on, by the through-thickness mean of the times; between
+/// points, about a spacing apart, it moves linearly in time. Speed and energy release rate are taken over a
+/// window around the tip, a tenth of the ligament (speed_window_share) but at least speed_window_spacings,
+/// truncated at the ends of the way. The speed is the inverse slope of a straight line fitted to time over
+/// place; the rate is the slope of one fitted to the energy that the tetrahedra of all the start's cracks had
+/// released when the tip came there, divided by the thickness. Both are given for the last dynamic phase,
+/// while the tip is on its way.
 CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
-                           const std::vector<CrackLine>& lines, const dynamics::SampleResult& result);
+                           const dynamics::SampleResult& result);
 
 }  // namespace crackle::analysis

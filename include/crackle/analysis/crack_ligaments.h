@@ -41,4 +41,8 @@ std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const Cra
 /// The ligaments of all crack starts, in their order.
 std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface);
 
+/// The straight lines from the roots of all cracks to where these end: as the ligaments of starts that are
+/// not straight, and from the tip of those that are. A slot's crack need not run along the slot.
+std::vector<CrackLigament> crack_chords(const geometry::Body& body, const CrackSurface& surface);
+
 }  // namespace crackle::analysis

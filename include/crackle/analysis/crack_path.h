@@ -27,7 +27,7 @@ inline constexpr double developed_share = 0.4;
 inline constexpr double through_share = 0.6;
 /// A crack that crosses less than this share of the ligament has not started.
 inline constexpr double started_share = 0.1;
-/// Window for the speed of a front, as a share of the ligament; at least speed_window_spacings.
+/// Window for the speed of a front along its way, as a share of the ligament; at least speed_window_spacings.
 inline constexpr double speed_window_share = 0.1;
 inline constexpr double speed_window_spacings = 4;
 /// The fastest window minimizes its time plus this many standard errors.
@@ -105,8 +105,15 @@ double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
 /// other in all other cases, and if a crack that belongs to no start covers developed_share of the width.
 Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 
-/// Largest speed of the crack fronts along their ligaments (crack_ligaments) over a window [m/s]; 0 if no
-/// front advances by a window during the dynamic phase.
+/// Largest speed of the crack fronts along their own ways over a window [m/s]; 0 if no front advances by a
+/// window during the dynamic phase.
+///
+/// A way is the crack's path in the plane of the plate, in any direction, curved or kinked; that of the main
+/// branch (find_branches) along the straight line from the root to the crack's farthest end (crack_chords).
+/// It is the longest chain of connected pieces (as in crack_lines) across that line, with a smoothed path,
+/// and the tetrahedra of the chain have the arc length of the nearest point of the path. Side branches and
+/// splinters do not count. A window is a share of the ligament from which the crack starts
+/// (speed_window_share), measured along the way.
 ///
 /// The front of a start's crack is divided into columns through the thickness, two mean spacings wide. A
 /// column advances when a tetrahedron opens ahead of all earlier ones, to the mean position of its facets; in
@@ -120,7 +127,7 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 /// scatter: the next higher polynomial adds no more than two standard errors, and every window in the stretch
 /// agrees within speed_standard_errors. Among all stretches, and windows at their ends, the one with the
 /// smallest time plus speed_standard_errors is the fastest; its speed, without the errors, is returned. Thus
-/// a front at constant speed is measured over most of its ligament, and one with changing speed over a
+/// a front at constant speed is measured over most of its way, and one with changing speed over a
 /// window.
 ///
 /// Error of the measured speed for synthetic fronts, in meshes of 0.2 to 0.6 mm and a ligament of 19 mm, 24

@@ -131,8 +131,9 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"crack_area", "m^2", "area of all opened dual facets", quantiles, "crack area", "mm^2",
                    1e6, ".1f"},
         &Row::crack_area);
-  visit(ResultInfo{"crack_speed_max", "m/s", "largest crack speed, over a tenth of the ligament or more",
-                   quantiles, "crack speed", "m/s", 1, ".1f"},
+  visit(ResultInfo{"crack_speed_max", "m/s",
+                   "largest speed along the crack, over a tenth of the ligament or more", quantiles,
+                   "crack speed", "m/s", 1, ".1f"},
         &Row::crack_speed_max);
   visit(ResultInfo{"crack_speed_ratio", "1", "ratio of the largest crack speed to the Rayleigh speed",
                    quantiles, "over Rayleigh's", "", 1, ".3f"},

@@ -24,8 +24,8 @@ struct LoadOutlook {
 LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLoads& loads,
                         EnergyAccount& account);
 
-/// The same for a realization, for any `start`; an unsupported body is taken to break. Not collective (runs
-/// on one rank).
+/// The same for a realization, for any `start`; an unsupported body, and one at rest that is struck so fast
+/// that the wave may break it, are taken to break. Not collective (runs on one rank).
 /// @throws std::runtime_error when there is no equilibrium
 LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::Realization& realization);
 

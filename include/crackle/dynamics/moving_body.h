@@ -52,6 +52,12 @@ public:
   /// @param n_steps 1 or 2
   virtual mechanics::Symmetric strain_before(std::int32_t tetrahedron, int n_steps) const = 0;
 
+  /// Displacements of local nodes relative to the first of them, now or `n_steps` before, as above [m].
+  /// Local.
+  /// @param n_steps 0, 1 or 2
+  virtual void relative_displacements(std::span<const std::int32_t> nodes, int n_steps,
+                                      std::span<Vector> result) const = 0;
+
   /// Updates the stiffness of tetrahedra that have broken or lost part of their stiffness. Local.
   virtual void release(std::span<const std::int32_t> tetrahedra) = 0;
 

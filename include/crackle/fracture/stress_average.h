@@ -35,6 +35,13 @@ public:
                     ///< broken
   };
 
+  /// The same average for displacements: with one elasticity, that of stress is the elastic stress of the sum
+  /// of gradient (x) displacement over the nodes, a fifth of the tetrahedra.
+  struct NodeShares {
+    std::vector<std::int32_t> nodes;
+    std::vector<Vector> gradients;  ///< of each node: the sum of weight times gradient [1/(Pa m)]
+  };
+
   /// @param body, strengths must outlive the object
   /// @param strengths of each local tetrahedron [Pa]
   /// @param length radius of the ball [m]
@@ -49,6 +56,9 @@ public:
   /// Valid until the next call.
   /// @pre the subdomain has a halo of this length, see geometry::split()
   std::span<const Share> ball(std::int32_t centre);
+
+  /// The ball() by nodes. Sums over it differ from those over tetrahedra by rounding.
+  const NodeShares& node_shares(std::int32_t centre);
 
   /// @param stress of a local tetrahedron: a mechanics::Symmetric [Pa]
   /// @return relative to the strength; a tensor whose equivalent stress is 1 when the ball is at its strength
@@ -97,6 +107,7 @@ private:
   void find_cells();
   void forget_broken();
   std::vector<Share> find_ball(std::int32_t centre);
+  NodeShares find_node_shares(std::int32_t centre);
 
   const BreakableBody* body_;
   std::span<const double> strengths_;
@@ -110,7 +121,9 @@ private:
   std::vector<std::int32_t> reached_by_;  // number of the last search that reached the tetrahedron
   std::int32_t n_searches_ = 0;
   std::unordered_map<std::int32_t, std::vector<Share>> balls_;  // of centres, until forgotten
-  std::size_t n_kept_ = 0;                                      // number of shares in balls_
+  std::unordered_map<std::int32_t, NodeShares> node_shares_;    // likewise
+  std::size_t n_kept_ = 0, n_nodes_kept_ = 0;                   // number of shares in them
+  std::vector<std::int32_t> place_of_node_;                     // in the ball under search, or -1
   std::size_t n_breaks_seen_ = 0;
 };
 

@@ -25,7 +25,7 @@ enum class Action { load, motion, dashpots };
 /// How its quantity is given.
 enum class QuantityForm { none, scalar, vector };
 
-/// What the program needs to know of a kind of boundary condition, apart from the texts of its key
+/// Properties of a kind of boundary condition, apart from the texts of its key
 /// (src/input/boundary_keys.cpp), its dimensions (src/input/dimension.cpp) and the loads that it makes
 /// (src/mechanics/condition_loads.cpp).
 struct BoundaryTraits {

@@ -237,8 +237,9 @@ struct Fracture {
   double length = 0;  ///< radius of the ball for averaging the stress [m]; 0: no averaging
   std::optional<Variation> variation = {};
 
-  /// True if the strength applies to nucleation only, and the toughness to growth.
-  bool has_nucleation() const { return strength > 0 && toughness > 0; }
+  bool has_strength_and_toughness() const { return strength > 0 && toughness > 0; }
+  /// True if the strength applies to the nucleation of cracks only, and the toughness to their growth.
+  bool separates_nucleation() const { return has_strength_and_toughness() && release != Release::softening; }
 };
 
 /// One prescribed quantity on a face or on a box region of it.

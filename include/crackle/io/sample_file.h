@@ -71,7 +71,7 @@ inline constexpr std::int64_t oldest_schema_version = 4;
 
 /// Incremented with every change that affects the results of some inputs: samples of different models cannot
 /// belong to one ensemble. Files without it are of model 1.
-inline constexpr std::int64_t model_version = 3;
+inline constexpr std::int64_t model_version = 4;
 
 /// A complete file written by a program version whose samples are incompatible with those of this one.
 class OlderFormat : public std::runtime_error {

@@ -47,8 +47,8 @@ def _explain(histories: dict[int, History], has_cracks: bool) -> str:
         words.append("While the load grows slowly the figure shows equilibria; the last dynamic phase then runs at an almost "
                      "unchanged load or displacement.")
     if has_cracks:
-        words.append("The length of a crack is that of its longest line, the speed of a tip the through-thickness mean "
-                     "over a tenth of that line.")
+        words.append("The length of a crack is taken along its way, the speed of a tip as the through-thickness mean "
+                     "over a tenth of the ligament.")
     return " ".join(words)
 
 

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crack_way.h"
+
+#include "crackle/analysis/branching.h"
+#include "crackle/analysis/crack_ligaments.h"
+#include "crackle/analysis/crack_path.h"
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
+
+#include "crack_chain.h"
+#include "crossings.h"
+#include "polyline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <tuple>
+#include <utility>
+
+namespace crackle::analysis {
+
+namespace {
+
+/// The opened tetrahedra of these facets, sorted so that the order of simultaneous breaks has no influence.
+/// @param facets in order of breaking
+/// @param path,first of the crack along its chord `line`, and the place where the path begins
+std::vector<CrackWay::Opened> opened_by(const CrackSurface& surface, std::span<const std::size_t> facets,
+                                        const geometry::CrackStart& line, const Polyline& path,
+                                        double first) {
+  std::vector<CrackWay::Opened> all;
+  for (std::size_t i = 0; i < facets.size();) {
+    const CrackFacet& facet = surface.facets[facets[i]];
+    CrackWay::Opened opened{facet.time, 0, {facet.corner[0][0], facet.corner[0][0]}};
+    geometry::Point sum{};
+    double n = 0;
+    for (; i < facets.size(); ++i) {
+      const CrackFacet& other = surface.facets[facets[i]];
+      if (other.tetrahedron != facet.tetrahedron || other.time != facet.time) break;
+      for (const geometry::Point& corner : other.corner) {
+        sum = sum + corner;
+        opened.x[0] = std::min(opened.x[0], corner[0]);
+        opened.x[1] = std::max(opened.x[1], corner[0]);
+        n += 1;
+      }
+    }
+    const geometry::Point middle = sum / n;
+    opened.place = first + path.foot({line.advance(middle), dot(middle, line.across)});
+    all.push_back(opened);
+  }
+  std::ranges::sort(all, {}, [](const CrackWay::Opened& o) { return std::tie(o.time, o.place, o.x); });
+  return all;
+}
+
+}  // namespace
+
+std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface) {
+  std::vector<CrackWay> ways;
+  const double thickness = body.size()[0];
+  std::vector<CrackLigament> chords = crack_chords(body, surface);
+  const CrackBranches branches = find_branches(body, surface, chords);
+  for (CrackLigament& chord : chords) {
+    std::erase_if(chord.facets, [&](std::size_t i) { return branches.branch[i] > 0; });
+    const geometry::CrackStart& line = chord.line;
+    const double spacing = mean_spacing(surface, chord.facets);
+    std::vector<Polyline::Place> places;
+    std::vector<double> times;
+    Numbers facets;
+    for (const ChainLink& link : longest_chain(surface, chord.facets, line, spacing, thickness, false)) {
+      facets.insert(facets.end(), link.facets.begin(), link.facets.end());
+      const double advance = (static_cast<double>(link.slab) + 0.5) * spacing;
+      const auto crossing = main_crossing(intersect(surface, link.facets, line.plane_at(advance)), thickness);
+      if (!crossing) continue;  // the rough edges of a piece can leave gaps
+      places.push_back({advance, crossing->mean});
+      times.push_back(crossing->arrival);
+    }
+    if (places.size() < 2) continue;
+    sort_out(facets);
+    const Polyline path = Polyline(std::move(places)).smoothed(way_smoothing * spacing);
+    const double first = std::hypot(path.front().advance, path.front().across - dot(line.tip, line.across));
+    const geometry::CrackStart& start = body.crack_starts()[index(chord.start)];
+    const double ligament = start.is_straight ? start.ligament : line.ligament;
+    CrackWay way{chord.start,
+                 spacing,
+                 std::max(speed_window_share * ligament, speed_window_spacings * spacing),
+                 {},
+                 opened_by(surface, facets, line, path, first)};
+    for (std::size_t i = 0; i < times.size(); ++i)
+      way.points.push_back({first + path.arc_lengths()[i], times[i], times[i]});
+    for (std::size_t i = times.size(); i-- > 1;)
+      way.points[i - 1].reached = std::min(way.points[i - 1].reached, way.points[i].reached);
+    ways.push_back(std::move(way));
+  }
+  return ways;
+}
+
+}  // namespace crackle::analysis

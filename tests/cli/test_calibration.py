@@ -1,0 +1,84 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tests of jobs/calibrate-release: its interval on synthetic results, and the release time that a small plate was computed with."""
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs")]
+
+import calibrating  # noqa: E402
+from crackle_launch import environment  # noqa: E402
+from small_input import small_input  # noqa: E402
+
+OPTIONS = None
+TIMES = np.array([5e-8, 1e-7, 2e-7, 4e-7, 8e-7])
+
+
+def speed(time: np.ndarray) -> np.ndarray:
+    return 700 - 130 * np.log(time / TIMES[0])
+
+
+class Interval(unittest.TestCase):
+    def test_exact_results_give_the_release_time(self):
+        results = np.repeat(speed(TIMES)[:, None], 5, axis=1)
+        best, low, high = calibrating.release_time(TIMES, results, speed(np.array(3e-7)), 13.0)
+        self.assertAlmostEqual(best / 3e-7, 1, places=12)
+        self.assertAlmostEqual(low / 3e-7, np.exp(-1.96 * 0.1), delta=0.01)
+        self.assertAlmostEqual(high / 3e-7, np.exp(1.96 * 0.1), delta=0.02)
+
+    def test_the_interval_covers_and_says_where_it_ends(self):
+        random, covered, n = np.random.default_rng(4), 0, 100
+        for _ in range(n):
+            results = speed(TIMES)[:, None] + random.normal(0, 20, 8) + random.normal(0, 10, (5, 8))
+            _, low, high = calibrating.release_time(TIMES, results, random.normal(speed(np.array(2.5e-7)), 15), 15.0)
+            covered += low < 2.5e-7 < high
+        print(f"95 % intervals cover the release time in {covered} of {n} calibrations")
+        self.assertTrue(86 <= covered <= 99)
+        results = np.repeat(speed(TIMES)[:, None], 5, axis=1)
+        self.assertTrue(np.isnan(calibrating.release_time(TIMES, results, 1000.0, 5.0)).all())
+        _, low, high = calibrating.release_time(TIMES, results, speed(TIMES[0]), 20.0)
+        self.assertTrue(np.isnan(low) and TIMES[0] < high < 1.5 * TIMES[0])
+
+
+class Command(unittest.TestCase):
+    def test_a_small_plate(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "plate.toml").write_text(small_input().replace('spacing = "2 mm"', 'spacing = "1 mm"').replace("30 mm", "20 mm").replace("15 mm", "10 mm"))
+
+            def calibrate(*options: str) -> subprocess.CompletedProcess:
+                return subprocess.run([str(ROOT / "jobs" / "calibrate-release"), str(folder / "plate.toml"), "-o", str(folder / "out"),
+                                       "--program", OPTIONS.program, "--times", "0.1 us", "1 us", *options],
+                                      capture_output=True, text=True, env=environment(), check=False)
+            first = calibrate("--measured", "300 m/s", "--error", "5 m/s")
+            self.assertEqual(first.returncode, 0, first.stderr)
+            means = [float(mean) for mean in re.findall(r"crack_speed_max ([\d.]+)", first.stdout)]
+            print(first.stdout)
+            self.assertEqual(len(means), 3)
+            self.assertGreater(means[1], means[2] + 50)  # the release in time reaches the program
+            measured = (means[1] + means[2]) / 2
+            second = calibrate("--measured", f"{measured} m/s", "--error", "5 m/s").stdout
+            found = float(re.search(r'release_time = "([\d.]+) us"', second)[1])
+            self.assertAlmostEqual(found, 0.1**0.5, delta=0.002)
+            self.assertTrue((folder / "out" / "calibration.png").is_file())
+            wrong = calibrate("--measured", "300 m/s", "--error", "5 m/s", "--result", "crack_spead")
+            self.assertEqual(wrong.returncode, 1)
+            self.assertIn("there is no result 'crack_spead'", wrong.stderr)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--program", required=True)
+    OPTIONS, rest = parser.parse_known_args()
+    unittest.main(argv=[sys.argv[0], *rest])

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Speed and energy release rate of cracks in any direction from where they start.
+#include "crackle/analysis/crack_history.h"
+#include "crackle/analysis/crack_path.h"
+#include "support/flat_cracks.h"
+#include "support/made_crack.h"
+#include "support/plate_family.h"
+
+#include "input_samples.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace crackle::analysis {
+namespace {
+
+using geometry::Point;
+using test::direction;
+
+constexpr double mm = 1e-3, us = 1e-6;
+constexpr double thickness = 0.4 * mm;
+constexpr double step = 0.04 * mm;  // of the squares, at which the energy grows
+constexpr double toughness = 150;   // [J/m^2]
+
+/// A crack as the analysis sees it.
+struct Measured {
+  double largest;  ///< speed [m/s]
+  CrackHistory history;
+  std::vector<double> time;  ///< of its rows [s]
+  double length_at(std::size_t row) const { return history.length[row * history.n_starts]; }
+  double speed_at(std::size_t row) const { return history.speed[row * history.n_starts]; }
+  double release_rate_at(std::size_t row) const { return history.release_rate[row * history.n_starts]; }
+};
+
+/// Every tetrahedron of start 0's cracks releases the energy of its facets' area.
+Measured measure(const geometry::Body& body, const CrackSurface& surface) {
+  constexpr int n_rows = 101;
+  std::map<std::int64_t, double> energy;
+  for (const CrackFacet& facet : surface.facets) energy[facet.tetrahedron] += toughness * facet.area;
+  dynamics::SampleResult result;
+  for (const auto& [tetrahedron, released] : energy)
+    result.breaks.push_back({tetrahedron, 0, 0, 0, released, 0});
+  result.phase_start = 0;
+  result.counts.dynamic_phases = 1;
+  Measured found{max_crack_speed(body, surface), {}, {}};
+  for (int i = 0; i < n_rows; ++i) {
+    dynamics::HistoryRow row;
+    row.phase = 1;
+    row.energy.time = surface.facets.back().time * i / (n_rows - 1);
+    std::int64_t last = -1;
+    for (const CrackFacet& facet : surface.facets) {
+      if (facet.time <= row.energy.time && facet.tetrahedron != last) ++row.energy.broken;
+      last = facet.tetrahedron;
+    }
+    found.time.push_back(row.energy.time);
+    result.history.push_back(row);
+  }
+  found.history = crack_history(body, surface, result);
+  return found;
+}
+
+/// A body in which a crack starts, and where.
+struct Start {
+  std::string name;
+  std::unique_ptr<const geometry::Body> body;
+  Point tip;
+  double along;  ///< direction of the slot [degrees]
+};
+
+/// Slots 1 mm high in plates of 100 mm: in two faces, and inside.
+std::vector<Start> starts() {
+  const auto with = [](input::Face face) {
+    return geometry::make_body({{thickness, 100 * mm, 100 * mm}, {{face, 50 * mm, 30 * mm, 1 * mm}}});
+  };
+  test::PlateText inner{R"(size = ["0.4 mm", "100 mm", "100 mm"])"};
+  inner.notches = {R"(from = ["20 mm", "50 mm"]
+to = ["40 mm", "50 mm"]
+height = "1 mm")"};
+  inner.mesh = R"(spacing = "0.4 mm")";
+  inner.section = "50 mm";
+  std::vector<Start> all;
+  all.push_back({"y-min", with(input::Face::y_min), {thickness / 2, 30 * mm, 50 * mm}, 0});
+  all.push_back({"z-max", with(input::Face::z_max), {thickness / 2, 50 * mm, 70 * mm}, -90});
+  all.push_back({"inner",
+                 geometry::make_body(input::parse(inner.text(), "plate.toml").specimen),
+                 {thickness / 2, 40 * mm, 50 * mm},
+                 0});
+  return all;
+}
+
+constexpr double angles[] = {0, 15, 30, 45, 60, 70, 80};  // to the slot [degrees]
+
+/// Checks every row whose window lies where the speed is even.
+void expect_in(const Measured& found, double from, double to, double speed, double rate = toughness) {
+  int n = 0;
+  double worst_speed = 0, worst_rate = 0;
+  for (std::size_t row = 0; row < found.time.size(); ++row) {
+    if (found.length_at(row) < from || found.length_at(row) > to) continue;
+    ++n;
+    worst_speed = std::max(worst_speed, std::abs(found.speed_at(row) / speed - 1));
+    worst_rate = std::max(worst_rate, std::abs(found.release_rate_at(row) / rate - 1));
+  }
+  std::printf("   %d rows from %.1f to %.1f mm: speed within %.2f %%, rate within %.2f %%\n", n, from / mm,
+              to / mm, 100 * worst_speed, 100 * worst_rate);
+  EXPECT_GT(n, 5);
+  EXPECT_LT(worst_speed, 0.01);
+  EXPECT_LT(worst_rate, 0.01);
+}
+
+TEST(CrackWays, OfASteadyCrackHaveItsSpeedInAnyDirection) {
+  for (const Start& start : starts()) {
+    for (const double angle : angles) {
+      test::FlatCracks made(thickness, step);
+      made.begin(0);
+      made.add(start.tip, start.along + angle, 25 * mm, 600, 1 * us);
+      const Measured found = measure(*start.body, made.surface());
+      std::printf("%s at %g degrees: %.2f of 600 m/s\n", start.name.c_str(), angle, found.largest);
+      EXPECT_NEAR(found.largest, 600, 6);
+      expect_in(found, 4 * mm, 21 * mm, 600);
+      for (std::size_t row = 30; row < 90; row += 10)
+        EXPECT_NEAR(found.length_at(row), 600 * (found.time[row] - 1 * us), 0.6 * mm) << row;
+    }
+  }
+}
+
+TEST(CrackWays, FollowTheSpeedOfACrackThatSlowsDown) {
+  // 800 m/s over 14 mm, then 300 m/s.
+  const auto arrival = [](double place) {
+    return std::min(place, 14 * mm) / 800 + std::max(0.0, place - 14 * mm) / 300;
+  };
+  for (const Start& start : starts()) {
+    for (const double angle : angles) {
+      test::FlatCracks made(thickness, step);
+      made.begin(0);
+      made.add(start.tip, start.along + angle, 28 * mm, arrival);
+      const Measured found = measure(*start.body, made.surface());
+      std::printf("%s at %g degrees: %.2f of 800 m/s\n", start.name.c_str(), angle, found.largest);
+      EXPECT_NEAR(found.largest, 800, 8);
+      expect_in(found, 4 * mm, 10 * mm, 800);
+      expect_in(found, 18 * mm, 24 * mm, 300);
+    }
+  }
+}
+
+TEST(CrackWays, GoAroundKinks) {
+  for (const Start& start : starts()) {
+    for (const double angle : angles) {
+      test::FlatCracks made(thickness, step);
+      made.begin(0);
+      const double time = made.add(start.tip, start.along, 15 * mm, 500, 0);
+      made.add(start.tip + 15 * mm * direction(start.along), start.along + angle, 15 * mm, 500, time);
+      const Measured found = measure(*start.body, made.surface());
+      std::printf("%s with a kink of %g degrees: %.2f of 500 m/s\n", start.name.c_str(), angle,
+                  found.largest);
+      EXPECT_NEAR(found.largest, 500, 5);
+      expect_in(found, 4 * mm, 9 * mm, 500);
+      expect_in(found, 20 * mm, 25 * mm, 500);
+    }
+  }
+}
+
+TEST(CrackWays, LeadToTheFarthestBranch) {
+  // 15 mm, then branches 30 degrees to both sides; the one nearer to the slot's direction is the slower one.
+  const Start start = std::move(starts().front());
+  test::FlatCracks made(thickness, step);
+  made.begin(0);
+  const double time = made.add(start.tip, 60, 15 * mm, 500, 0);
+  const Point fork = start.tip + 15 * mm * direction(60);
+  made.add(fork, 80, 12 * mm, 500, time);
+  made.add(fork, 35, 8 * mm, 1000, time);
+  const Measured found = measure(*start.body, made.surface());
+  std::printf("branched: %.2f of 500 m/s\n", found.largest);
+  EXPECT_NEAR(found.largest, 500, 5);
+  EXPECT_NEAR(found.length_at(100), 27 * mm, 0.7 * mm);
+}
+
+TEST(CrackWays, AreTheSameInARoughCrackOfTetrahedra) {
+  for (const double spacing : {0.4, 0.6}) {
+    for (const double angle : angles) {
+      const double c = std::cos(angle * std::numbers::pi / 180), s = std::sin(angle * std::numbers::pi / 180);
+      const double end = std::min(18.0, 40 * c) * s / c;
+      const test::MadeCrack crack(
+          spacing, 2.5, 1, [=](double advance) { return advance * s / c; }, 0, end);
+      const CrackSurface surface = crack.surface([&](const test::MadeCrack::Tetrahedron& t, RandomStream&) {
+        const double place = t.advance / c + t.side * s;  // along the crack
+        return place > 0 && place < std::min(18 / c, 40.0) ? place / 500 : -1;
+      });
+      const double length = 500 * surface.facets.back().time / crack.mm();
+      const double mean_rate = toughness * surface.area() / (length * crack.body().size()[0]);
+      const Measured found = measure(crack.body(), surface);
+      double speed = 0, rate = 0, n = 0;
+      for (std::size_t row = 25; row < 80; ++row, ++n) {
+        speed += found.speed_at(row);
+        rate += found.release_rate_at(row);
+      }
+      speed *= crack.mm() / n;
+      std::printf("%g mm, %g degrees: largest %.2f, mean %.2f of 500 m/s, rate %.4f of the mean\n", spacing,
+                  angle, found.largest * crack.mm(), speed, rate / n / mean_rate);
+      EXPECT_NEAR(found.largest * crack.mm(), 500, 5);
+      EXPECT_NEAR(speed, 500, 5);
+      EXPECT_NEAR(rate / n / mean_rate, 1, 0.02);
+    }
+  }
+}
+
+TEST(CrackWays, NothingWithoutACrackThatLeaves) {
+  const Start start = std::move(starts().front());
+  test::FlatCracks made(thickness, step);
+  made.begin(0);
+  made.add(start.tip, 60, 2 * made.spacing(), 500, 0);
+  const Measured found = measure(*start.body, made.surface());
+  EXPECT_EQ(found.largest, 0);
+  EXPECT_EQ(found.length_at(100), 0);
+  EXPECT_GT(found.history.area.back(), 0);
+  EXPECT_TRUE(std::isnan(found.speed_at(50)));
+}
+
+}  // namespace
+}  // namespace crackle::analysis
