@@ -95,7 +95,7 @@ def calibrate(arguments: argparse.Namespace) -> int:
         ensemble = run(with_keys(text, keys), arguments.output / (f"{1e6 * time:.6g}us" if time else "immediate"), arguments.program,
                        ranks=arguments.ranks)
         if not np.issubdtype(ensemble.samples.get(arguments.result, np.array("")).dtype, np.number):
-            raise RunError(f"there is no number '{arguments.result}'; `crackle stats --columns` lists the results")
+            raise RunError(f"no result '{arguments.result}' with numbers; `crackle stats --columns` lists all results")
         unit = ensemble.samples.attrs["units"].get(arguments.result, "")
         unit = "" if unit == "1" else unit
         columns.append(ensemble.samples[arguments.result].to_numpy(float))

@@ -76,7 +76,7 @@ class Command(unittest.TestCase):
             self.assertTrue((folder / "out" / "calibration.png").is_file())
             wrong = calibrate("--measured", "300 m/s", "--error", "5 m/s", "--result", "crack_spead")
             self.assertEqual(wrong.returncode, 1)
-            self.assertIn("there is no number 'crack_spead'", wrong.stderr)
+            self.assertIn("no result 'crack_spead' with numbers", wrong.stderr)
             for options, reason in ((("--samples", "2"), "three or more"), (("--error=-5 m/s",), "must not be negative"),
                                     (("--times", "1 us"), "give two or more")):
                 refused = calibrate("--measured", "300 m/s", "--error", "5 m/s", *options)
