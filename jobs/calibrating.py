@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,7 @@ def crossings(times: np.ndarray, values: np.ndarray, measured: float) -> list[fl
     """Release times at which the mean of the results, linear over the logarithm between the times computed, is the measured value."""
     difference, log = values - measured, np.log(times)
     return [float(np.exp(log[i] + (log[i + 1] - log[i]) * difference[i] / (difference[i] - difference[i + 1])))
-            for i in range(len(times) - 1) if difference[i] * difference[i + 1] < 0]
+            for i in range(len(times) - 1) if difference[i] * difference[i + 1] <= 0 and difference[i] != difference[i + 1]]
 
 
 def release_time(times: np.ndarray, results: np.ndarray, measured: float, error: float) -> tuple[float, float, float]:
@@ -40,10 +41,11 @@ def release_time(times: np.ndarray, results: np.ndarray, measured: float, error:
     n_samples = results.shape[1]
     draws = [(results[:, random.integers(n_samples, size=n_samples)].mean(axis=1), random.normal(measured, error)) for _ in range(N_DRAWS)]
     found = [crossings(times, means, value) for means, value in draws]
+    best, mean = crossings(times, results.mean(axis=1), measured), results.mean(axis=1)
     # Beyond either end of the times the draw still counts, as shorter or longer than all.
-    times_found = [some[0] if some else (0.0 if value > means.max() else np.inf) for some, (means, value) in zip(found, draws)]
+    falls = mean[0] > mean[-1]
+    times_found = [some[0] if some else (0.0 if (value > means.max()) == falls else np.inf) for some, (means, value) in zip(found, draws)]
     low, high = np.percentile(times_found, LEVELS, method="nearest")
-    best = crossings(times, results.mean(axis=1), measured)
     return (best[0] if best else np.nan), *(end if 0 < end < np.inf else np.nan for end in (low, high))
 
 
@@ -66,17 +68,36 @@ def draw(path: Path, title: str, times: np.ndarray, results: np.ndarray, measure
     figure.savefig(path, dpi=130)
 
 
+def input_text(arguments: argparse.Namespace) -> str:
+    """The input; all that can be seen to be wrong before hours of computing is."""
+    reasons = {"--times: give two or more, above zero": min(arguments.times) <= 0 or len(set(arguments.times)) < 2,
+               "--error must not be negative": arguments.error < 0,
+               "--samples: three or more are needed": arguments.samples is not None and arguments.samples < 3}
+    for reason, is_given in reasons.items():
+        if is_given:
+            raise RunError(reason)
+    try:
+        text = arguments.input.read_text()
+        tables = tomllib.loads(text).keys()
+    except (OSError, ValueError) as error:
+        raise RunError(f"{arguments.input}: {error}") from None
+    if "sweep" in tables or not {"ensemble", "fracture"} <= tables:
+        raise RunError(f"{arguments.input}: an input with [ensemble] and [fracture] and without [[sweep]] is needed")
+    return text
+
+
 def calibrate(arguments: argparse.Namespace) -> int:
-    text, columns, unit = arguments.input.read_text(), [], ""
+    text, columns, unit = input_text(arguments), [], ""
     times = np.array(sorted(set(arguments.times)))
     for time in (0.0, *times):
         keys = {"fracture.release_time": f'"{1e6 * time:.6g} us"' if time else None,
-                **({"ensemble.samples": str(arguments.samples)} if arguments.samples else {})}
+                **({"ensemble.samples": str(arguments.samples)} if arguments.samples is not None else {})}
         ensemble = run(with_keys(text, keys), arguments.output / (f"{1e6 * time:.6g}us" if time else "immediate"), arguments.program,
                        ranks=arguments.ranks)
-        if arguments.result not in ensemble.samples:
-            raise RunError(f"there is no result '{arguments.result}'; `crackle stats --columns` lists them")
-        unit = ensemble.samples.attrs["units"].get(arguments.result, "").removeprefix("1")
+        if not np.issubdtype(ensemble.samples.get(arguments.result, np.array("")).dtype, np.number):
+            raise RunError(f"no result '{arguments.result}' with numbers; `crackle stats --columns` lists all results")
+        unit = ensemble.samples.attrs["units"].get(arguments.result, "")
+        unit = "" if unit == "1" else unit
         columns.append(ensemble.samples[arguments.result].to_numpy(float))
         setting = f"release time {1e6 * time:.3g} us" if time else "immediate release"
         print(f"{setting}: {arguments.result} {np.nanmean(columns[-1]):.4g} ± {np.nanstd(columns[-1], ddof=1):.2g} {unit}".rstrip(), flush=True)
@@ -93,7 +114,7 @@ def calibrate(arguments: argparse.Namespace) -> int:
              zip(found, ("", f"below {1e6 * times[0]:.3g} us", f"above {1e6 * times[-1]:.3g} us"))]
     if not shown[0]:
         print(f"no release time between {1e6 * times[0]:.3g} and {1e6 * times[-1]:.3g} us gives {f'{arguments.measured:.4g} {unit}'.rstrip()}; "
-              + ("try other --times" if arguments.measured < np.mean(results[0, whole]) else "immediate release is slower already: see load and toughness"))
+              f"immediate release gives {results[0, whole].mean():.4g}; try other --times, or see whether load and toughness are the experiment's")
     else:
         print(f'release_time = "{shown[0]}"  # 95 % interval {shown[1]} to {shown[2]}, on the spacing of this input')
     print(arguments.output / "calibration.png")

@@ -39,6 +39,19 @@ class TipCourse {
 public:
   TipCourse() = default;
   explicit TipCourse(const CrackWay& way) : points_(way.points), window_(way.window) {}
+  /// A crack that is too short for a way: how far its facets lie from the start; without speeds.
+  TipCourse(const CrackSurface& surface, const geometry::CrackStart& start, std::int32_t number) {
+    for (const CrackFacet& facet : surface.facets) {
+      if (surface.cracks[index(facet.crack)].start != number) continue;
+      double place = 0;
+      for (const geometry::Point& corner : facet.corner) place += start.advance(corner) / 4;
+      if (place <= length()) continue;
+      if (!points_.empty() && facet.time <= points_.back().reached)
+        points_.back().place = place;
+      else
+        points_.push_back({place, facet.time, facet.time});
+    }
+  }
 
   double length() const { return points_.empty() ? 0 : points_.back().place; }
 
@@ -79,11 +92,14 @@ private:
 
 /// The longest way of each crack start.
 std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurface& surface) {
-  std::vector<TipCourse> courses(body.crack_starts().size());
+  const auto& starts = body.crack_starts();
+  std::vector<TipCourse> courses(starts.size());
   for (const CrackWay& way : crack_ways(body, surface)) {
     TipCourse& longest = courses[index(way.start)];
     if (way.length() > longest.length()) longest = TipCourse(way);
   }
+  for (std::size_t k = 0; k < starts.size(); ++k)
+    if (courses[k].length() == 0) courses[k] = TipCourse(surface, starts[k], static_cast<std::int32_t>(k));
   return courses;
 }
 

@@ -16,6 +16,7 @@ public:
 
   double n() const { return n_; }                         ///< number of points
   double variance() const { return n_ * ss_ - s_ * s_; }  ///< of x, times n squared
+  /// @pre variance() > 0
   double slope() const { return (n_ * st_ - s_ * t_) / variance(); }
   /// @pre variance() > 0
   double at(double x) const { return t_ / n_ + slope() * (x - s_ / n_); }

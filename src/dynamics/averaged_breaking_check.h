@@ -72,7 +72,7 @@ private:
   double load(std::int32_t centre, int n_steps);
   /// The load by the ball's nodes, which is several times as fast and equal to load() up to rounding.
   double fast_load(std::int32_t centre, int n_steps);
-  /// Whether the current load() is at least `share`.
+  /// True if the current load() is at least `share`.
   /// @param fast the current fast_load()
   bool reaches(double share, std::int32_t centre, double fast);
   const mechanics::Symmetric& stress(std::int32_t tetrahedron, int n_steps);

@@ -248,6 +248,7 @@ private:
     group_.enter("restoring");
     step_ = running.step;
     parallel::agree(group_);
+    // Breaks before this phase count at once, those of the phase, restored below, after their delay.
     break_release_.update_strengths(infinity);
     parallel::agree(group_, [&] {
       break_release_.restore(running.releases, phase_time());

@@ -73,15 +73,16 @@ LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
   SampleSetup setup(self, parameters, subdomain, 0);
   if (!setup.free_motions().empty()) return {};
-  EnergyAccount account(self, setup.body);
-  QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion, arrest_window(parameters),
-                             setup.average.get());
+  // Equilibria say nothing about a wave that breaks the body.
   double least_strength = infinity;
   for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
     least_strength = std::min(least_strength, setup.criterion->strength(t));
   const bool is_struck = parameters.time.start == input::Start::rest &&
                          wave_amplification * impact_stress(parameters) >= least_strength;
   if (is_struck) return {};
+  EnergyAccount account(self, setup.body);
+  QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion, arrest_window(parameters),
+                             setup.average.get());
   loading.load_at_start(account);
   return first_break(loading, setup.loads, account);
 }

@@ -47,12 +47,11 @@ std::vector<SlotTip> square_ends(const input::Specimen& specimen) {
 
 CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
                              std::vector<double> growth_strengths, const input::Specimen& specimen,
-                             std::vector<double> spacings, double speed)
+                             std::span<const double> spacings, double speed)
     : body_(&body),
       criterion_(&criterion),
       average_(average),
       growth_strengths_(std::move(growth_strengths)),
-      delays_(std::move(spacings)),
       round_node_(mechanics::node_tetrahedra(body.subdomain())),
       at_crack_(body.subdomain().nodes.size(), 0) {
   const auto& subdomain = body.subdomain();
@@ -63,12 +62,12 @@ CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, St
     const auto middle = geometry::centroid(subdomain.nodes, subdomain.tetrahedra[index(t)]);
     const bool is_at_tip = std::ranges::any_of(tips, [&](const SlotTip& tip) {
       return std::hypot(middle[1] - tip.place[0], middle[2] - tip.place[1]) <=
-             tip.half_height + reach_in_spacings * delays_[index(t)];
+             tip.half_height + reach_in_spacings * spacings[index(t)];
     });
     if (is_at_tip) lower(t);
   }
   changed_.clear();
-  for (double& delay : delays_) delay /= speed;
+  for (const double spacing : spacings) delays_.push_back(spacing / speed);
 }
 
 std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator& group, double phase_time) {
@@ -105,10 +104,10 @@ std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator&
                                                    StressAverage* average) {
   if (!parameters.fracture.separates_nucleation()) return nullptr;
   auto strengths = growth_strengths(group, parameters, sample, body.subdomain(), body.operators());
-  auto spacings = local_spacings(group, body.subdomain(), body.operators());
+  const auto spacings = local_spacings(group, body.subdomain(), body.operators());
   return parallel::agree(group, [&] {
     return std::make_unique<CrackVicinity>(body, criterion, average, std::move(strengths),
-                                           parameters.specimen, std::move(spacings),
+                                           parameters.specimen, spacings,
                                            mechanics::dilatational_speed(parameters.material));
   });
 }

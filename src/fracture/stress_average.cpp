@@ -78,28 +78,22 @@ std::int32_t StressAverage::centre(std::int32_t tetrahedron) {
   return centre;
 }
 
-std::span<const StressAverage::Share> StressAverage::ball(std::int32_t centre) {
+template <class Ball, class Find>
+const Ball& StressAverage::find_in(Cache<Ball>& cache, std::int32_t centre, const Find& find) {
   forget_broken();
-  if (const auto known = balls_.find(centre); known != balls_.end()) return known->second;
-  if (n_kept_ > kept_shares_per_tetrahedron * strengths_.size()) {
-    balls_.clear();
-    n_kept_ = 0;
-  }
-  const auto& found = balls_.emplace(centre, find_ball(centre)).first->second;
-  n_kept_ += found.size();
+  if (const auto known = cache.of_centre.find(centre); known != cache.of_centre.end()) return known->second;
+  if (cache.n_shares > kept_shares_per_tetrahedron * strengths_.size()) cache = {};
+  const Ball& found = cache.of_centre.emplace(centre, find()).first->second;
+  cache.n_shares += found.size();
   return found;
 }
 
+std::span<const StressAverage::Share> StressAverage::ball(std::int32_t centre) {
+  return find_in(balls_, centre, [&] { return find_ball(centre); });
+}
+
 const StressAverage::NodeShares& StressAverage::node_shares(std::int32_t centre) {
-  forget_broken();
-  if (const auto known = node_shares_.find(centre); known != node_shares_.end()) return known->second;
-  if (n_nodes_kept_ > kept_shares_per_tetrahedron * strengths_.size()) {
-    node_shares_.clear();
-    n_nodes_kept_ = 0;
-  }
-  const auto& found = node_shares_.emplace(centre, find_node_shares(centre)).first->second;
-  n_nodes_kept_ += found.nodes.size();
-  return found;
+  return find_in(node_shares_, centre, [&] { return find_node_shares(centre); });
 }
 
 StressAverage::NodeShares StressAverage::find_node_shares(std::int32_t centre) {
@@ -128,23 +122,21 @@ void StressAverage::forget_broken() {
   n_breaks_seen_ = broken.size();
 }
 
-void StressAverage::forget(std::span<const std::int32_t> tetrahedra) {
-  const auto is_hit = [&](std::int32_t centre) {
-    return std::ranges::any_of(tetrahedra, [&](std::int32_t t) {
-      const auto offset = centroid_[index(t)] - centroid_[index(centre)];
+template <class Ball>
+void StressAverage::forget_in(Cache<Ball>& cache, std::span<const std::int32_t> tetrahedra) const {
+  std::erase_if(cache.of_centre, [&](const auto& ball) {
+    const bool is_hit = std::ranges::any_of(tetrahedra, [&](std::int32_t t) {
+      const auto offset = centroid_[index(t)] - centroid_[index(ball.first)];
       return dot(offset, offset) <= length_ * length_;
     });
-  };
-  std::erase_if(balls_, [&](const auto& ball) {
-    if (!is_hit(ball.first)) return false;
-    n_kept_ -= ball.second.size();
-    return true;
+    if (is_hit) cache.n_shares -= ball.second.size();
+    return is_hit;
   });
-  std::erase_if(node_shares_, [&](const auto& ball) {
-    if (!is_hit(ball.first)) return false;
-    n_nodes_kept_ -= ball.second.nodes.size();
-    return true;
-  });
+}
+
+void StressAverage::forget(std::span<const std::int32_t> tetrahedra) {
+  forget_in(balls_, tetrahedra);
+  forget_in(node_shares_, tetrahedra);
 }
 
 std::vector<StressAverage::Share> StressAverage::find_ball(std::int32_t centre) {

@@ -184,12 +184,13 @@ void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
 }
 
 void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::size_t n_nodes,
-                  const input::Material& material) {
+                  const input::Parameters& parameters) {
   using dynamics::Frame;
   const hdf5::Handle group = hdf5::create_group(file, "frames");
   // Needed to compute the stress from the displacement.
-  hdf5::write_attribute(group, "youngs_modulus", material.youngs_modulus);
-  hdf5::write_attribute(group, "poisson_ratio", material.poisson_ratio);
+  hdf5::write_attribute(group, "youngs_modulus", parameters.material.youngs_modulus);
+  hdf5::write_attribute(group, "poisson_ratio", parameters.material.poisson_ratio);
+  hdf5::write_attribute(group, "release_time", parameters.fracture.release_time);
   write_column<double>(group, "time", frames, &Frame::time, "s");
   write_column<std::int64_t>(group, "broken", frames, &Frame::broken);
   const auto write_field = [&](const char* name, std::vector<float> Frame::*field, const char* units) {
@@ -301,7 +302,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
       write_stiffness_reductions(id, result.stiffness_reductions);
     write_energy(id, result.energy);
     write_history(id, content.parameters, result.history, result.separated_at, content.crack_history);
-    write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);
+    write_frames(id, result.frames, content.realization.nodes.size(), content.parameters);
     write_counts(id, result.counts);
     const hdf5::Handle timing = write_timing(id, content.summary);
     hdf5::write_scalar<double>(timing, "mesh", result.timings.mesh, "s");

@@ -47,6 +47,8 @@ class Interval(unittest.TestCase):
         self.assertTrue(86 <= covered <= 99)
         results = np.repeat(speed(TIMES)[:, None], 5, axis=1)
         self.assertTrue(np.isnan(calibrating.release_time(TIMES, results, 1000.0, 5.0)).all())
+        low, high = calibrating.release_time(TIMES, -results, -speed(TIMES[0]), 20.0)[1:]  # a result that rises with the time
+        self.assertTrue(np.isnan(low) and TIMES[0] < high < 1.5 * TIMES[0])
         _, low, high = calibrating.release_time(TIMES, results, speed(TIMES[0]), 20.0)
         self.assertTrue(np.isnan(low) and TIMES[0] < high < 1.5 * TIMES[0])
 
@@ -74,7 +76,12 @@ class Command(unittest.TestCase):
             self.assertTrue((folder / "out" / "calibration.png").is_file())
             wrong = calibrate("--measured", "300 m/s", "--error", "5 m/s", "--result", "crack_spead")
             self.assertEqual(wrong.returncode, 1)
-            self.assertIn("there is no result 'crack_spead'", wrong.stderr)
+            self.assertIn("no result 'crack_spead' with numbers", wrong.stderr)
+            for options, reason in ((("--samples", "2"), "three or more"), (("--error=-5 m/s",), "must not be negative"),
+                                    (("--times", "1 us"), "give two or more")):
+                refused = calibrate("--measured", "300 m/s", "--error", "5 m/s", *options)
+                self.assertEqual((refused.returncode, refused.stdout), (1, ""))
+                self.assertIn(reason, refused.stderr)
 
 
 if __name__ == "__main__":

@@ -150,7 +150,7 @@ class Units(Bodies):
         self.assertEqual(labels[0], [("displacement [mm]", "load [N]"), ("time since onset [µs]", "crack length [mm]"),
                                      ("time since onset [µs]", "tip speed [m/s]"), ("y [mm]", "z [mm]"), ("peak load [N]", "samples"),
                                      ("crack area [mm^2]", "samples")])
-        self.assertEqual(labels[1], [("displacement [nm]", "load [µN]"), ("time since onset [ns]", "crack length [nm]"),
+        self.assertEqual(labels[1], [("displacement [nm]", "load [µN]"), ("time since onset [ns]", "crack length [µm]"),
                                      ("time since onset [ns]", "tip speed [m/s]"), ("y [µm]", "z [µm]"), ("peak load [µN]", "samples"),
                                      ("crack area [µm^2]", "samples")])
         line = tiny.plot.load([1]).lines[0]

@@ -9,7 +9,7 @@ from typing import Any, Callable, Iterable, Optional, TypeVar
 import h5py
 import numpy as np
 from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, is_there, results, sample_files, text_of
-from crackle.units import MM, Unit, value_of
+from crackle.units import MM, Unit
 
 from .mesh import Mesh
 from .plate import Plate
@@ -182,20 +182,21 @@ def _members_of(kind: type, name: str) -> Callable[[h5py.File], Any]:
 def _read_frames(root: h5py.File) -> Frames:
     group = root["frames"]
     broken, cut = root["breaks/tetrahedron"][...], root["breaks/cut"][...]
-    n_broken, fracture = group["broken"][...], tomllib.loads(text_of(root.attrs["input"])).get("fracture", {})
+    n_broken, release_time = group["broken"][...], float(group.attrs.get("release_time", 0))
     return Frames(root["mesh/nodes"][...], root["mesh/tetrahedra"][...], group["time"][...],
                   group["displacement"][...], group["velocity"][...], [broken[:n] for n in n_broken],
                   [cut[:n] for n in n_broken], [_released_edges(root, n) for n in n_broken],
-                  [_remaining(root, n, time, value_of(fracture.get("release_time", "0"))) for n, time in zip(n_broken, group["time"][...])],
-                  [_stiffness(root, time) for time in group["time"][...]], fracture.get("contact", "none") != "none",
+                  [_remaining(root, n, time, release_time) for n, time in zip(n_broken, group["time"][...])],
+                  [_stiffness(root, time) for time in group["time"][...]],
+                  tomllib.loads(text_of(root.attrs["input"])).get("fracture", {}).get("contact", "none") != "none",
                   float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))
 
 
 def _remaining(root: h5py.File, n_broken: int, time: float, release_time: float) -> np.ndarray:
     """The share of its stiffness that each of the first n_broken tetrahedra in /breaks has at a time since onset [s], to half a step."""
-    loading, phase = (root["breaks"][name][:n_broken] for name in ("load_time", "phase_time"))
     if not release_time:
         return np.zeros(n_broken)
+    loading, phase = (root["breaks"][name][:n_broken] for name in ("load_time", "phase_time"))
     return np.where(loading == root["summary/phase_start"][()], np.clip(1 - (time - phase) / release_time, 0, 1), 0)
 
 

@@ -38,7 +38,7 @@ public:
   /// @param speed of the fastest wave [m/s]
   CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
                 std::vector<double> growth_strengths, const input::Specimen& specimen,
-                std::vector<double> spacings, double speed);
+                std::span<const double> spacings, double speed);
 
   /// Lowers the strengths near broken tetrahedra that were not yet counted as a crack. Collective; does not
   /// agree() before. A rank that fails before its communication throws; the others then do nothing.

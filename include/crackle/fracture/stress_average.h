@@ -40,6 +40,7 @@ public:
   struct NodeShares {
     std::vector<std::int32_t> nodes;
     std::vector<Vector> gradients;  ///< of each node: the sum of weight times gradient [1/(Pa m)]
+    std::size_t size() const { return nodes.size(); }
   };
 
   /// @param body, strengths must outlive the object
@@ -104,6 +105,17 @@ public:
   void forget(std::span<const std::int32_t> tetrahedra);
 
 private:
+  /// Balls by their centres, until one of their tetrahedra changes or there are too many.
+  template <class Ball>
+  struct Cache {
+    std::unordered_map<std::int32_t, Ball> of_centre;
+    std::size_t n_shares = 0;
+  };
+  template <class Ball, class Find>
+  const Ball& find_in(Cache<Ball>& cache, std::int32_t centre, const Find& find);
+  template <class Ball>
+  void forget_in(Cache<Ball>& cache, std::span<const std::int32_t> tetrahedra) const;
+
   void find_cells();
   void forget_broken();
   std::vector<Share> find_ball(std::int32_t centre);
@@ -120,10 +132,9 @@ private:
   std::vector<std::array<std::int32_t, 4>> neighbour_;  // across the face opposite to each corner; -1: none
   std::vector<std::int32_t> reached_by_;  // number of the last search that reached the tetrahedron
   std::int32_t n_searches_ = 0;
-  std::unordered_map<std::int32_t, std::vector<Share>> balls_;  // of centres, until forgotten
-  std::unordered_map<std::int32_t, NodeShares> node_shares_;    // likewise
-  std::size_t n_kept_ = 0, n_nodes_kept_ = 0;                   // number of shares in them
-  std::vector<std::int32_t> place_of_node_;                     // in the ball under search, or -1
+  Cache<std::vector<Share>> balls_;
+  Cache<NodeShares> node_shares_;
+  std::vector<std::int32_t> place_of_node_;  // in the ball under search, or -1
   std::size_t n_breaks_seen_ = 0;
 };
 
