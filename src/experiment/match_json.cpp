@@ -29,6 +29,8 @@ Json json_of(const MatchBy& by) {
           {"unit", by.unit},
           {"mean_distance", by.mean_distance},
           {"usual_distance", by.usual_distance},
+          {"offset", by.offset},
+          {"standard_deviation", by.deviation},
           {"nearest", json_of(by.nearest)}};
 }
 

@@ -38,6 +38,9 @@ struct MatchBy {
   std::vector<Neighbour> nearest;        ///< the nearest one first
   double mean_distance = not_a_number;   ///< of the experiment to the samples
   double usual_distance = not_a_number;  ///< median of the samples' mean distances to all others
+  /// Mean over the stations of the experiment less the samples' mean, and the standard deviation of the same
+  /// of the samples; NaN jointly, and of times of tips.
+  double offset = not_a_number, deviation = not_a_number;
 };
 
 /// A part of a path outside the band of the samples.
@@ -86,6 +89,10 @@ struct Match {
   std::size_t n_planned = 0, n_used = 0;
   std::vector<std::uint64_t> failed = {}, undecided = {}, missing = {};
 };
+
+/// Holds one experiment against the samples. The same in each call.
+ExperimentMatch match_one(const Experiment& experiment, const ObservedSamples& samples,
+                          const geometry::Body& body);
 
 /// Holds experiments against the samples of an ensemble. The same in each call.
 /// @param parameters of the ensemble, for warnings

@@ -68,6 +68,9 @@ enum class Quantity { path, onset_load, peak_load, tip_times };
 /// "onset_load"
 const char* name_of(Quantity quantity);
 
+/// The load of a sample; see observe().
+double load_of(const analysis::SampleSummary& row, Quantity quantity);
+
 /// A quantity of experiments and of samples alike.
 struct Observable {
   Quantity quantity{};
