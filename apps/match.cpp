@@ -34,7 +34,8 @@ int match(const parallel::Communicator& world, const MatchOptions& options) {
   parallel::agree_on_root(world, [&] {
     const auto samples = observed_samples(folder, parameters, *body, experiment::needs_arms(experiments));
     const experiment::Match found = experiment::match(experiments, samples, *body, parameters);
-    fmt::print("{}", options.json ? experiment::to_json(found) : experiment::to_text(found));
+    fmt::print("{}",
+               options.json ? experiment::to_json(found, experiments, samples) : experiment::to_text(found));
     std::fflush(stdout);
   });
   return success;

@@ -68,6 +68,9 @@ enum class Quantity { path, onset_load, peak_load, tip_times };
 /// "onset_load"
 const char* name_of(Quantity quantity);
 
+/// A sample's load that corresponds to a measured `onset_load` or `peak_load`; NaN if it has none.
+double load_of(const analysis::SampleSummary& row, Quantity quantity);
+
 /// A quantity of experiments and of samples alike.
 struct Observable {
   Quantity quantity{};
