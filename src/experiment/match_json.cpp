@@ -33,11 +33,17 @@ Json json_of(const MatchBy& by) {
 }
 
 Json json_of(const PathMatch& path) {
-  Json stations{
-      {"place", path.frame.place},         {"normal", path.frame.normal},   {"offset", path.offset},
-      {"band_lower", path.band.lower},     {"band_upper", path.band.upper}, {"band_level", path.band.level},
-      {"band_p_value", path.band.p_value}, {"departures", Json::array()},   {"samples", path.samples},
-      {"sample_offsets", Json::array()}};
+  Json stations{{"place", path.frame.place},
+                {"normal", path.frame.normal},
+                {"offset", path.offset},
+                {"band_lower", path.band.lower},
+                {"band_upper", path.band.upper},
+                {"band_level", path.band.level},
+                {"band_p_value", path.band.p_value},
+                {"departures", Json::array()},
+                {"samples", path.samples},
+                {"turned", path.turned},
+                {"sample_offsets", Json::array()}};
   for (std::size_t i = 0; i < path.of_samples.n_rows(); ++i) {
     const auto row = path.of_samples.row(i);
     stations["sample_offsets"].push_back(std::vector(row.begin(), row.end()));

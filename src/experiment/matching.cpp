@@ -104,6 +104,7 @@ std::optional<PathMatch> match_path(const Observable& observable, const Observed
   if (!observable.frame || observable.samples.empty()) return std::nullopt;
   PathMatch path{.frame = *observable.frame, .of_samples = observable.of_samples};
   for (const std::size_t i : observable.samples) path.samples.push_back(samples.samples[i].number);
+  for (const std::size_t i : observable.turned) path.turned.push_back(samples.samples[i].number);
   path.band = envelope(table_of(observable, common_rows({&observable, 1})), 1 - match_level);
   const auto row = observable.of_experiments.row(0);
   path.offset.assign(row.begin(), row.end());

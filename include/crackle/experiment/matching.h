@@ -49,11 +49,12 @@ struct Departure {
 /// The path of an experiment in that of the samples, at the stations of a frame.
 struct PathMatch {
   PathFrame frame;
-  std::vector<double> offset;          ///< of the experiment
-  std::vector<std::uint64_t> samples;  ///< by number
-  ValueTable of_samples;               ///< their offsets, as computed
-  Envelope band;
-  std::vector<Departure> departures;
+  std::vector<double> offset = {};          ///< of the experiment
+  std::vector<std::uint64_t> samples = {};  ///< by number
+  std::vector<std::uint64_t> turned = {};   ///< those whose paths are turned by a symmetry of the body
+  ValueTable of_samples = {};               ///< their offsets, as computed
+  Envelope band = {};
+  std::vector<Departure> departures = {};
 };
 
 struct ExperimentMatch {

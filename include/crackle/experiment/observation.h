@@ -82,6 +82,7 @@ struct Observable {
   ValueTable of_samples = {};                 ///< as computed
   ValueTable with_error = {};                 ///< of samples, as if they had been read or measured
   std::optional<PathFrame> frame = {};        ///< of paths
+  std::vector<std::size_t> turned = {};       ///< samples whose paths are turned by a symmetry of the body
 };
 
 /// Everything that any of the experiments has, with the samples seen as the experiments were: through the
