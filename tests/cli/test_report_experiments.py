@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import shutil
 import subprocess
 import sys
@@ -20,12 +19,15 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
 import crackle  # noqa: E402
+from crackle.experiments import calibration_table  # noqa: E402
 from crackle.program import match_of  # noqa: E402
 from crackle_report import photographs, weibull  # noqa: E402
+from crackle_report.figures import experiments, posterior  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Grid, Optics  # noqa: E402
 from crackle_report.reading import SampleFiles, read_ensemble  # noqa: E402
 from small_input import run, small_input  # noqa: E402
+from test_report import overlapping_texts  # noqa: E402
 
 PROGRAM = Path()
 N = 12
@@ -57,14 +59,14 @@ class Experiments(unittest.TestCase):
         (cls.folder / "path.csv").write_text("y_mm,z_mm\n" + "".join(f"{1e3 * (y - ORIGIN[0])},{1e3 * (z - ORIGIN[1])}\n" for y, z in line))
         random = np.random.default_rng(1)
         pictures = [photograph(frames, k, cls.folder / f"{k}.png", k == 1, k == 2, random) for k in (0, 1, 2)]
-        cls.experiments = cls.folder / "experiments.toml"
-        cls.experiments.write_text(f'[[experiment]]\nname = "held out"\npath = "path.csv"\norigin = ["{ORIGIN[0]} m", "{ORIGIN[1]} m"]\n'
+        cls.file = cls.folder / "experiments.toml"
+        cls.file.write_text(f'[[experiment]]\nname = "held out"\npath = "path.csv"\norigin = ["{ORIGIN[0]} m", "{ORIGIN[1]} m"]\n'
                                    + "".join(pictures))
         (cls.folder / "strengths.csv").write_text("peak_load_N\n" + "".join(f"{load}\n" for load in (95, 103.5, 88, 110, 99)))
         (cls.folder / "loads.toml").write_text('loads = "strengths.csv"\n')
 
     def test_pictures_find_the_sample_that_was_photographed(self):
-        document, told = match_of(self.out, self.experiments, PROGRAM), []
+        document, told = match_of(self.out, self.file, PROGRAM), []
         ensemble = read_ensemble(self.out, PROGRAM)
         photographs.add_pictures(document, ensemble, progress=told.append)
         experiment = document["experiments"][0]
@@ -75,6 +77,11 @@ class Experiments(unittest.TestCase):
         used = len(document["samples"]["loads"])
         self.assertEqual((found["n_samples"], found["least_p_value"]), (used, 1 / (used + 1)))
         self.assertEqual(told[-1], f"fringes of {used} of {used} samples")
+        self.assertAlmostEqual(found["p_value"] * (used + 1) % 1, 0)
+        section = experiments.section(ensemble, Options(match=document))
+        self.assertEqual(len(section.pictures), 3)
+        for picture in section.pictures:
+            self.assertEqual(overlapping_texts(picture.figure), [], picture.name)
         # Wrong by 2 mm in its place, or of the other field, a picture is not that of the sample.
         for change in ({"corner": np.array(experiment["observed"]["pictures"][0]["corner"]) + 2e-3}, {"light_field": True}):
             one = {**experiment, "observed": {"pictures": [{**experiment["observed"]["pictures"][0], **change}]}, "by": {}}
@@ -102,7 +109,7 @@ class Experiments(unittest.TestCase):
         self.assertTrue("By peak load: " in page)
         self.assertTrue((self.out / "report" / "experiments-peak-load.png").is_file())
         # Fringes are made once.
-        document = match_of(self.out, self.experiments, PROGRAM)
+        document = match_of(self.out, self.file, PROGRAM)
         photographs.add_pictures(document, read_ensemble(self.out, PROGRAM), progress=self.fail)
         self.assertEqual(document["experiments"][0]["by"]["pictures"]["nearest"][0]["sample"], HELD_OUT)
         self.assertEqual(kept.stat().st_mtime_ns, before)
@@ -113,11 +120,11 @@ class Experiments(unittest.TestCase):
 
     def test_tables_in_python(self):
         ensemble = crackle.open(self.out)
-        table = ensemble.match(self.experiments, program=PROGRAM)
+        table = ensemble.match(self.file, program=PROGRAM)
         self.assertEqual(list(table.index), [("held out", "path")])
         self.assertEqual(table.loc[("held out", "path"), "nearest"][0], HELD_OUT)
         self.assertIsNone(table.attrs["set"])
-        table = ensemble.match(self.experiments, pictures=True, program=PROGRAM)
+        table = ensemble.match(self.file, pictures=True, program=PROGRAM)
         self.assertEqual(table.loc[("held out", "pictures"), "nearest"][0], HELD_OUT)
         loads = ensemble.match(self.folder / "loads.toml", program=PROGRAM)
         self.assertEqual(len(loads), 5)
@@ -125,7 +132,25 @@ class Experiments(unittest.TestCase):
         with self.assertRaisesRegex(crackle.ResultsError, "there is no such file"):
             ensemble.match("none.toml", program=PROGRAM)
         with self.assertRaises(crackle.ResultsError):
-            ensemble.calibrate(self.experiments, program=PROGRAM)
+            ensemble.calibrate(self.file, program=PROGRAM)
+
+    def test_posterior(self):
+        """Of a made-up document of crackle calibrate."""
+        def spread(mean: float, deviation: float) -> dict:
+            return {"mean": mean, "standard_deviation": deviation, "lower": mean - 1.64 * deviation, "upper": mean + 1.64 * deviation}
+
+        random = np.random.default_rng(3)
+        values = np.stack([random.normal(3.2e9, 1e8, 200), random.normal(0.36, 0.01, 200)], axis=1)
+        found = {"inputs": [{"key": "material.youngs_modulus", "unit": "Pa", "prior": spread(3.3e9, 4e8), "posterior": spread(3.2e9, 1e8)},
+                            {"key": "material.poisson_ratio", "unit": "", "prior": spread(0.35, 0.05), "posterior": spread(0.36, 0.01)}],
+                 "draws": {"values": values.tolist(), "weights": [1] * 200}}
+        table = calibration_table(found)
+        self.assertEqual(table.loc["material.youngs_modulus", "posterior_mean"], 3.2e9)
+        np.testing.assert_array_equal(table.attrs["draws"]["material.poisson_ratio"], values[:, 1])
+        picture, = posterior.pictures(found, [{"key": "material.youngs_modulus", "values": random.normal(3.3e9, 4e8, 50).tolist()}])
+        self.assertEqual([axes.get_xlabel() for axes in picture.figure.axes], ["material.youngs_modulus", "material.poisson_ratio"])
+        self.assertEqual(overlapping_texts(picture.figure), [])
+        self.assertEqual(posterior.pictures(None, []), [])
 
 
 class Weibull(unittest.TestCase):

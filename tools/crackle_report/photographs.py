@@ -6,7 +6,6 @@ import hashlib
 import io
 import time
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
@@ -80,7 +79,8 @@ def window(photographs: Sequence[Photograph], plate: Plate, beyond: float = 0.0)
     body = np.array([plate.ends(1), plate.ends(2)]).T + np.array([[-beyond], [beyond]])
     low, high = np.maximum(ends[:, 0].min(axis=0), body[0]), np.minimum(ends[:, 1].max(axis=0), body[1])
     if (low >= high).any():
-        raise ResultsError("a picture shows nothing of the body; set its scale and origin")
+        y, z = ((f"{1e3 * low:.4g} to {1e3 * high:.4g} mm") for low, high in zip(ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)))
+        raise ResultsError(f"pictures that show y = {y}, z = {z} show nothing of the body; set their scale and origin")
     return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
 
 

@@ -40,8 +40,8 @@ def fit(values: np.ndarray, probability: np.ndarray, confidence: float = 0.95) -
     pivots = np.quantile((standard[:, None] - locations) / widths, tail, axis=1)
     lower, upper = np.exp(location + width * pivots)
     # A modulus is one over the width of the distribution of logarithms.
-    return Weibull(float(1 / width / np.mean(1 / widths)), *(float(end / width) for end in np.quantile(widths, tail)), float(np.exp(location)),
-                   probability, np.exp(location + width * standard), lower, upper)
+    return Weibull(float(1 / width / np.mean(1 / widths)), *(float(end / width) for end in np.quantile(widths, tail)),
+                   float(np.exp(location)), probability, np.exp(location + width * standard), lower, upper)
 
 
 def _most_likely(logarithms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -30,7 +30,7 @@ EXPLANATION = (
     "p is the share of the samples, the experiment among them, that are as far from all others on average, in a path, a load or "
     "pictures, or jointly in what crackle match compares. Pictures are compared by the correlation of their grey values, smoothed over "
     "a spacing of the mesh; noise and other optics set a photograph apart from all samples, so that its p is small, but hardly change "
-    "which sample is nearest. Times are since the crack began to run.")
+    "which sample is nearest. Samples are not turned for them. Times are since the crack began to run.")
 
 
 def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
@@ -53,11 +53,13 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
         for number in _nearest(experiment) if photographs else ():
             figure = _growth(ensemble, experiment, photographs, number, options)
             if figure is not None:
-                result.pictures.append(Picture(f"experiment-{k}-growth-{number:04d}", f"Photographs of {experiment['name']} over the fringes and "
-                                               f"cracks of sample {number}", figure))
+                result.pictures.append(Picture(
+                    f"experiment-{k}-growth-{number:04d}", f"Photographs of {experiment['name']} over sample {number} at the same times",
+                    figure))
         if photographs:
-            result.pictures.append(Picture(f"experiment-{k}-overlay", f"Photograph of {experiment['name']} under cracks of the nearest samples",
-                                           _overlay(ensemble, experiment, photographs[-1])))
+            result.pictures.append(Picture(
+                f"experiment-{k}-overlay", f"Photograph of {experiment['name']} under cracks of the nearest samples",
+                _overlay(ensemble, experiment, photographs[-1])))
     result.pictures += [*loads.pictures(found), *posterior.pictures(options.calibration, ensemble.inputs)]
     return result
 
@@ -110,7 +112,8 @@ class _Frame:
             axes.set_xlabel(self._lengths.label("y"))
 
 
-def _growth(ensemble: Ensemble, experiment: dict[str, Any], photographs: list[Photograph], number: int, options: Options) -> Optional[Figure]:
+def _growth(ensemble: Ensemble, experiment: dict[str, Any], photographs: list[Photograph], number: int,
+            options: Options) -> Optional[Figure]:
     """Photographs above, fringes of a sample at the same times below, its cracks beneath; None where the sample has no frames."""
     frames, crack = ensemble.files.frames(number), ensemble.files.crack(number)
     if frames is None or crack is None or frames.time.size == 0:
@@ -140,8 +143,8 @@ def _growth(ensemble: Ensemble, experiment: dict[str, Any], photographs: list[Ph
             frame.labels(axes, what, k == 0, row == len(rows) - 1)
     time_bar(figure, colours, left, 2.0, times)
     width, height = figure.get_size_inches()
-    figure.text((left + 2.3) / width, 1 - 0.24 / height, f"{experiment['name']} above sample {number}, nearest by {_by(experiment, number)}",
-                fontweight="bold", fontsize=9)
+    figure.text((left + 2.3) / width, 1 - 0.24 / height, fontweight="bold", fontsize=9,
+                s=f"{experiment['name']} above sample {number}, nearest by {_by(experiment, number)}")
     return figure
 
 

@@ -28,7 +28,8 @@ def pictures(found: dict[str, Any]) -> Iterator[Picture]:
         groups = [(title, colour, np.sort([value for value in values if value is not None])) for title, colour, values in groups]
         if all(values.size for *_, values in groups):
             what = name.replace("_", " ")
-            yield Picture(f"experiments-{name.replace('_', '-')}", f"Distributions of the {what} in experiments and samples", _figure(what, groups))
+            yield Picture(f"experiments-{what.replace(' ', '-')}", f"Distributions of the {what} in experiments and samples",
+                          _figure(what, groups))
 
 
 def _figure(what: str, groups: list[tuple[str, str, np.ndarray]]) -> Figure:
