@@ -13,7 +13,8 @@ def match_table(found: dict[str, Any]) -> pd.DataFrame:
                                          "distance": [one["distance"] for one in by["nearest"]]}
             for experiment in found["experiments"] for name, by in experiment["by"].items()}
     table = pd.DataFrame(list(rows.values()), index=pd.MultiIndex.from_tuples(rows, names=["experiment", "by"]) if rows else None)
-    together = pd.json_normalize([{"by": name, **by} for name, by in found["set"]["by"].items()], sep="_").set_index("by") if found["set"] else None
+    of_set = [{"by": name, **by} for name, by in found["set"]["by"].items()] if found["set"] else []
+    together = pd.json_normalize(of_set, sep="_").set_index("by") if of_set else None
     table.attrs = {"set": together, "warnings": found["warnings"], "document": found}
     return table
 
