@@ -17,6 +17,7 @@
 #include <charconv>
 #include <cstdio>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,8 +43,11 @@ std::size_t number_of(const std::string& held_out) {
   return n;
 }
 
-void print(const experiment::Match& found, bool as_json) {
-  fmt::print("{}", as_json ? experiment::to_json(found) : experiment::to_text(found));
+void print_match(std::span<const experiment::Experiment> experiments,
+                 const experiment::ObservedSamples& samples, const geometry::Body& body,
+                 const input::Parameters& parameters, bool as_json) {
+  const experiment::Match found = experiment::match(experiments, samples, body, parameters);
+  fmt::print("{}", as_json ? experiment::to_json(found, experiments, samples) : experiment::to_text(found));
 }
 
 /// Samples held against the others.
@@ -58,8 +62,8 @@ void match_held_out(const MatchOptions& options, experiment::ObservedSamples sam
                          })));
     return;
   }
-  auto [experiments, others] = experiment::hold_out(std::move(samples), number_of(options.held_out));
-  print(experiment::match(experiments, others, body, parameters), options.json);
+  const auto [experiments, others] = experiment::hold_out(std::move(samples), number_of(options.held_out));
+  print_match(experiments, others, body, parameters, options.json);
 }
 
 int match(const parallel::Communicator& world, const MatchOptions& options) {
@@ -74,7 +78,7 @@ int match(const parallel::Communicator& world, const MatchOptions& options) {
     const bool with_arms = !options.held_out.empty() || experiment::needs_arms(experiments);
     auto samples = observed_samples(folder, parameters, *body, with_arms);
     if (options.held_out.empty())
-      print(experiment::match(experiments, samples, *body, parameters), options.json);
+      print_match(experiments, samples, *body, parameters, options.json);
     else
       match_held_out(options, std::move(samples), *body, parameters);
     std::fflush(stdout);

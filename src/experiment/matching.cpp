@@ -140,9 +140,11 @@ std::vector<Departure> departures(const PathFrame& frame, const Envelope& band,
   return parts;
 }
 
-std::optional<PathMatch> match_path(const Observable& observable) {
+std::optional<PathMatch> match_path(const Observable& observable, const ObservedSamples& samples) {
   if (!observable.frame || observable.samples.empty()) return std::nullopt;
-  PathMatch path{*observable.frame, {}, {}, {}};
+  PathMatch path{.frame = *observable.frame, .of_samples = observable.of_samples};
+  for (const std::size_t i : observable.samples) path.samples.push_back(samples.samples[i].number);
+  for (const std::size_t i : observable.turned) path.turned.push_back(samples.samples[i].number);
   path.band = envelope(table_of(observable, common_rows({&observable, 1})), 1 - match_level);
   const auto row = observable.of_experiments.row(0);
   path.offset.assign(row.begin(), row.end());
@@ -243,7 +245,7 @@ ExperimentMatch match_one(const Experiment& experiment, const ObservedSamples& s
   const auto observables = observe({&experiment, 1}, samples, body, checksum(experiment.name));
   for (const Observable& each : observables) {
     found.by.push_back(match_by({&each, 1}, samples));
-    if (each.quantity == Quantity::path) found.path = match_path(each);
+    if (each.quantity == Quantity::path) found.path = match_path(each, samples);
   }
   if (const auto jointly = distinct(observables); jointly.size() > 1)
     found.by.push_back(match_by(jointly, samples));

@@ -119,6 +119,7 @@ std::optional<Observable> observe_path(std::span<const Experiment> experiments,
     found.samples.push_back(i);
     arms.push_back(arm_in_sight(samples.samples[i], seen.start, box));
     if (arms.back() == nullptr) continue;
+    if (arms.back()->is_turned) found.turned.push_back(i);
     margin += drawn_out_by(*arms.back());
     n_arms += 1;
   }

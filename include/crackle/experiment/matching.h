@@ -52,9 +52,12 @@ struct Departure {
 /// The path of an experiment in that of the samples, at the stations of a frame.
 struct PathMatch {
   PathFrame frame;
-  std::vector<double> offset;  ///< of the experiment
-  Envelope band;
-  std::vector<Departure> departures;
+  std::vector<double> offset = {};          ///< of the experiment
+  std::vector<std::uint64_t> samples = {};  ///< by number
+  std::vector<std::uint64_t> turned = {};   ///< those whose paths are turned by a symmetry of the body
+  ValueTable of_samples = {};               ///< their offsets, as computed
+  Envelope band = {};
+  std::vector<Departure> departures = {};
 };
 
 struct ExperimentMatch {
@@ -105,8 +108,9 @@ std::string advice(const SetMatchBy& by);
 /// The match as readable tables and sentences.
 std::string to_text(const Match& match);
 
-/// The same as a JSON document in SI units; NaN is null.
-std::string to_json(const Match& match);
+/// The same as a JSON document in SI units, with what was observed and the samples' loads; NaN is null.
+std::string to_json(const Match& match, std::span<const Experiment> experiments,
+                    const ObservedSamples& samples);
 
 /// An experiments file to start from, with all keys explained and values of this ensemble.
 /// @param folder of the ensemble, for the explanations
