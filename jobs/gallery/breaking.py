@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -11,8 +13,11 @@ import numpy as np
 import pictures
 from crackle import Ensemble
 from crackle_readme import put_block
-from crackle_runs import command, markdown, run
-from problems import PROBLEMS, Problem
+from crackle_runs import ROOT, command, markdown, run
+from measured import PROBLEMS as MEASURED
+from problems import PROBLEMS as COMPUTED, Problem
+
+PROBLEMS = COMPUTED | MEASURED
 
 GALLERY = Path(__file__).resolve().parent
 BODIES = ("plate-with-hole", "inclined-crack", "blunt-notches", "ring", "offset-notch", "l-panel")
@@ -20,6 +25,13 @@ BODIES = ("plate-with-hole", "inclined-crack", "blunt-notches", "ring", "offset-
 
 def rows(problem: Problem, ensemble: Ensemble) -> list[list[str]]:
     return [[figure.quantity, figure.find(ensemble), figure.reference(ensemble)] for figure in problem.figures]
+
+
+def draw_experiments(problem: Problem, folder: Path, picture: Path, program: Path) -> None:
+    """A picture of the report that shows the experiments."""
+    subprocess.run([ROOT / "tools" / "crackle-report", folder, "--experiments", problem.experiments_file, "--no-animation", "--program", program],
+                   check=True)
+    shutil.copyfile(folder / "report" / f"{problem.picture}.png", picture)
 
 
 def main() -> int:
@@ -52,7 +64,10 @@ def main() -> int:
                 loads = pictures.breaking_loads(ensemble)
                 print(f"{name}: {np.mean(loads):.4g} ± {np.std(loads, ddof=1):.2g} N, {', '.join(ensemble.samples.outcome.unique())}", flush=True)
             if arguments.keep:
-                pictures.draw(name, GALLERY / f"{name}.png", ensemble)
+                if problem and problem.picture:
+                    draw_experiments(problem, folder, GALLERY / f"{name}.png", arguments.program)
+                else:
+                    pictures.draw(name, GALLERY / f"{name}.png", ensemble)
                 if problem:
                     put_block(name, markdown(["", "found", "reference"], table))
         return 0

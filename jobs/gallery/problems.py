@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,7 +24,7 @@ class Figure:
     reference: Callable[[Ensemble], str]
 
 
-def _always(text: str) -> Callable[[Ensemble], str]:
+def always(text: str) -> Callable[[Ensemble], str]:
     return lambda _: text
 
 
@@ -33,13 +34,22 @@ class Problem:
     figures: tuple[Figure, ...]
     keys: dict[str, str | None] = field(default_factory=dict)  # changes of the input
     coarse: dict[str, str | None] = field(default_factory=dict)  # further ones that make it a matter of seconds
+    added: str = ""  # tables at the end of its input
+    size: float = 1  # factor on all lengths, but those of reference volumes
+    experiments: str = ""  # a file in this folder, which is held against the samples
+    picture: str = ""  # of the report with these experiments, instead of one of the cracks
 
     @property
     def file(self) -> Path:
         return ROOT / "jobs" / self.source
 
     def input_text(self, coarse: bool = False) -> str:
-        return with_keys(self.file.read_text(), {**self.keys, **(self.coarse if coarse else {})})
+        text = with_keys(self.file.read_text(), {**self.keys, **(self.coarse if coarse else {})}) + self.added
+        return re.sub(r'([\d.]+)( mm(?:/s)?")', lambda length: f"{float(length[1]) * self.size:g}{length[2]}", text) if self.size != 1 else text
+
+    @property
+    def experiments_file(self) -> Path:
+        return ROOT / "jobs" / "gallery" / self.experiments
 
 
 def _mean(values: Sequence[float]) -> str:
@@ -204,38 +214,38 @@ def _depth_reference(ensemble: Ensemble) -> str:
 
 
 PROBLEMS = {
-    "paper-plate": Problem("paper.toml", (Figure("samples with branching in the projection", _branched, _always("4 of the paper's 8 typical samples, no share")),),
+    "paper-plate": Problem("paper.toml", (Figure("samples with branching in the projection", _branched, always("4 of the paper's 8 typical samples, no share")),),
                            {"ensemble.samples": "8", "time.integrator": '"verlet"', "time.step": '"auto"'},
                            {"ensemble.samples": "2", "mesh.notch_spacing": '"0.6 mm"', "mesh.growth": "0.1", "mesh.spacing": '"2 mm"'}),
     "pmma-strip": Problem("verification/pmma-strip.toml", (
-        Figure("samples with branching in the projection", _branched, _always("all")),
-        Figure("angle between the branches of the first branching point with branches of 2 mm", _branching_angle, _always("some 30°"))),
+        Figure("samples with branching in the projection", _branched, always("all")),
+        Figure("angle between the branches of the first branching point with branches of 2 mm", _branching_angle, always("some 30°"))),
         {}, {"ensemble.samples": "2"}),
     "glass-plate": Problem("verification/glass-plate.toml", (
-        Figure("the crack has grown by 1 mm after", _passing_time(51 * MILLIMETRE), _always("about 10 µs")),
-        Figure("it branches after", _branching_time, _always("about 33 µs")),
-        Figure("it is 1 mm before the far edge after", _passing_time(99 * MILLIMETRE), _always("about 75 µs")),
-        Figure("branching points in the projection", _range_of("bifurcations_projected", ".0f"), _always("1")),
-        Figure("largest speed / c_R (2125 m/s)", _range_of("crack_speed_ratio", ".2f"), _always("below 0.6")),
-        Figure("energy of broken tetrahedra per traced area", _range_of("effective_toughness", ".2f", " J/m²"), _always("2 of the 3 given while slow, more when fast"))),
+        Figure("the crack has grown by 1 mm after", _passing_time(51 * MILLIMETRE), always("about 10 µs")),
+        Figure("it branches after", _branching_time, always("about 33 µs")),
+        Figure("it is 1 mm before the far edge after", _passing_time(99 * MILLIMETRE), always("about 75 µs")),
+        Figure("branching points in the projection", _range_of("bifurcations_projected", ".0f"), always("1")),
+        Figure("largest speed / c_R (2125 m/s)", _range_of("crack_speed_ratio", ".2f"), always("below 0.6")),
+        Figure("energy of broken tetrahedra per traced area", _range_of("effective_toughness", ".2f", " J/m²"), always("2 of the 3 given while slow, more when fast"))),
         {"ensemble.samples": "4"}, {"ensemble.samples": "1", "mesh.spacing": '"0.5 mm"'}),
     "compact-tension": Problem("gallery/compact-tension.toml", (
-        Figure("K at the onset over that of the toughness", _compact_tension, _always("1")),),
+        Figure("K at the onset over that of the toughness", _compact_tension, always("1")),),
         {}, {"ensemble.samples": "2", "mesh.notch_spacing": '"1 mm"', "specimen.notch.height": '"1 mm"'}),
     "brazilian-disk": Problem("gallery/brazilian-disk.toml", (
         Figure("load at failure over strength × π D t / 2", lambda ensemble: _mean(disk_loads(ensemble)),
-               _always(f"{disk_reference():.2f} on these arcs; 1 at points")),),
+               always(f"{disk_reference():.2f} on these arcs; 1 at points")),),
         {}, {"ensemble.samples": "2", "mesh.spacing": '"2.5 mm"'}),
     "bend-bar": Problem("gallery/bend-bar.toml", (
-        Figure("stiffness over that of Timoshenko's beam", _bar_stiffness, _always("1")),),
+        Figure("stiffness over that of Timoshenko's beam", _bar_stiffness, always("1")),),
         {}, {"ensemble.samples": "2", "mesh.spacing": '"0.6 mm"', "mesh.region.spacing": '"0.45 mm"', "time.duration": '"10 us"'}),
     "knife-edge-disk": Problem("gallery/knife-edge-disk.toml", (
-        Figure("growth of the width over the exact one", _disk_widening, _always("1")),),
+        Figure("growth of the width over the exact one", _disk_widening, always("1")),),
         {}, {"ensemble.samples": "2", "mesh.spacing": '"2.5 mm"', "time.duration": '"10 us"'}),
     "uncertain-strip": Problem("gallery/uncertain-strip.toml", (
         Figure("exponent of the notch's depth in the load", _exponent(2), _depth_reference),
-        Figure("exponent of the toughness", _exponent(0), _always("0.5")),
-        Figure("exponent of the modulus", _exponent(1), _always("0.5")),
-        Figure("load over the handbook's", lambda ensemble: _mean(onset_loads(ensemble) / _handbook_loads(ensemble)), _always("1"))),
+        Figure("exponent of the toughness", _exponent(0), always("0.5")),
+        Figure("exponent of the modulus", _exponent(1), always("0.5")),
+        Figure("load over the handbook's", lambda ensemble: _mean(onset_loads(ensemble) / _handbook_loads(ensemble)), always("1"))),
         {}, {"ensemble.samples": "16", "time.duration": '"1 us"'}),
 }

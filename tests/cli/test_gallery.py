@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery")]
 
+import measured  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
 from crackle_launch import environment  # noqa: E402
@@ -39,7 +40,7 @@ def check(file: Path) -> subprocess.CompletedProcess:
 
 class Inputs(unittest.TestCase):
     def test_every_input_of_jobs_is_accepted(self):
-        files = sorted(file for file in (ROOT / "jobs").rglob("*.toml") if "[[experiment]]" not in file.read_text())
+        files = sorted(file for file in (ROOT / "jobs").rglob("*.toml") if not file.stem.endswith("experiments") and file.parent.name != "experiments")
         self.assertGreater(len(files), 20)
         with ThreadPoolExecutor(2) as pool:
             for file, result in zip(files, pool.map(check, files)):
@@ -116,9 +117,21 @@ class Runs(unittest.TestCase):
                     pictures.draw(problem, folder / f"{problem}.png", samples)
                     self.assertGreater((folder / f"{problem}.png").stat().st_size, 5000)
 
+    def test_coarse_runs_are_held_against_experiments(self):
+        """Four samples say nothing of the model; that the numbers are found is what is tested."""
+        with tempfile.TemporaryDirectory() as name:
+            for problem in ("semicircular-bend", "alumina-bars", "small-alumina-bars"):
+                one = measured.PROBLEMS[problem]
+                samples = run(one.input_text(coarse=True), Path(name) / problem, Path(OPTIONS.program))
+                for figure in one.figures:
+                    found = figure.find(samples)
+                    print(f"{problem}: {figure.quantity}: {found}; reference: {figure.reference(samples)}", flush=True)
+                    self.assertRegex(found, r"^[-−]?\d")
+                    self.assertNotIn("nan", found)
+
     def test_full_inputs_are_accepted(self):
         with tempfile.TemporaryDirectory() as name:
-            for problem in problems.PROBLEMS.values():
+            for problem in (problems.PROBLEMS | measured.PROBLEMS).values():
                 if problem.keys:  # the others are files of jobs as they stand
                     source = Path(name) / "input.toml"
                     source.write_text(problem.input_text())
