@@ -136,9 +136,9 @@ def _start(times: Unit, since_onset: float) -> str:
 def experiments(match: dict[str, Any]) -> str:
     """What `crackle match` says of each experiment, and of all together."""
     titles = (("experiment", ""), ("by", ""), ("p", "rank among the samples"), ("samples", ""), ("distance", "mean to the samples"),
-              ("usual distance", "median of the samples"), ("nearest samples", "and their distances"))
+              ("usual distance", "median of the samples"), ("offset", "from the samples' mean"), ("nearest samples", "and their distances"))
     rows = [[experiment["name"], name.replace("_", " "), _number(by["p_value"], ".3f"), str(by["n_samples"]),
-             _size(by["mean_distance"], by["unit"]), _size(by["usual_distance"], by["unit"]),
+             *(_size(by.get(what), by["unit"]) for what in ("mean_distance", "usual_distance", "offset")),
              ", ".join(f"{one['sample']} ({_size(one['distance'], by['unit'])})" for one in by["nearest"])]
             for experiment in match["experiments"] for name, by in experiment["by"].items()]
     table = _table(titles, rows)
@@ -148,7 +148,8 @@ def experiments(match: dict[str, Any]) -> str:
               ("scatter", "of experiments over samples"))
     return table + _table(titles, [
         [name.replace("_", " "), str(by["n_experiments"]),
-         *(_number(_known(by[p]), ".3f") for p in ("p_value", "energy_p_value", "depth_p_value")), _interval(by.get("shift"), by["unit"]), _interval(by.get("scatter_ratio"), "1")] for name, by in match["set"]["by"].items()])
+         *(_number(_known(by[p]), ".3f") for p in ("p_value", "energy_p_value", "depth_p_value")),
+         _interval(by.get("shift"), by["unit"]), _interval(by.get("scatter_ratio"), "1")] for name, by in match["set"]["by"].items()])
 
 
 def advice(match: dict[str, Any]) -> str:

@@ -26,11 +26,10 @@ BEYOND = 0.04  # of the body's width, around it
 N_OVERLAID = 3
 EXPERIMENT, BAND = style.BRANCHING, style.NOTCH_COLOURS[0]
 
-EXPLANATION = (
-    "p is the share of the samples, the experiment among them, that are as far from all others on average, in a path, a load or "
-    "pictures, or jointly in what crackle match compares. Pictures are compared by the correlation of their grey values, smoothed over "
-    "a spacing of the mesh; noise and other optics set a photograph apart from all samples, so that its p is small, but hardly change "
-    "which sample is nearest. Samples are not turned for them. Times are since the crack began to run.")
+EXPLANATION = ("p is the share of the samples, the experiment among them, that are as far from all others on average, by one quantity, or "
+               "jointly by those of crackle match. Times are since the crack began to run.")
+OF_PICTURES = ("Pictures are compared by the correlation of their grey values, smoothed over a spacing of the mesh; noise and other optics "
+               "set a photograph apart from all samples, so that its p is small, but hardly change which sample is nearest.")
 
 
 def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
@@ -39,7 +38,8 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
     if found is None:
         return None
     shown = found["experiments"][:MOST]
-    words = [EXPLANATION, *(warning[0].upper() + warning[1:] + "." for warning in found["warnings"])]
+    words = [EXPLANATION] + [OF_PICTURES] * any("pictures" in experiment["by"] for experiment in found["experiments"])
+    words += [warning[0].upper() + warning[1:] + "." for warning in found["warnings"]]
     if len(shown) < len(found["experiments"]):
         words.append(f"The first {MOST} of {len(found['experiments'])} experiments are drawn.")
     if options.calibration is None:
