@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle match: experiments beside an ensemble.
 #include "commands.h"
+#include "crackle/common/failure.h"
+#include "crackle/experiment/held_out.h"
 #include "crackle/experiment/matching.h"
 #include "crackle/geometry/body.h"
 #include "crackle/parallel/agreement.h"
@@ -9,11 +11,15 @@
 #include "observed_samples.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <charconv>
 #include <cstdio>
 #include <memory>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::apps {
@@ -23,18 +29,58 @@ namespace {
 struct MatchOptions {
   std::string folder;
   std::string experiments;
+  std::string held_out;
   bool json = false;
 };
+
+constexpr const char* all_samples = "each";
+
+std::size_t number_of(const std::string& held_out) {
+  std::size_t n = 0;
+  const auto [end, error] = std::from_chars(held_out.data(), held_out.data() + held_out.size(), n);
+  if (error != std::errc() || end != held_out.data() + held_out.size())
+    fail("--held-out: \"{}\" is neither a number of samples nor \"{}\"", held_out, all_samples);
+  return n;
+}
+
+void print_match(std::span<const experiment::Experiment> experiments,
+                 const experiment::ObservedSamples& samples, const geometry::Body& body,
+                 const input::Parameters& parameters, bool as_json) {
+  const experiment::Match found = experiment::match(experiments, samples, body, parameters);
+  fmt::print("{}", as_json ? experiment::to_json(found, experiments, samples) : experiment::to_text(found));
+}
+
+/// Samples held against the others.
+void match_held_out(const MatchOptions& options, experiment::ObservedSamples samples,
+                    const geometry::Body& body, const input::Parameters& parameters) {
+  if (options.held_out == all_samples) {
+    const std::size_t n = samples.samples.size();
+    fmt::print("{}", experiment::p_values_text(
+                         experiment::p_values_of_samples(samples, body, [n](std::size_t n_done) {
+                           if (::isatty(STDERR_FILENO) != 0)
+                             fmt::print(stderr, "\r{} of {}{}", n_done, n, n_done == n ? "\n" : "");
+                         })));
+    return;
+  }
+  const auto [experiments, others] = experiment::hold_out(std::move(samples), number_of(options.held_out));
+  print_match(experiments, others, body, parameters, options.json);
+}
 
 int match(const parallel::Communicator& world, const MatchOptions& options) {
   const auto folder = folder_of(world, options.folder);
   const input::Parameters parameters = input_of(world, folder);
   const auto body = geometry::make_body(parameters.specimen);
-  const auto experiments = read_experiments(world, options.experiments, *body);
+  if (options.experiments.empty() == options.held_out.empty())
+    fail("give either an experiments file or --held-out");
+  std::vector<experiment::Experiment> experiments;
+  if (!options.experiments.empty()) experiments = read_experiments(world, options.experiments, *body);
   parallel::agree_on_root(world, [&] {
-    const auto samples = observed_samples(folder, parameters, *body, experiment::needs_arms(experiments));
-    const experiment::Match found = experiment::match(experiments, samples, *body, parameters);
-    fmt::print("{}", options.json ? experiment::to_json(found) : experiment::to_text(found));
+    const bool with_arms = !options.held_out.empty() || experiment::needs_arms(experiments);
+    auto samples = observed_samples(folder, parameters, *body, with_arms);
+    if (options.held_out.empty())
+      print_match(experiments, samples, *body, parameters, options.json);
+    else
+      match_held_out(options, std::move(samples), *body, parameters);
     std::fflush(stdout);
   });
   return success;
@@ -51,12 +97,14 @@ void add_match_command(CLI::App& app, Action& run) {
                          "where its crack leaves theirs, and what the experiments say together; reads only");
   command->add_option("folder", options->folder, "output folder of crackle run, or the ensemble.h5 in it")
       ->required();
-  command
-      ->add_option(
-          "experiments", options->experiments,
-          "the experiments (TOML); crackle init experiments.toml --from-ensemble FOLDER writes one to "
-          "start from")
-      ->required();
+  command->add_option(
+      "experiments", options->experiments,
+      "the experiments (TOML); crackle init experiments.toml --from-ensemble FOLDER writes one to "
+      "start from");
+  command->add_option(
+      "--held-out", options->held_out,
+      "instead of experiments: this number of the samples, chosen at random, against the others; "
+      "\"each\": each against all others, whose p-values should be uniform");
   command->add_flag("--json", options->json, "print one JSON document instead, in SI units; NaN is null");
   command->footer(
       "Exit status: 0 whatever is found; 1 usage error, or an error in the experiments or the ensemble.");

@@ -35,12 +35,14 @@ void check_writable(const std::filesystem::path& table) {
 bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
                    const std::filesystem::path& table) {
   for (const input::RandomInput& random : parameters.random)
-    if (random.key.starts_with("specimen.") || random.key.starts_with("mesh.") ||
-        random.key.find(".region.") != std::string::npos)
-      fail(
-          "--survey needs the same body for all samples, but this input draws {}; use --sample for the mesh "
-          "of one sample",
-          random.key);
+    for (const std::string& key : keys_of(random))
+      if (key.starts_with("specimen.") || key.starts_with("mesh.") ||
+          key.find(".region.") != std::string::npos)
+        fail(
+            "--survey needs the same body for all samples, but this input draws {}; use --sample for the "
+            "mesh "
+            "of one sample",
+            key);
   if (!table.empty()) check_writable(table);
   const Stopwatch base_clock;
   const auto body = geometry::make_body(parameters);

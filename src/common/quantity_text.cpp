@@ -62,7 +62,7 @@ ShownUnit shown_unit(const ShownUnit& usual, const std::string& si, double large
   return prefixed(si, largest);
 }
 
-std::string quantity_text(double value, const std::string& si) {
+std::string quantity_text(double value, const std::string& si, int n_digits) {
   const double magnitude = std::abs(value);
   const bool is_plain = !has_size(magnitude) || (magnitude >= least_plain && magnitude < greatest_plain);
   const bool is_of_millimetres = si == "m" && magnitude >= 1e-5 && magnitude < 1;
@@ -70,8 +70,8 @@ std::string quantity_text(double value, const std::string& si) {
                          : is_plain        ? ShownUnit{si, 1}
                                            : prefixed(si, magnitude);
   // More digits if there is no suitable prefix.
-  return fmt::format("{:.{}g} {}", value * unit.factor, magnitude * unit.factor < greatest_plain ? 4 : 6,
-                     unit.name);
+  return fmt::format("{:.{}g} {}", value * unit.factor,
+                     magnitude * unit.factor < greatest_plain ? n_digits : 6, unit.name);
 }
 
 }  // namespace crackle

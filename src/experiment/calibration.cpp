@@ -138,11 +138,12 @@ std::vector<std::string> sample_warnings(const input::Parameters& parameters, co
         "the samples share their base of mother points: the scatter between bases is not in the mesh "
         "scatter, "
         "and the posterior is too narrow; compute the ensemble with base = \"own\"");
-  if (!found.left_out.empty())
+  const std::size_t n_lacking = found.failed.size() + found.undecided.size() + found.left_out.size();
+  if (n_lacking > 0)
     warnings.push_back(fmt::format(
-        "{} of {} samples lack a part of the observations and are left out: the posterior supposes that this "
-        "has nothing to do with the inputs",
-        found.left_out.size(), found.n_used + found.left_out.size()));
+        "{} of {} samples failed, are undecided or lack a part of the observations, and are left out: the "
+        "posterior supposes that this has nothing to do with the inputs",
+        n_lacking, found.n_used + n_lacking));
   return warnings;
 }
 

@@ -26,7 +26,7 @@ constexpr std::size_t most_left_out = 200;
 constexpr double least_effective_size = 1000;
 
 /// The results of a draw as an experiment.
-ObservedComponents as_experiment(const CalibrationData& data, Eigen::Index row) {
+ObservedComponents draw_as_experiment(const CalibrationData& data, Eigen::Index row) {
   ObservedComponents observed{
       .mean = {}, .share = {}, .error = data.observed.error, .blocks = data.observed.blocks, .contrasts = {}};
   set_observed(data.as_read.row(row), observed);
@@ -45,7 +45,7 @@ LeftOut leave_out(const CalibrationData& data, const Emulator& emulator, std::si
   for (std::size_t c = 0; c < columns.size(); ++c) columns[c] = static_cast<Eigen::Index>(c);
   const Emulator others = emulator.refitted(data.values.without(draw), columns);
   const auto row = std::ranges::lower_bound(data.values.draw, draw) - data.values.draw.begin();
-  const ObservedComponents observed = as_experiment(data, row);
+  const ObservedComponents observed = draw_as_experiment(data, row);
   const PosteriorPoints points =
       posterior_of(SyntheticLikelihood(others, observed, {}), small_effort, stream);
   LeftOut found{{}, points.least_squared_distance};

@@ -22,7 +22,7 @@ constexpr Eigen::Index most_components = 5;
 /// A column counts if at least this share of the samples has it.
 constexpr double least_share = 0.9;
 /// Loads with a larger correlation over the samples are one quantity.
-constexpr double same_load = 0.999;
+constexpr double same_load_correlation = 0.999;
 
 using Matrix = Eigen::MatrixXd;
 
@@ -165,7 +165,7 @@ bool are_same(const Part& one, const Part& other) {
   if (one.block.unit != "N" || other.block.unit != "N" || one.samples != other.samples) return false;
   const Eigen::ArrayXd a = one.of_samples.col(0).array() - one.of_samples.col(0).mean();
   const Eigen::ArrayXd b = other.of_samples.col(0).array() - other.of_samples.col(0).mean();
-  return (a * b).sum() > same_load * std::sqrt(a.square().sum() * b.square().sum());
+  return (a * b).sum() > same_load_correlation * std::sqrt(a.square().sum() * b.square().sum());
 }
 
 /// The parts that can be used; notes say why others cannot.

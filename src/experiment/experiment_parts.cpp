@@ -138,6 +138,16 @@ plane::Point in_body(const Draft& draft, const plane::Point& p) {
   return {draft.origin[0] + c * y - s * z, draft.origin[1] + s * y + c * z};
 }
 
+void place_picture(const Draft& draft, Picture& picture) {
+  const auto place = [&](double from_left, double from_top) {
+    return in_body(draft, {picture.scale * (from_left - picture.origin[0]),
+                           picture.scale * (picture.origin[1] - from_top)});
+  };
+  picture.corner = place(0, 0);
+  picture.right = place(1, 0) - picture.corner;
+  picture.down = place(0, 1) - picture.corner;
+}
+
 void add_files(Draft& draft, const std::string& prefix, input::Context& context) {
   using Add = void (*)(Draft&, const CsvTable&, CsvErrors&);
   const auto read = [&](const char* key, const std::string& file, Add add) {

@@ -12,6 +12,9 @@ namespace crackle::experiment {
 /// A place in the experiment's axes, in those of the body.
 plane::Point in_body(const Draft& draft, const plane::Point& p);
 
+/// Sets where the picture's pixels are in the body.
+void place_picture(const Draft& draft, Picture& picture);
+
 /// Completes the experiment by its files of path, tips and curve. Errors are reported at their keys.
 /// @param prefix of the keys in messages: "experiment[0]."
 void add_files(Draft& draft, const std::string& prefix, input::Context& context);

@@ -29,17 +29,51 @@ Json json_of(const MatchBy& by) {
           {"unit", by.unit},
           {"mean_distance", by.mean_distance},
           {"usual_distance", by.usual_distance},
+          {"offset", by.offset},
+          {"standard_deviation", by.deviation},
           {"nearest", json_of(by.nearest)}};
 }
 
 Json json_of(const PathMatch& path) {
-  Json stations{
-      {"place", path.frame.place},         {"normal", path.frame.normal},   {"offset", path.offset},
-      {"band_lower", path.band.lower},     {"band_upper", path.band.upper}, {"band_level", path.band.level},
-      {"band_p_value", path.band.p_value}, {"departures", Json::array()}};
+  Json stations{{"place", path.frame.place},
+                {"normal", path.frame.normal},
+                {"offset", path.offset},
+                {"band_lower", path.band.lower},
+                {"band_upper", path.band.upper},
+                {"band_level", path.band.level},
+                {"band_p_value", path.band.p_value},
+                {"departures", Json::array()},
+                {"samples", path.samples},
+                {"turned", path.turned},
+                {"sample_offsets", Json::array()}};
+  for (std::size_t i = 0; i < path.of_samples.n_rows(); ++i) {
+    const auto row = path.of_samples.row(i);
+    stations["sample_offsets"].push_back(std::vector(row.begin(), row.end()));
+  }
   for (const Departure& part : path.departures)
     stations["departures"].push_back({{"from", part.from}, {"to", part.to}, {"beyond", part.beyond}});
   return stations;
+}
+
+Json json_of(const std::optional<double>& value) {
+  return value ? Json(*value) : Json();
+}
+
+Json json_of(const Experiment& experiment) {
+  Json one{{"lines", experiment.lines},
+           {"onset_load", json_of(experiment.onset_load)},
+           {"peak_load", json_of(experiment.peak_load)},
+           {"load_error", experiment.load_error},
+           {"pictures", Json::array()}};
+  for (const Picture& picture : experiment.pictures)
+    one["pictures"].push_back({{"file", picture.file.string()},
+                               {"time", picture.time},
+                               {"corner", picture.corner},
+                               {"right", picture.right},
+                               {"down", picture.down},
+                               {"light_field", !picture.has_dark_field},
+                               {"reversed", picture.is_reversed}});
+  return one;
 }
 
 Json json_of(const ExperimentMatch& experiment) {
@@ -87,17 +121,22 @@ Json json_of(const SetMatch& set) {
 
 }  // namespace
 
-std::string to_json(const Match& match) {
+std::string to_json(const Match& match, std::span<const Experiment> experiments,
+                    const ObservedSamples& samples) {
   Json document{{"experiments", Json::array()}};
   for (const ExperimentMatch& experiment : match.experiments)
     document["experiments"].push_back(json_of(experiment));
+  for (std::size_t i = 0; i < experiments.size(); ++i)
+    document["experiments"][i]["observed"] = json_of(experiments[i]);
   document["set"] = match.set ? json_of(*match.set) : Json();
   document["warnings"] = match.warnings;
-  document["samples"] = {{"planned", match.n_planned},
-                         {"used", match.n_used},
-                         {"failed", match.failed},
-                         {"undecided", match.undecided},
-                         {"missing", match.missing}};
+  document["samples"] = {{"planned", match.n_planned}, {"used", match.n_used},
+                         {"failed", match.failed},     {"undecided", match.undecided},
+                         {"missing", match.missing},   {"loads", Json::array()}};
+  for (const ObservedSample& sample : samples.samples)
+    document["samples"]["loads"].push_back({{"sample", sample.number},
+                                            {"onset_load", load_of(sample.summary, Quantity::onset_load)},
+                                            {"peak_load", load_of(sample.summary, Quantity::peak_load)}});
   // Names need not be valid UTF-8.
   return document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

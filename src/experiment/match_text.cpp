@@ -17,7 +17,7 @@ namespace {
 
 std::string size_text(double value, const std::string& unit) {
   if (std::isnan(value)) return "-";
-  return unit == "1" ? fmt::format("{:.2f}", value) : quantity_text(value, unit);
+  return unit == "1" ? fmt::format("{:.2f}", value) : quantity_text(value, unit, 3);
 }
 
 std::string place_text(const plane::Point& p) {
@@ -41,13 +41,13 @@ std::string nearest_text(const MatchBy& by) {
 }
 
 std::string experiments_table(const Match& match) {
-  std::vector<Row> rows{{"experiment", "by", "p", "distance", "usual", "nearest samples"}};
+  std::vector<Row> rows{{"experiment", "by", "p", "distance", "usual", "offset", "std", "nearest samples"}};
   for (const ExperimentMatch& experiment : match.experiments) {
     std::string name = experiment.name;
     for (const MatchBy& by : experiment.by) {
       rows.push_back({std::exchange(name, ""), readable(by.name), probability(by.p_value),
                       size_text(by.mean_distance, by.unit), size_text(by.usual_distance, by.unit),
-                      nearest_text(by)});
+                      size_text(by.offset, by.unit), size_text(by.deviation, by.unit), nearest_text(by)});
     }
   }
   return rows.size() == 1 ? "" : columns(rows);
@@ -56,7 +56,7 @@ std::string experiments_table(const Match& match) {
 std::string departure_text(const Departure& part, const PathFrame& frame) {
   const std::string between = place_text(part.from) + " to " + place_text(part.to);
   if (std::isnan(part.beyond)) return between + ", where it has ended";
-  return fmt::format("{}, by up to {} in {}", between, quantity_text(part.beyond, "m"),
+  return fmt::format("{}, by up to {} in {}", between, quantity_text(part.beyond, "m", 3),
                      frame.is_along_y ? "y" : "z");
 }
 
@@ -106,7 +106,7 @@ std::string set_text(const SetMatch& set) {
     rows.push_back({readable(by.name), fmt::format("{}", by.n_experiments), probability(by.test.p_value()),
                     probability(by.test.energy_p_value), probability(by.test.depth_p_value),
                     interval(by.scatter.shift, [&](double value) { return size_text(value, by.unit); }),
-                    interval(by.scatter.ratio, [](double value) { return fmt::format("{:.2g}", value); })});
+                    interval(by.scatter.ratio, [](double value) { return fmt::format("{:#.2g}", value); })});
   }
   std::string text = columns(rows);
   for (const SetMatchBy& by : set.by) {
@@ -136,7 +136,8 @@ std::string to_text(const Match& match) {
   text += remarks(match);
   text += fmt::format(
       "p: the share of samples, the experiment among them, that are as far from all others on average; "
-      "{:.2g} at least. Distance: that mean; usual: the samples' median.\n",
+      "{:.2g} at least. Distance: that mean; usual: the samples' median. Offset: from "
+      "the samples' mean, along the path on average; std: of the same of the samples.\n",
       least_p_value(match.n_used));
   if (match.set) text += "\n" + set_text(*match.set);
   return text;

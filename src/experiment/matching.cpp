@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/experiment/matching.h"
 
+#include "crackle/analysis/running_statistics.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/checksum.h"
 #include "crackle/common/index.h"
@@ -14,11 +15,15 @@
 #include <cmath>
 #include <iterator>
 #include <set>
+#include <tuple>
 #include <utility>
 
 namespace crackle::experiment {
 
 namespace {
+
+/// Loads of a sample that differ by less, relatively, are the same.
+constexpr double same_load = 1e-3;
 
 /// The rows of some observables that all of them have.
 struct CommonRows {
@@ -58,6 +63,39 @@ Distances distances_by(std::span<const Observable> observables, const CommonRows
   return distances.size() == 1 ? distances.front() : joint_distances(distances);
 }
 
+/// The mean over the columns of row 0 less the mean of the others, and their standard deviation. Columns that
+/// row 0 does not reach do not count, nor do rows that do not reach the others.
+std::pair<double, double> offset_and_deviation(const ValueTable& table) {
+  const auto mean_where_row_0_is = [&](std::size_t i) {
+    double sum = 0, n = 0;
+    for (std::size_t c = 0; c < table.n_columns; ++c) {
+      if (std::isnan(table.row(0)[c])) continue;
+      sum += table.row(i)[c];
+      n += 1;
+    }
+    return n > 0 ? sum / n : not_a_number;
+  };
+  analysis::Moments others;
+  for (std::size_t i = 1; i < table.n_rows(); ++i)
+    if (const double mean = mean_where_row_0_is(i); !std::isnan(mean)) others.add(mean);
+  return {mean_where_row_0_is(0) - others.mean(), others.standard_deviation()};
+}
+
+/// Loads that are the same in all samples, such as onset and peak of cracks that do not stop, count once.
+std::vector<Observable> distinct(std::span<const Observable> observables) {
+  std::vector<Observable> found;
+  for (const Observable& each : observables) {
+    const bool is_known = std::ranges::any_of(found, [&](const Observable& other) {
+      return other.samples == each.samples && other.experiments == each.experiments &&
+             std::ranges::equal(other.of_samples.values, each.of_samples.values, [](double one, double two) {
+               return std::abs(one - two) <= same_load * std::abs(one);
+             });
+    });
+    if (!is_known) found.push_back(each);
+  }
+  return found;
+}
+
 MatchBy match_by(std::span<const Observable> observables, const ObservedSamples& samples) {
   const CommonRows rows = common_rows(observables);
   MatchBy by;
@@ -77,6 +115,8 @@ MatchBy match_by(std::span<const Observable> observables, const ObservedSamples&
   by.mean_distance = means.front();
   means.erase(means.begin());
   by.usual_distance = analysis::quantile(std::move(means), 0.5);
+  if (observables.size() == 1 && observables.front().quantity != Quantity::tip_times)
+    std::tie(by.offset, by.deviation) = offset_and_deviation(table_of(observables.front(), rows));
   return by;
 }
 
@@ -100,31 +140,16 @@ std::vector<Departure> departures(const PathFrame& frame, const Envelope& band,
   return parts;
 }
 
-std::optional<PathMatch> match_path(const Observable& observable) {
+std::optional<PathMatch> match_path(const Observable& observable, const ObservedSamples& samples) {
   if (!observable.frame || observable.samples.empty()) return std::nullopt;
-  PathMatch path{*observable.frame, {}, {}, {}};
+  PathMatch path{.frame = *observable.frame, .of_samples = observable.of_samples};
+  for (const std::size_t i : observable.samples) path.samples.push_back(samples.samples[i].number);
+  for (const std::size_t i : observable.turned) path.turned.push_back(samples.samples[i].number);
   path.band = envelope(table_of(observable, common_rows({&observable, 1})), 1 - match_level);
   const auto row = observable.of_experiments.row(0);
   path.offset.assign(row.begin(), row.end());
   path.departures = departures(path.frame, path.band, path.offset);
   return path;
-}
-
-ExperimentMatch match_one(const Experiment& experiment, const ObservedSamples& samples,
-                          const geometry::Body& body) {
-  ExperimentMatch found{.name = experiment.name};
-  const auto observables = observe({&experiment, 1}, samples, body, checksum(experiment.name));
-  for (const Observable& each : observables) {
-    found.by.push_back(match_by({&each, 1}, samples));
-    if (each.quantity == Quantity::path) found.path = match_path(each);
-  }
-  if (observables.size() > 1) found.by.push_back(match_by(observables, samples));
-  if (!found.by.empty()) found.p_value = found.by.back().p_value;
-  if (!experiment.lines.empty() && !found.path)
-    found.note = "its path has no part in common with those of the samples";
-  else if (found.by.empty())
-    found.note = "nothing in it can be compared with the samples";
-  return found;
 }
 
 SetMatchBy match_set_by(std::span<const Observable> observables) {
@@ -157,8 +182,8 @@ std::optional<SetMatch> match_set(std::span<const Experiment> experiments, const
     used.push_back(std::move(each));
   }
   if (used.empty()) return std::nullopt;
-  if (used.size() > 1)
-    if (SetMatchBy by = match_set_by(used); !by.name.empty()) found.by.push_back(std::move(by));
+  if (const auto jointly = distinct(used); jointly.size() > 1)
+    if (SetMatchBy by = match_set_by(jointly); !by.name.empty()) found.by.push_back(std::move(by));
   found.n_experiments = found.by.back().n_experiments;
   found.p_value = found.by.back().test.p_value();
   return found;
@@ -214,6 +239,24 @@ std::vector<std::string> warnings_of(const ObservedSamples& samples, std::span<c
 
 }  // namespace
 
+ExperimentMatch match_one(const Experiment& experiment, const ObservedSamples& samples,
+                          const geometry::Body& body) {
+  ExperimentMatch found{.name = experiment.name};
+  const auto observables = observe({&experiment, 1}, samples, body, checksum(experiment.name));
+  for (const Observable& each : observables) {
+    found.by.push_back(match_by({&each, 1}, samples));
+    if (each.quantity == Quantity::path) found.path = match_path(each, samples);
+  }
+  if (const auto jointly = distinct(observables); jointly.size() > 1)
+    found.by.push_back(match_by(jointly, samples));
+  if (!found.by.empty()) found.p_value = found.by.back().p_value;
+  if (!experiment.lines.empty() && !found.path)
+    found.note = "its path has no part in common with those of the samples";
+  else if (found.by.empty())
+    found.note = "nothing in it can be compared with the samples";
+  return found;
+}
+
 Match match(std::span<const Experiment> experiments, const ObservedSamples& samples,
             const geometry::Body& body, const input::Parameters& parameters) {
   Match found{.set = match_set(experiments, samples, body),
@@ -233,7 +276,7 @@ std::string advice(const SetMatchBy& by) {
   const auto& shift = by.scatter.shift;
   std::string text;
   if (!std::isnan(ratio)) {
-    const std::string times = fmt::format("{:.2g} times as much ({:.2g} to {:.2g})", ratio, lower, upper);
+    const std::string times = fmt::format("{:#.2g} times as much ({:#.2g} to {:#.2g})", ratio, lower, upper);
     if (lower > 1)
       text = fmt::format("The experiments scatter {}: more disturbance or a varying material.", times);
     else if (upper < 1)
@@ -244,8 +287,8 @@ std::string advice(const SetMatchBy& by) {
   if (std::isnan(shift.lower)) return text;
   const std::string along = by.axis.empty() ? "" : " in " + by.axis;
   const std::string size =
-      fmt::format("{}{} ({} to {})", quantity_text(shift.value, by.unit), along,
-                  quantity_text(shift.lower, by.unit), quantity_text(shift.upper, by.unit));
+      fmt::format("{}{} ({} to {})", quantity_text(shift.value, by.unit, 3), along,
+                  quantity_text(shift.lower, by.unit, 3), quantity_text(shift.upper, by.unit, 3));
   const bool is_sure = shift.lower > 0 || shift.upper < 0;
   return text + (text.empty() ? "" : " ") +
          (is_sure

@@ -40,11 +40,6 @@ double common_error(std::span<const Experiment> experiments, const std::vector<s
   return std::sqrt(sum / static_cast<double>(numbers.size()));
 }
 
-double load_of(const analysis::SampleSummary& row, Quantity quantity) {
-  if (quantity == Quantity::peak_load) return row.peak_load;
-  return std::isnan(row.onset_force) ? row.first_break_load : row.onset_force;
-}
-
 std::optional<Observable> observe_load(std::span<const Experiment> experiments,
                                        const ObservedSamples& samples, Quantity quantity,
                                        std::uint64_t stream) {
@@ -125,6 +120,7 @@ std::optional<Observable> observe_path(std::span<const Experiment> experiments,
     found.samples.push_back(i);
     arms.push_back(arm_in_sight(samples.samples[i], seen.start, box));
     if (arms.back() == nullptr) continue;
+    if (arms.back()->is_turned) found.turned.push_back(i);
     margin += drawn_out_by(*arms.back());
     n_arms += 1;
   }
@@ -246,6 +242,11 @@ void check_places(const std::filesystem::path& file, std::span<const Experiment>
 const char* name_of(Quantity quantity) {
   constexpr std::array names{"path", "onset_load", "peak_load", "tip_times"};
   return names[index(quantity)];
+}
+
+double load_of(const analysis::SampleSummary& row, Quantity quantity) {
+  if (quantity == Quantity::peak_load) return row.peak_load;
+  return std::isnan(row.onset_force) ? row.first_break_load : row.onset_force;
 }
 
 std::vector<Observable> observe(std::span<const Experiment> experiments, const ObservedSamples& samples,

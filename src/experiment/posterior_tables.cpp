@@ -61,7 +61,7 @@ void fit_truncated(const Spread& posterior, double bound, double side, RandomInp
 /// The distribution that the posterior is written as.
 RandomInput fitted(const CalibratedInput& input) {
   const RandomInput& prior = input.random;
-  RandomInput random{.key = prior.key, .unit = prior.unit, .exponent = prior.exponent};
+  RandomInput random{.key = prior.key, .unit = prior.unit, .moved = prior.moved, .exponent = prior.exponent};
   random.distribution = prior.distribution;
   random.lower = prior.lower;
   random.upper = prior.upper;
@@ -101,7 +101,10 @@ double rounded(double value) {
 }
 
 std::string table_of(const RandomInput& random) {
-  std::string text = fmt::format("[[random]]\nkey = \"{}\"\ndistribution = \"{}\"\n", random.key,
+  std::string keys = fmt::format("\"{}\"", random.key);
+  for (const input::MovedNumber& each : random.moved) keys += fmt::format(", \"{}\"", each.key);
+  if (!random.moved.empty()) keys = "[" + keys + "]";
+  std::string text = fmt::format("[[random]]\nkey = {}\ndistribution = \"{}\"\n", keys,
                                  input::distribution_names[index(random.distribution)]);
   const auto add = [&](const char* name, double value) {
     if (std::isnan(value)) return;

@@ -72,33 +72,36 @@ bool moves_geometry(const std::string& path) {
 }
 
 const std::string accepted_random_key =
-    "a number that the input gives, such as \"material.youngs_modulus\" or \"specimen.notch[0].depth\"";
+    "a number that the input gives, such as \"material.youngs_modulus\" or \"specimen.notch[0].depth\", or "
+    "an "
+    "array of them that change by the same amount";
 
-/// Finds the number named by the key.
-void resolve(const Source& source, RandomInput& random, double exponent) {
+/// Finds the number that a text names. Its key stays empty if there is none, which is reported.
+RandomInput named_number(const Source& source, double exponent) {
+  RandomInput random;
   const auto path = read_text(source, accepted_random_key);
-  if (!path) return;
+  if (!path) return random;
   const std::string shown = shortened(*path);
   const Key* const key = find_key(*path);
   if (key == nullptr) {
     source.report("the input has no key \"{}\"; give {}", shown, accepted_random_key);
-    return;
+    return random;
   }
   for (const std::string_view table : without_random) {
     if (!path->starts_with(table) || (*path)[table.size()] != '.') continue;
     source.report("keys of [{}] cannot be random; give {}", table, accepted_random_key);
-    return;
+    return random;
   }
   const Value* const value = source.context.root ? find_path(*source.context.root, *path) : nullptr;
   if (value == nullptr) {
     source.report("the input does not give \"{}\"; give its nominal value", shown);
-    return;
+    return random;
   }
   random.key = *path;
   const bool plain = value->kind == ValueKind::number || value->kind == ValueKind::integer;
   if (plain && key->dimension != "integer") {
     random.own = value->number;
-    return;
+    return random;
   }
   if (value->kind == ValueKind::string) {
     for (const Dimension& dimension : known_dimensions(exponent)) {
@@ -107,23 +110,49 @@ void resolve(const Source& source, RandomInput& random, double exponent) {
       random.unit = dimension.si_unit;
       random.own = quantity.value;
       random.exponent = dimension.exponent;
-      return;
+      return random;
     }
   }
   source.report("\"{}\" is {}, not a number that can be random; give {}", shown,
                 value->kind == ValueKind::array ? "an array" : to_toml(*value), accepted_random_key);
+  return random;
+}
+
+/// Finds the numbers of the key.
+void resolve(const Source& source, RandomInput& random, double exponent) {
+  if (source.value.kind != ValueKind::array) {
+    random = named_number(source, exponent);
+    return;
+  }
+  const auto names = read_elements(source, 0, accepted_random_key);
+  if (!names) return;
+  for (const Source& name : *names) {
+    RandomInput number = named_number(name, exponent);
+    if (&name == &names->front())
+      random = std::move(number);
+    else if (!number.key.empty() && !random.key.empty() && number.unit != random.unit)
+      name.report("\"{}\" and \"{}\" have different units, so they cannot change by the same amount",
+                  number.key, random.key);
+    else
+      random.moved.push_back({std::move(number.key), number.own});
+  }
 }
 
 Key random_key_key() {
-  return {"key",
-          "name",
-          required(),
-          accepted_random_key,
-          "list entries are counted from 0; keys that change the geometry need mesh.base = \"own\"",
-          [](const Source& source, Parameters& parameters, std::size_t i) {
-            resolve(source, parameters.random.at(i), parameters.fracture.exponent);
-          },
-          [](Parameters& parameters, std::size_t i) { return parameters.random.at(i).key; }};
+  return {
+      "key",
+      "name, or names",
+      required(),
+      accepted_random_key,
+      "list entries are counted from 0; keys that change the geometry need mesh.base = \"own\"; of several "
+      "names the distribution is that of the first",
+      [](const Source& source, Parameters& parameters, std::size_t i) {
+        resolve(source, parameters.random.at(i), parameters.fracture.exponent);
+      },
+      [](Parameters& parameters, std::size_t i) {
+        const RandomInput& random = parameters.random.at(i);
+        return random.moved.empty() ? random.key : bracketed(keys_of(random));
+      }};
 }
 
 Key distribution_key() {
@@ -260,6 +289,12 @@ Table random_table() {
   return table;
 }
 
+std::vector<std::string> keys_of(const RandomInput& random) {
+  std::vector<std::string> keys{random.key};
+  for (const MovedNumber& moved : random.moved) keys.push_back(moved.key);
+  return keys;
+}
+
 std::string format_value(const RandomInput& random, double value) {
   return random.unit.empty() ? format_number(value) : format_quantity(value, dimension_of(random));
 }
@@ -274,6 +309,7 @@ std::string describe(const RandomInput& random) {
   for (const Parameter& parameter : parameters_of_random)
     if (!std::isnan(random.*parameter.member)) add(parameter, format_value(random, random.*parameter.member));
   if (!std::isnan(random.shape)) add(shape_parameter, format_number(random.shape));
+  for (const MovedNumber& moved : random.moved) text += ", with " + moved.key;
   return text;
 }
 
@@ -283,12 +319,14 @@ void check_random(const Parameters& parameters, Findings& findings) {
     const RandomInput& random = parameters.random[i];
     const std::string table = fmt::format("random[{}]", i);
     if (random.key.empty() || findings.faulty(table + ".key")) continue;
-    if (!keys.insert(random.key).second)
-      findings.report(table + ".key", "\"{}\" is random already; give each key once", random.key);
-    if (moves_geometry(random.key) && parameters.mesh.base != Base::own)
-      findings.report(table + ".key",
-                      "\"{}\" changes the mother points, which all samples share; give mesh.base = \"own\"",
-                      random.key);
+    for (const std::string& key : keys_of(random)) {
+      if (!keys.insert(key).second)
+        findings.report(table + ".key", "\"{}\" is random already; give each key once", key);
+      if (moves_geometry(key) && parameters.mesh.base != Base::own)
+        findings.report(table + ".key",
+                        "\"{}\" changes the mother points, which all samples share; give mesh.base = \"own\"",
+                        key);
+    }
     if (!findings.faulty(table + ".distribution")) check_distribution(random, table, findings);
   }
   if (parameters.ensemble.stop && parameters.ensemble.replicates > 1)

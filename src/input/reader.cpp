@@ -158,9 +158,12 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
   std::vector<Setting> settings;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const RandomInput& random = parameters.random[i];
-    const std::string number = fmt::format("{}", values[i]);
-    const bool is_plain = random.unit.empty();
-    settings.push_back({random.key, is_plain ? number : fmt::format("\"{} {}\"", number, random.unit)});
+    const auto set = [&](const std::string& key, double value) {
+      settings.push_back({key, random.unit.empty() ? fmt::format("{}", value)
+                                                   : fmt::format("\"{} {}\"", value, random.unit)});
+    };
+    set(random.key, values[i]);
+    for (const MovedNumber& moved : random.moved) set(moved.key, moved.own + (values[i] - random.own));
   }
   const PointsFile points{.path = parameters.mesh.points.value_or(std::filesystem::path()),
                           .digest = parameters.mesh.points_digest};

@@ -37,6 +37,10 @@ lower = "12 mm"
 """
 
 
+def drawn_inputs(file: h5py.File) -> np.ndarray:
+    return np.stack([file["samples/inputs"][key][:] for key in ("fracture.strength", "specimen.notch[0].at")], axis=1)
+
+
 class Calibrate(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -46,7 +50,7 @@ class Calibrate(unittest.TestCase):
         cls.out = run(PROGRAM, cls.text, cls.folder / "out")
         with h5py.File(cls.out / "ensemble.h5") as file:
             decided = np.flatnonzero((file["samples/status"][:] == 1) & (file["samples/outcome"][:] != 4))
-            cls.inputs = file["samples/inputs"][:]
+            cls.inputs = drawn_inputs(file)
             cls.loads = file["samples/peak_load"][:]
         cls.number = int(next(i for i in decided if 28e6 < cls.inputs[i][0] < 42e6))
         with h5py.File(cls.out / "samples" / f"{cls.number:04}.h5") as file:
@@ -116,7 +120,7 @@ class Calibrate(unittest.TestCase):
         self.assertIn("fracture.strength", checked)
         again = run(PROGRAM, (self.folder / "again.toml").read_text().replace(f"samples = {N}", "samples = 2"), self.folder / "again")
         with h5py.File(again / "ensemble.h5") as file:
-            drawn = file["samples/inputs"][:]
+            drawn = drawn_inputs(file)
         prior = np.std(self.inputs, axis=0)
         found = json.loads(self.crackle("calibrate", "out", "experiments.toml", "--json", "--discrepancy").stdout)
         for k, each in enumerate(found["inputs"]):

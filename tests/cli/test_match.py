@@ -94,6 +94,12 @@ origin = ["0 mm", "15 mm"]
         self.assertIsNone(found["set"])
         self.assertTrue(all("cannot give a p-value" in warning for warning in found["warnings"]))
         self.assertEqual(found["samples"], {"planned": N, "used": len(self.used), "failed": [], "undecided": self.undecided, "missing": []})
+        self.assertEqual(one["observed"]["peak_load"], self.peak)
+        np.testing.assert_allclose(one["observed"]["lines"], [self.line], atol=1e-9)
+        self.assertEqual([each["sample"] for each in found["samples"]["loads"]], self.used)
+        self.assertEqual([each["peak_load"] for each in found["samples"]["loads"]], list(self.loads))
+        np.testing.assert_allclose(np.array(one["path"]["sample_offsets"][5], float), np.array(one["path"]["offset"], float), atol=1e-6)
+        self.assertEqual((one["path"]["samples"], one["path"]["turned"]), (self.used, []))
         # The offsets of the path are those that the same line has in the file.
         path = one["path"]
         self.assertEqual(len(path["offset"]), 50)
@@ -104,6 +110,27 @@ origin = ["0 mm", "15 mm"]
             share = np.clip(np.sum((p - a) * (b - a), axis=1) / np.sum((b - a)**2, axis=1), 0, 1)
             self.assertLess(np.min(np.linalg.norm(p - a - share[:, None] * (b - a), axis=1)), 1e-6)
 
+    def test_held_out_samples_are_found_to_be_of_the_ensemble(self):
+        found = json.loads(self.crackle("match", "out", "--held-out", "3", "--json").stdout)
+        names = [one["name"] for one in found["experiments"]]
+        self.assertEqual(len(set(names)), 3)
+        self.assertEqual(found["samples"]["used"], len(self.used) - 3)
+        for one in found["experiments"]:
+            self.assertNotIn(int(one["name"].split()[1]), [near["sample"] for near in one["nearest"]])
+        self.assertGreater(found["set"]["p_value"], 0.005)
+        self.assertEqual(found, json.loads(self.crackle("match", "out", "--held-out", "3", "--json").stdout))
+        lines = self.crackle("match", "out", "--held-out", "each").stdout.splitlines()
+        self.assertEqual(lines[0], f"{len(self.used)} samples, each as an experiment against the others")
+        for line in lines[1:]:
+            level, share = float(line.split()[2]), float(line.split()[3]) / 100
+            self.assertLessEqual(share, level + 2 / len(self.used), line)  # fewer where some have no crack, which others lie far from
+
+    def test_held_out_samples_are_no_experiments_file(self):
+        for arguments, message in (((), "give either an experiments file or --held-out"), (("x.toml", "--held-out", "3"), "either"),
+                                   (("--held-out", str(len(self.used) - 1)), f"of {len(self.used)} samples 1 to {len(self.used) - 2}"),
+                                   (("--held-out", "some"), "neither a number")):
+            self.assertIn(message, self.crackle("match", "out", *arguments, status=1).stderr)
+
     def test_p_value_of_loads_by_numpy(self):
         loads = self.loads
         for load in (loads.min() - 1, np.median(loads), loads.max() + 0.01):
@@ -112,6 +139,22 @@ origin = ["0 mm", "15 mm"]
             found = self.json(f'[[experiment]]\nname = "a"\npeak_load = "{load} N"\n')["experiments"][0]
             self.assertAlmostEqual(found["p_value"], np.mean(means >= means[0] - 1e-9))
             self.assertEqual(found["by"]["peak_load"]["nearest"][0]["sample"], self.used[int(np.argmin(np.abs(loads - load)))])
+
+    def test_offset_from_the_samples(self):
+        load = self.loads.mean() + 7
+        by = self.json(f'[[experiment]]\nname = "a"\npeak_load = "{load} N"\n')["experiments"][0]["by"]["peak_load"]
+        self.assertAlmostEqual(by["offset"], 7, places=9)
+        self.assertAlmostEqual(by["standard_deviation"], self.loads.std(ddof=1), places=9)
+        path = self.json(self.SEVEN)["experiments"][0]["by"]["path"]
+        self.assertLess(abs(path["offset"]), 3 * path["standard_deviation"])
+
+    def test_the_same_load_counts_once(self):
+        """Onset and peak are the same where no crack stops."""
+        with h5py.File(self.out / "ensemble.h5") as file:
+            onset = file["samples/onset_force"][:][self.used]
+        same = bool(np.all(np.abs(onset - self.loads) <= 1e-3 * onset))
+        found = self.json(f'[[experiment]]\nname = "a"\npeak_load = "{self.peak} N"\nonset_load = "{self.onset} N"\n')["experiments"][0]
+        self.assertEqual("jointly" in found["by"], not same)
 
     def test_loads_alone(self):
         loads = self.loads

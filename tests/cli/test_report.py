@@ -31,7 +31,7 @@ from crackle_report.figures import convergence, crack_paths, crossings, growth  
 from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
-from crackle_report.program import find_program  # noqa: E402
+from crackle.program import find_program  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from box_mesh import box_mesh  # noqa: E402
 from synthetic_ensemble import SLOTS, changed, write_ensemble  # noqa: E402

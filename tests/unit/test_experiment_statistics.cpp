@@ -5,6 +5,7 @@
 #include "crackle/experiment/path_frame.h"
 #include "crackle/experiment/rank_test.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -171,7 +172,7 @@ TEST_P(ValidRankTest, GivesUniformPValuesToLeftOutSamples) {
   RandomStream stream(1, n, "validity");
   std::vector<double> of_distance, of_scaled;
   int n_small_of_band = 0;
-  constexpr int n_trials = 600;
+  const int n_trials = n == 199 ? 300 : 600;
   for (int trial = 0; trial < n_trials; ++trial) {
     const ValueTable samples = curves(stream, n);
     const ValueTable table = together(curves(stream, 1), samples);
@@ -179,8 +180,12 @@ TEST_P(ValidRankTest, GivesUniformPValuesToLeftOutSamples) {
     n_small_of_band += envelope(table, 0.95).p_value <= 0.05 ? 1 : 0;
     of_scaled.push_back(rank_p_value(distances_of(together(curves(stream, 1, 3), samples))));
   }
-  const std::size_t n_bins = n == 19 ? 20 : 17;  // divisors of n + 1
-  const double limit = n == 19 ? 43.8 : 39.3;    // chi-square at 0.001
+  const std::size_t n_bins = n == 50 ? 17 : 20;  // divisors of n + 1
+  const double limit = n == 50 ? 39.3 : 43.8;    // chi-square at 0.001
+  fmt::print(
+      "n = {}: chi-square of {} p-values {:.1f}, below {:.1f} in 999 of 1000 cases; band at 0.05 left by {} "
+      "%\n",
+      n, n_trials, chi_square(of_distance, n, n_bins), limit, 100.0 * n_small_of_band / n_trials);
   EXPECT_LT(chi_square(of_distance, n, n_bins), limit);
   EXPECT_GT(chi_square(of_scaled, n, n_bins), limit) << "a wrong experiment is seen";
   // 0.05 and three standard errors.
@@ -188,7 +193,7 @@ TEST_P(ValidRankTest, GivesUniformPValuesToLeftOutSamples) {
   EXPECT_GT(n_small_of_band, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Samples, ValidRankTest, ::testing::Values(19, 50));
+INSTANTIATE_TEST_SUITE_P(Samples, ValidRankTest, ::testing::Values(19, 50, 199));
 
 TEST(ValidGroupTest, HasItsLevelAndThePowerThatItPromises) {
   constexpr std::size_t m = 5, n = 40;
@@ -207,6 +212,11 @@ TEST(ValidGroupTest, HasItsLevelAndThePowerThatItPromises) {
   }
   EXPECT_LT(by_chance, n_trials * (0.05 + 3 * std::sqrt(0.05 * 0.95 / n_trials)));
   const Power promised = power(curves(stream, n + m), m, n_trials);
+  fmt::print(
+      "found by chance in {:.1f} %, a shift in {:.0f} % ({:.0f} promised), twice the scatter in {:.0f} % "
+      "({:.0f})\n",
+      100.0 * by_chance / n_trials, 100.0 * of_shift / n_trials, 100 * promised.of_shift,
+      100.0 * of_scatter / n_trials, 100 * promised.of_scatter);
   // Three standard errors of the difference of two shares, and the chance of these samples.
   constexpr double tolerance = 3 * 0.5 * 0.115 + 0.05;
   EXPECT_NEAR(promised.of_shift, of_shift / static_cast<double>(n_trials), tolerance);
@@ -229,6 +239,8 @@ TEST(ValidScatter, IntervalsCoverTheTruth) {
     n_ratio += found.ratio.lower <= true_ratio && true_ratio <= found.ratio.upper ? 1 : 0;
     n_shift += found.shift.lower <= true_shift && true_shift <= found.shift.upper ? 1 : 0;
   }
+  fmt::print("90 % intervals cover the ratio in {:.1f} %, the shift in {:.1f} %\n",
+             100.0 * n_ratio / n_trials, 100.0 * n_shift / n_trials);
   // 90 % and three standard errors; Box's distribution is an approximation.
   const double tolerance = 3 * std::sqrt(0.9 * 0.1 / n_trials) + 0.02;
   EXPECT_NEAR(n_ratio / static_cast<double>(n_trials), 0.9, tolerance);

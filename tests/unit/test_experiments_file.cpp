@@ -130,6 +130,9 @@ peak_load = "7 N"
   EXPECT_TRUE(first.pictures[0].has_dark_field);
   EXPECT_FALSE(first.pictures[0].is_reversed);
   EXPECT_THAT(first.pictures[0].origin, ElementsAre(12, 34.5));
+  EXPECT_THAT(first.pictures[0].corner, ElementsAre(DoubleNear(8.275e-3, 1e-15), DoubleNear(20.6e-3, 1e-15)));
+  EXPECT_THAT(first.pictures[0].right, ElementsAre(DoubleNear(0, 1e-15), DoubleNear(-0.05e-3, 1e-15)));
+  EXPECT_THAT(first.pictures[0].down, ElementsAre(DoubleNear(0.05e-3, 1e-15), DoubleNear(0, 1e-15)));
   EXPECT_EQ(first.pictures[1].width, 513);
   EXPECT_EQ(first.pictures[1].height, 256);
   EXPECT_FALSE(first.pictures[1].has_dark_field);

@@ -213,6 +213,45 @@ TEST(RandomInputs, AnInputWithoutThemHasTheIdentityItHad) {
               ::testing::Not(::testing::AnyOf(HasSubstr("replicates"), HasSubstr("ensemble.plan"))));
 }
 
+/// A roller is moved with both ends of its region, and stays a line.
+TEST(RandomInputs, NumbersOfOneKeyChangeByTheSameAmount) {
+  auto tables = test::minimal_tables();
+  test::set_key(tables, "[mesh]", "base", "\"own\"");
+  const std::string body = test::to_text(tables) + R"(
+[[mesh.region]]
+z = ["20 mm", "30 mm"]
+spacing = "0.5 mm"
+)";
+  const auto with = [&](const std::string& keys) {
+    return body + "[[random]]\nkey = " + keys +
+           "\ndistribution = \"uniform\"\nlower = \"15 mm\"\nupper = \"25 mm\"\n";
+  };
+  const auto parameters = parse(with(R"(["mesh.region[0].z[0]", "mesh.region[0].z[1]"])"));
+  EXPECT_THAT(input::keys_of(parameters.random.at(0)),
+              ::testing::ElementsAre("mesh.region[0].z[0]", "mesh.region[0].z[1]"));
+  EXPECT_THAT(input::describe(parameters.random[0]), HasSubstr("with mesh.region[0].z[1]"));
+  std::set<double> places;
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    const auto drawn = sample_parameters(parameters, i);
+    const auto& [lower, upper] = drawn.mesh.regions.at(0).box[2];
+    EXPECT_NEAR(upper - lower, 0.01, 1e-15);
+    places.insert(lower);
+  }
+  EXPECT_EQ(places.size(), 4u);
+  const auto message = [&](const std::string& keys) -> std::string {
+    try {
+      parse(with(keys));
+    } catch (const input::InputError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(message(R"(["mesh.region[0].z[0]", "mesh.region[0].z[0]"])"), HasSubstr("is random already"));
+  EXPECT_THAT(message(R"(["mesh.region[0].z[0]", "material.density"])"), HasSubstr("different units"));
+  EXPECT_THAT(message(R"(["mesh.region[0].z[0]", "mesh.region[1].z[0]"])"), HasSubstr("does not give"));
+  EXPECT_THAT(message("[]"), HasSubstr("0 elements"));
+}
+
 TEST(RandomInputs, ValuesThatMakeNoBodyAreRefusedWithTheirReason) {
   auto tables = test::minimal_tables();
   test::set_key(tables, "[mesh]", "base", "\"own\"");

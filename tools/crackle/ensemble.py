@@ -12,8 +12,10 @@ import pandas as pd
 import xarray as xr
 
 from . import labelled
+from .experiments import calibration_table, match_table
 from .files import ENSEMBLE_KIND, SAMPLE_KIND, ResultsError, is_there, open_results, results, sample_files, text_of
 from .plots import Plots
+from .program import calibration_of, match_of
 from .sample import Sample
 
 STATUS = pd.CategoricalDtype(["pending", "done", "failed"])
@@ -122,6 +124,29 @@ class Ensemble:
         together = xr.concat([self._with_constants(one) for one in padded], pd.Index(self.done, name="sample"),
                              data_vars="all", combine_attrs="override")
         return together.set_coords(["time", "phase", "phase_time"])
+
+    def match(self, experiments: str | Path, pictures: bool = False, program: str | Path | None = None) -> pd.DataFrame:
+        """Experiments (a TOML file) beside the samples, as `crackle match` has it: a row for each experiment and quantity ("path",
+        "peak_load", ..., "jointly") with its p value, mean distances [SI] and the nearest samples with their distances. `.attrs`
+        holds "set" (a table of all experiments together, or None), "warnings" and the whole "document".
+
+        @param pictures: compare photographs with the samples' fringes, too, which takes a while
+        @param program: the program crackle; by default as crackle-report finds it
+        Raises crackle.ResultsError with the program's message.
+        """
+        found = match_of(self.folder, Path(experiments), program)
+        if pictures:
+            from crackle_report import photographs, reading
+            photographs.add_pictures(found, reading.read_ensemble(self.folder, program))
+        return match_table(found)
+
+    def calibrate(self, experiments: str | Path, program: str | Path | None = None) -> pd.DataFrame:
+        """What experiments (a TOML file) say of the random inputs, as `crackle calibrate` has it: a row for each input with its
+        prior and posterior [SI]. `.attrs` holds "draws" (a table of weighted draws from the posterior) and the whole "document".
+
+        Raises crackle.ResultsError with the program's message, also where there are no random inputs.
+        """
+        return calibration_table(calibration_of(self.folder, Path(experiments), program))
 
     @staticmethod
     def _with_constants(history: xr.Dataset) -> xr.Dataset:

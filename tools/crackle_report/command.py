@@ -9,13 +9,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Optional
 
+from crackle.program import ResultsError, calibration_of, comparison_of, match_of
+
 from . import page, style
 from .figures import SECTIONS
 from .figures.picture import Picture
 from .options import Options
 from .photoelasticity import STRESS_OPTIC, WAVELENGTH, Optics
-from .program import ResultsError, comparison_of
+from .photographs import add_pictures
 from .reading import read_ensemble
+from .results import Ensemble
 from .writing import write_whole
 
 
@@ -45,6 +48,8 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
                         "the PATH)")
     parser.add_argument("--compare", type=Path, action="append", default=[], metavar="OTHER", dest="compared",
                         help="also compare with this ensemble, as crackle compare does; may be given several times")
+    parser.add_argument("--experiments", type=Path, metavar="FILE",
+                        help="also show these experiments (TOML) beside the samples, as crackle match and crackle calibrate do")
     detail = parser.add_argument_group("samples in detail")
     detail.add_argument("--sample", type=int, action="append", default=[], metavar="N", dest="samples",
                         help="show this sample's fringes, crack growth and energy; may be given several times (default: a "
@@ -75,7 +80,29 @@ def _options(arguments: argparse.Namespace) -> Options:
     return Options(samples=tuple(arguments.samples), times=arguments.times, fringes=not arguments.no_fringes,
                    optics=Optics(arguments.stress_optic, 1e-9 * arguments.wavelength),
                    light_field=arguments.field == "light", reverse=arguments.reverse,
-                   product=arguments.form == "product", animation=not arguments.no_animation)
+                   product=arguments.form == "product", animation=not arguments.no_animation,
+                   experiments=arguments.experiments)
+
+
+def _with_experiments(options: Options, ensemble: Ensemble, program: Optional[Path]) -> Options:
+    """Adds what the program says of the experiments, and what their pictures do."""
+    match, calibration = match_of(ensemble.folder, options.experiments, program), None
+    if options.fringes:
+        add_pictures(match, ensemble, options, _tell)
+        _tell("")
+    reason = "the ensemble has no random inputs"
+    if ensemble.inputs:
+        try:
+            calibration = calibration_of(ensemble.folder, options.experiments, program)
+        except ResultsError as error:
+            reason = str(error)
+    return replace(options, match=match, calibration=calibration, no_calibration=reason)
+
+
+def _tell(text: str) -> None:
+    """Progress, each line over the one before on a terminal; elsewhere none."""
+    if sys.stderr.isatty():
+        print(f"\r{text}\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def make_report(folder: Path, options: Options = Options(), program: Optional[Path] = None) -> Path:
@@ -91,6 +118,8 @@ def make_report(folder: Path, options: Options = Options(), program: Optional[Pa
                                        f"{', '.join(map(str, ensemble.done)) or 'none'}")
     pictures_folder = folder / "report"
     pictures_folder.mkdir(exist_ok=True)
+    if options.experiments:
+        options = _with_experiments(options, ensemble, program)
     sections = []
     for make_section in SECTIONS:
         section = make_section(ensemble, options)

@@ -7,13 +7,14 @@ from typing import Any, Iterable
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PathCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import EngFormatter, MaxNLocator
 from crackle.units import MM, US, Unit
 
 from . import style
@@ -118,6 +119,13 @@ def draw_grid(axes: Axes) -> None:
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axes.grid(color=style.BODY, linewidth=0.6)
     axes.set_axisbelow(True)
+
+
+def show_units(axis: Axis, units: str) -> None:
+    """Few ticks, in units [SI] with a prefix; pure numbers as they are."""
+    axis.set_major_locator(MaxNLocator(4))
+    if units:
+        axis.set_major_formatter(EngFormatter(units))
 
 
 def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: float = np.inf, lengths: Unit = MM, times: Unit = US) -> None:

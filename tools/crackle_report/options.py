@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Optional
 
 from .photoelasticity import Optics
@@ -19,3 +20,7 @@ class Options:
     product: bool = True  # of Jones matrices, or the integrated form
     animation: bool = True
     comparison: Optional[dict[str, Any]] = None  # what `crackle compare` says of it and other ensembles
+    experiments: Optional[Path] = None  # TOML; what the program says of them is read from there:
+    match: Optional[dict[str, Any]] = None  # `crackle match`
+    calibration: Optional[dict[str, Any]] = None  # `crackle calibrate`; None where it says nothing
+    no_calibration: str = ""  # why

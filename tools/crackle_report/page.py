@@ -30,6 +30,7 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
         parts.append(f"<h2>{escape(section.title)}</h2>\n<p>{escape(section.text)}</p>")
         if section.answer:
             parts.append(f'<p class="answer">{escape(section.answer)}</p>')
+        parts.append(section.table)
         for picture, image in zip(section.pictures, images):
             width = round(picture.figure.get_figwidth() * 108)
             parts.append(f"<figure>{_image(picture.description, width, 'png', image)}</figure>")

@@ -57,6 +57,11 @@ class Grid:
     def shape(self) -> tuple[int, int]:
         return self.z.size, self.y.size
 
+    @property
+    def pixel(self) -> float:
+        """Its height [m], in pictures of two rows or more."""
+        return float(self.z[1] - self.z[0])
+
 
 @dataclass(frozen=True)
 class Fringes:

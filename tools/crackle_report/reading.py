@@ -9,11 +9,11 @@ from typing import Any, Callable, Iterable, Optional, TypeVar
 import h5py
 import numpy as np
 from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, is_there, results, sample_files, text_of
+from crackle.program import statistics_of
 from crackle.units import MM, Unit
 
 from .mesh import Mesh
 from .plate import Plate
-from .program import statistics_of
 from .results import (BranchingPoints, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, History, Paths, Places, Ranks,
                       Result, Samples, Share, Statistics, Symmetry)
 from .stress import ALL_EDGES, CROSSED_EDGES

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from html import escape
-from typing import Callable, Iterable, Iterator, Optional, Union
+from typing import Any, Callable, Iterable, Iterator, Optional, Union
 
 import numpy as np
 from crackle.files import DONE, FAILED
-from crackle.units import MM2, NEWTON, Unit, fitting, named
+from crackle.units import MM, MM2, NEWTON, US, Unit, fitting, named
 
 from . import style
 from .results import Ensemble, Paths, Result, Samples
@@ -131,6 +131,50 @@ def places(ensemble: Ensemble) -> str:
 
 def _start(times: Unit, since_onset: float) -> str:
     return "before the onset" if since_onset < 0 else _number(times.of(since_onset), ".2f")
+
+
+def experiments(match: dict[str, Any]) -> str:
+    """What `crackle match` says of each experiment, and of all together."""
+    titles = (("experiment", ""), ("by", ""), ("p", "rank among the samples"), ("samples", ""), ("distance", "mean to the samples"),
+              ("usual distance", "median of the samples"), ("nearest samples", "and their distances"))
+    rows = [[experiment["name"], name.replace("_", " "), _number(by["p_value"], ".3f"), str(by["n_samples"]),
+             _size(by["mean_distance"], by["unit"]), _size(by["usual_distance"], by["unit"]),
+             ", ".join(f"{one['sample']} ({_size(one['distance'], by['unit'])})" for one in by["nearest"])]
+            for experiment in match["experiments"] for name, by in experiment["by"].items()]
+    table = _table(titles, rows)
+    if match["set"] is None:
+        return table
+    titles = (("together by", ""), ("experiments", ""), ("p", "one distribution"), ("p of energy", ""), ("p of depth", ""), ("shift", ""),
+              ("scatter", "of experiments over samples"))
+    return table + _table(titles, [
+        [name.replace("_", " "), str(by["n_experiments"]),
+         *(_number(_known(by[p]), ".3f") for p in ("p_value", "energy_p_value", "depth_p_value")), _interval(by.get("shift"), by["unit"]), _interval(by.get("scatter_ratio"), "1")] for name, by in match["set"]["by"].items()])
+
+
+def advice(match: dict[str, Any]) -> str:
+    """What follows from several experiments together, and what is to be known of single ones."""
+    words = [f"{experiment['name']}: {experiment['note']}." for experiment in match["experiments"] if experiment["note"]]
+    words += [f"By {name.replace('_', ' ')}: {by['advice']}" for name, by in (match["set"] or {"by": {}})["by"].items() if by.get("advice")]
+    return " ".join(words)
+
+
+def _known(value: Optional[float]) -> float:
+    return math.nan if value is None else value
+
+
+def _size(value: Optional[float], unit: str) -> str:
+    """A value in SI units as people read it."""
+    if not math.isfinite(_known(value)):
+        return MISSING
+    shown = fitting(value, {"m": MM, "s": US, "N": NEWTON}.get(unit, Unit("", 1.0)), least=1e-3)
+    return f"{shown.of(value):.3g} {shown.name}".strip()
+
+
+def _interval(found: Optional[dict[str, Any]], unit: str) -> str:
+    if found is None or found["value"] is None:
+        return MISSING
+    ends = "" if found["lower"] is None else f" ({_size(found['lower'], unit)} to {_size(found['upper'], unit)})"
+    return _size(found["value"], unit) + ends
 
 
 def tiles(ensemble: Ensemble) -> str:

@@ -18,8 +18,7 @@ struct ShownUnit {
 /// @param largest magnitude in SI; 0 and NaN choose the usual unit
 ShownUnit shown_unit(const ShownUnit& usual, const std::string& si, double largest, double least = 0.01);
 
-/// "78.2 N", "40 us", "9.54 nN": a value in the given SI unit, with four digits and a prefix if it is small
-/// or large.
-std::string quantity_text(double value, const std::string& si);
+/// "78.2 N", "40 us", "9.54 nN": a value in the given SI unit, with a prefix if it is small or large.
+std::string quantity_text(double value, const std::string& si, int n_digits = 4);
 
 }  // namespace crackle

@@ -28,6 +28,8 @@ struct Picture {
   double time = 0;            ///< since the crack began to run [s]
   double scale = 0;           ///< [m per pixel]
   plane::Point origin{};      ///< of the experiment's axes: pixels from the left and from the top
+  /// Place of the upper left corner in the body, and the steps from pixel to pixel there [m].
+  plane::Point corner{}, right{}, down{};
   bool has_dark_field = true;
   bool is_reversed = false;  ///< colours
 };

@@ -38,6 +38,9 @@ struct MatchBy {
   std::vector<Neighbour> nearest;        ///< the nearest one first
   double mean_distance = not_a_number;   ///< of the experiment to the samples
   double usual_distance = not_a_number;  ///< median of the samples' mean distances to all others
+  /// Mean over the stations of the experiment less the samples' mean, and the standard deviation of the same
+  /// of the samples; NaN jointly, and of times of tips.
+  double offset = not_a_number, deviation = not_a_number;
 };
 
 /// A part of a path outside the band of the samples.
@@ -49,9 +52,12 @@ struct Departure {
 /// The path of an experiment in that of the samples, at the stations of a frame.
 struct PathMatch {
   PathFrame frame;
-  std::vector<double> offset;  ///< of the experiment
-  Envelope band;
-  std::vector<Departure> departures;
+  std::vector<double> offset = {};          ///< of the experiment
+  std::vector<std::uint64_t> samples = {};  ///< by number
+  std::vector<std::uint64_t> turned = {};   ///< those whose paths are turned by a symmetry of the body
+  ValueTable of_samples = {};               ///< their offsets, as computed
+  Envelope band = {};
+  std::vector<Departure> departures = {};
 };
 
 struct ExperimentMatch {
@@ -87,6 +93,10 @@ struct Match {
   std::vector<std::uint64_t> failed = {}, undecided = {}, missing = {};
 };
 
+/// Holds one experiment against the samples. The same in each call.
+ExperimentMatch match_one(const Experiment& experiment, const ObservedSamples& samples,
+                          const geometry::Body& body);
+
 /// Holds experiments against the samples of an ensemble. The same in each call.
 /// @param parameters of the ensemble, for warnings
 Match match(std::span<const Experiment> experiments, const ObservedSamples& samples,
@@ -98,8 +108,9 @@ std::string advice(const SetMatchBy& by);
 /// The match as readable tables and sentences.
 std::string to_text(const Match& match);
 
-/// The same as a JSON document in SI units; NaN is null.
-std::string to_json(const Match& match);
+/// The same as a JSON document in SI units, with what was observed and the samples' loads; NaN is null.
+std::string to_json(const Match& match, std::span<const Experiment> experiments,
+                    const ObservedSamples& samples);
 
 /// An experiments file to start from, with all keys explained and values of this ensemble.
 /// @param folder of the ensemble, for the explanations

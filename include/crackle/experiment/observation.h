@@ -68,6 +68,9 @@ enum class Quantity { path, onset_load, peak_load, tip_times };
 /// "onset_load"
 const char* name_of(Quantity quantity);
 
+/// A sample's load that corresponds to a measured `onset_load` or `peak_load`; NaN if it has none.
+double load_of(const analysis::SampleSummary& row, Quantity quantity);
+
 /// A quantity of experiments and of samples alike.
 struct Observable {
   Quantity quantity{};
@@ -80,6 +83,7 @@ struct Observable {
   ValueTable of_samples = {};                 ///< as computed
   ValueTable with_error = {};                 ///< of samples, as if they had been read or measured
   std::optional<PathFrame> frame = {};        ///< of paths
+  std::vector<std::size_t> turned = {};       ///< samples whose paths are turned by a symmetry of the body
 };
 
 /// Everything that any of the experiments has, with the samples seen as the experiments were: through the

@@ -338,13 +338,20 @@ enum class RandomDistribution { normal, lognormal, uniform, triangular, weibull,
 inline constexpr std::array distribution_names{"normal",  "lognormal", "uniform",  "triangular",
                                                "weibull", "beta",      "truncated"};
 
+/// A number of the input that changes with another one, such as the far end of a support that is moved.
+struct MovedNumber {
+  std::string key = {};
+  double own = 0;  ///< value in the input itself [SI]
+};
+
 /// A number of the input that varies between samples. Parameters of the distribution are in the SI unit of
 /// that number; NaN: not given.
 struct RandomInput {
-  std::string key = {};   ///< "material.youngs_modulus", "specimen.notch[0].depth"
-  std::string unit = {};  ///< SI unit; empty for a dimensionless number
-  double own = 0;         ///< value in the input itself
-  double exponent = 0;    ///< beta of a unit "Pa^beta s"; 0 otherwise
+  std::string key = {};                 ///< "material.youngs_modulus", "specimen.notch[0].depth"
+  std::string unit = {};                ///< SI unit; empty for a dimensionless number
+  double own = 0;                       ///< value in the input itself
+  std::vector<MovedNumber> moved = {};  ///< change with it, by the same amount
+  double exponent = 0;                  ///< beta of a unit "Pa^beta s"; 0 otherwise
   RandomDistribution distribution = RandomDistribution::normal;
   double mean = not_a_number;
   double standard_deviation = not_a_number;

@@ -80,6 +80,9 @@ std::string to_string(const std::vector<Setting>& settings);
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,
                          const std::string& name);
 
+/// The keys of all numbers that change: its own, then those that change with it.
+std::vector<std::string> keys_of(const RandomInput& random);
+
 /// A random input's distribution with its given parameters, as "normal, mean 3.3 GPa, standard deviation 0.2
 /// GPa".
 std::string describe(const RandomInput& random);

@@ -6,11 +6,12 @@ from typing import Callable, Optional
 
 from ..options import Options
 from ..results import Ensemble
-from . import comparison, convergence, crack_paths, crossings, energy, growth, histories, material, places, sensitivity, shares, surface
+from . import comparison, convergence, crack_paths, crossings, energy, experiments, growth, histories, material, places, sensitivity, shares, surface
 from .picture import Section
 
 SECTIONS: tuple[Callable[[Ensemble, Options], Optional[Section]], ...] = (
     crack_paths.typical,
+    experiments.section,
     places.section,
     crossings.section,
     shares.section,

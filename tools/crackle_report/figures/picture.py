@@ -39,6 +39,7 @@ class Section:
     title: str
     text: str
     answer: str = ""  # what the pictures come to, in a sentence
+    table: str = ""  # HTML
     pictures: list[Picture] = field(default_factory=list)
     animations: list[Animation] = field(default_factory=list)
     views: list[View] = field(default_factory=list)

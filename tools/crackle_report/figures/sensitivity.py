@@ -7,9 +7,9 @@ from typing import Any, Optional
 import numpy as np
 from crackle.files import DONE
 from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter, MaxNLocator
 
 from .. import style
+from ..drawing import show_units
 from ..options import Options
 from ..results import Ensemble
 from .picture import Picture, Section
@@ -113,8 +113,7 @@ def _scatter(rows: list[dict[str, Any]], ensemble: Ensemble) -> Figure:
             axes.plot(drawn[done], result.factor * samples.numbers[result.name][done], ".", color=style.notch_colour(column), markersize=3)
             axes.set_title(f"total index {100 * _value(effect['total']):.0f} %, rank correlation {effect['rank_correlation']['value'] or 0:+.2f}",
                            fontsize=6, pad=2)
-            axes.xaxis.set_major_locator(MaxNLocator(4))
-            axes.xaxis.set_major_formatter(EngFormatter(given["units"]))
+            show_units(axes.xaxis, given["units"])
             if row == len(chosen) - 1:
                 axes.set_xlabel(given["key"])
         grid[row, 0].set_ylabel(f"{result.label} [{result.units}]" if result.units else result.label)

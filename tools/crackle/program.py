@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 from typing import Any, Optional, Sequence
 
-from crackle.files import ResultsError, check_folder
+from .files import ResultsError, check_folder
 
 _HERE = Path(__file__).resolve()
 # In the source tree, and beside share/crackle where it is installed.
@@ -41,6 +41,18 @@ def comparison_of(folders: Sequence[Path], program: Optional[Path] = None) -> di
     for folder in folders:
         check_folder(folder)
     return _ask(program, "compare", *map(str, folders), "--json")
+
+
+def match_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
+    """What `crackle match --json` says of experiments (a TOML file) and an ensemble. Raises ResultsError."""
+    check_folder(folder)
+    return _ask(program, "match", str(folder), str(experiments), "--json")
+
+
+def calibration_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
+    """What `crackle calibrate --json` says of them. Raises ResultsError, also where the ensemble has no random inputs."""
+    check_folder(folder)
+    return _ask(program, "calibrate", str(folder), str(experiments), "--json")
 
 
 def _ask(program: Optional[Path], command: str, *arguments: str) -> dict[str, Any]:

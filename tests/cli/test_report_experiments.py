@@ -1,0 +1,193 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Experiments in the report and in Python: a sample held out as if it had been photographed, and loads."""
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
+
+import crackle  # noqa: E402
+from crackle.experiments import calibration_table  # noqa: E402
+from crackle.program import match_of  # noqa: E402
+from crackle_report import photographs, weibull  # noqa: E402
+from crackle_report.figures import experiments, posterior  # noqa: E402
+from crackle_report.options import Options  # noqa: E402
+from crackle_report.photoelasticity import Grid, Optics  # noqa: E402
+from crackle_report.reading import SampleFiles, read_ensemble  # noqa: E402
+from small_input import run, small_input  # noqa: E402
+from test_report import overlapping_texts  # noqa: E402
+
+PROGRAM = Path()
+N = 12
+HELD_OUT = 6
+SCALE = 0.13e-3  # of a pixel [m]
+ORIGIN = (1e-3, 14e-3)  # of the experiment's axes in the body [m]
+
+
+def photograph(frames, k: int, file: Path, light_field: bool, is_reversed: bool, random: np.random.Generator) -> str:
+    """Takes a picture, with noise and a brightness of its own, of a part of a sample; returns its table for an experiments file."""
+    grid = Grid.over((2e-3, 12.5e-3), (8e-3, 22e-3), SCALE)
+    fringes = photographs.fringes_at(frames, [k], grid, Optics())[0]
+    image = 0.35 + 0.3 * np.nan_to_num(fringes.intensity(light_field, reverse=is_reversed)) + random.normal(0, 0.04, grid.shape)
+    Image.fromarray(np.uint8(255 * image.clip(0, 1))[::-1]).save(file)
+    return (f'[[experiment.picture]]\nfile = "{file.name}"\ntime = "{frames.time[k]} s"\nscale = "{1e3 * grid.pixel} mm"\n'
+            f'origin = [{(ORIGIN[0] - 2e-3) / (grid.y[1] - grid.y[0])}, {(22e-3 - ORIGIN[1]) / grid.pixel}]\n'
+            f'field = "{"light" if light_field else "dark"}"\nreversed = {str(is_reversed).lower()}\n')
+
+
+class Experiments(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.temporary.cleanup)
+        cls.folder = Path(cls.temporary.name)
+        cls.out = run(PROGRAM, small_input(samples=N).replace("[mesh]\n", '[mesh]\nbase = "own"\n'), cls.folder / "out")
+        frames = SampleFiles(cls.out).frames(HELD_OUT)
+        line = SampleFiles(cls.out).lines(HELD_OUT)[0].points
+        (cls.folder / "path.csv").write_text("y_mm,z_mm\n" + "".join(f"{1e3 * (y - ORIGIN[0])},{1e3 * (z - ORIGIN[1])}\n" for y, z in line))
+        random = np.random.default_rng(1)
+        pictures = [photograph(frames, k, cls.folder / f"{k}.png", k == 1, k == 2, random) for k in (0, 1, 2)]
+        cls.file = cls.folder / "experiments.toml"
+        cls.file.write_text(f'[[experiment]]\nname = "held out"\npath = "path.csv"\norigin = ["{ORIGIN[0]} m", "{ORIGIN[1]} m"]\n'
+                                   + "".join(pictures))
+        (cls.folder / "strengths.csv").write_text("peak_load_N\n" + "".join(f"{load}\n" for load in (95, 103.5, 88, 110, 99)))
+        (cls.folder / "loads.toml").write_text('loads = "strengths.csv"\n')
+
+    def test_pictures_find_the_sample_that_was_photographed(self):
+        document, told = match_of(self.out, self.file, PROGRAM), []
+        ensemble = read_ensemble(self.out, PROGRAM)
+        photographs.add_pictures(document, ensemble, progress=told.append)
+        experiment = document["experiments"][0]
+        found = experiment["by"]["pictures"]
+        nearest = found["nearest"]
+        self.assertEqual(nearest[0]["sample"], HELD_OUT)
+        self.assertLess(2 * nearest[0]["distance"], nearest[1]["distance"])
+        used = len(document["samples"]["loads"])
+        self.assertEqual((found["n_samples"], found["least_p_value"]), (used, 1 / (used + 1)))
+        self.assertEqual(told[-1], f"fringes of {used} of {used} samples")
+        self.assertAlmostEqual(found["p_value"] * (used + 1) % 1, 0)
+        section = experiments.section(ensemble, Options(match=document))
+        self.assertEqual(len(section.pictures), 3)
+        for picture in section.pictures:
+            self.assertEqual(overlapping_texts(picture.figure), [], picture.name)
+        # Wrong by 2 mm in its place, or of the other field, a picture is not that of the sample.
+        for change in ({"corner": np.array(experiment["observed"]["pictures"][0]["corner"]) + 2e-3}, {"light_field": True}):
+            one = {**experiment, "observed": {"pictures": [{**experiment["observed"]["pictures"][0], **change}]}, "by": {}}
+            photographs.add_pictures({**document, "experiments": [one]}, ensemble)
+            distances = {each["sample"]: each["distance"] for each in one["by"]["pictures"]["nearest"]}
+            self.assertGreater(distances.get(HELD_OUT, 1), 3 * nearest[0]["distance"], change)
+
+    def test_report(self):
+        def report(*options: str, of: str = "experiments.toml") -> subprocess.CompletedProcess:
+            return subprocess.run([str(ROOT / "tools" / "crackle-report"), str(self.out), "--program", str(PROGRAM), "--no-animation",
+                                   "--experiments", str(self.folder / of), *options], capture_output=True, text=True, check=False)
+
+        done = report()
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        names = {file.stem for file in (self.out / "report").glob("experiment*.png")}
+        self.assertEqual(names, {"experiment-0-path", f"experiment-0-growth-{HELD_OUT:04d}", "experiment-0-overlay"})
+        page = (self.out / "report.html").read_text()
+        self.assertTrue("<td>pictures</td>" in page)
+        self.assertTrue("no random inputs" in page)
+        kept, = (self.out / "report").glob("fringes-*.npz")
+        before = kept.stat().st_mtime_ns
+        self.assertEqual(report(of="loads.toml").returncode, 0)
+        page = (self.out / "report.html").read_text()
+        self.assertTrue("together by" in page)
+        self.assertTrue("By peak load: " in page)
+        self.assertTrue((self.out / "report" / "experiments-peak-load.png").is_file())
+        # Fringes are made once.
+        document = match_of(self.out, self.file, PROGRAM)
+        photographs.add_pictures(document, read_ensemble(self.out, PROGRAM), progress=self.fail)
+        self.assertEqual(document["experiments"][0]["by"]["pictures"]["nearest"][0]["sample"], HELD_OUT)
+        self.assertEqual(kept.stat().st_mtime_ns, before)
+        shutil.rmtree(self.out / "report")
+        missing = report(of="none.toml")
+        self.assertEqual(missing.returncode, 1)
+        self.assertRegex(missing.stderr, r"^crackle-report: .*none.toml.*there is no such file")
+
+    def test_tables_in_python(self):
+        ensemble = crackle.open(self.out)
+        table = ensemble.match(self.file, program=PROGRAM)
+        self.assertEqual(list(table.index), [("held out", "path")])
+        self.assertEqual(table.loc[("held out", "path"), "nearest"][0], HELD_OUT)
+        self.assertIsNone(table.attrs["set"])
+        table = ensemble.match(self.file, pictures=True, program=PROGRAM)
+        self.assertEqual(table.loc[("held out", "pictures"), "nearest"][0], HELD_OUT)
+        loads = ensemble.match(self.folder / "loads.toml", program=PROGRAM)
+        self.assertEqual(len(loads), 5)
+        self.assertEqual(loads.attrs["set"].loc["peak_load", "n_experiments"], 5)
+        with self.assertRaisesRegex(crackle.ResultsError, "there is no such file"):
+            ensemble.match("none.toml", program=PROGRAM)
+        with self.assertRaises(crackle.ResultsError):
+            ensemble.calibrate(self.file, program=PROGRAM)
+
+    def test_posterior(self):
+        """Of a made-up document of crackle calibrate."""
+        def spread(mean: float, deviation: float) -> dict:
+            return {"mean": mean, "standard_deviation": deviation, "lower": mean - 1.64 * deviation, "upper": mean + 1.64 * deviation}
+
+        random = np.random.default_rng(3)
+        values = np.stack([random.normal(3.2e9, 1e8, 200), random.normal(0.36, 0.01, 200)], axis=1)
+        found = {"inputs": [{"key": "material.youngs_modulus", "unit": "Pa", "prior": spread(3.3e9, 4e8), "posterior": spread(3.2e9, 1e8)},
+                            {"key": "material.poisson_ratio", "unit": "", "prior": spread(0.35, 0.05), "posterior": spread(0.36, 0.01)}],
+                 "draws": {"values": values.tolist(), "weights": [1] * 200}}
+        table = calibration_table(found)
+        self.assertEqual(table.loc["material.youngs_modulus", "posterior_mean"], 3.2e9)
+        np.testing.assert_array_equal(table.attrs["draws"]["material.poisson_ratio"], values[:, 1])
+        picture, = posterior.pictures(found, [{"key": "material.youngs_modulus", "values": random.normal(3.3e9, 4e8, 50).tolist()}])
+        self.assertEqual([axes.get_xlabel() for axes in picture.figure.axes], ["material.youngs_modulus", "material.poisson_ratio"])
+        self.assertEqual(overlapping_texts(picture.figure), [])
+        self.assertEqual(posterior.pictures(None, []), [])
+
+
+class Weibull(unittest.TestCase):
+    def test_factors_of_astm_c1239(self):
+        """Factors against bias and ends of 90 % intervals, of the most likely modulus: ASTM C1239, Thoman, Bain and Antle (1969)."""
+        random = np.random.default_rng(7)
+        for n, unbiasing, lower, upper in ((5, 0.700, 2.779, 0.683), (10, 0.859, 1.807, 0.742), (20, 0.931, 1.449, 0.791), (30, 0.953, 1.334, 0.820)):
+            values = 100 * random.weibull(10, n)
+            found = weibull.fit(values, np.array([1 - np.exp(-1)]), 0.9)
+            likely = self.most_likely(values)
+            self.assertAlmostEqual(found.modulus / likely, unbiasing, delta=0.01)
+            self.assertAlmostEqual(likely / found.lower, lower, delta=0.03 * lower)
+            self.assertAlmostEqual(likely / found.upper, upper, delta=0.02)
+            self.assertAlmostEqual(found.quantile[0], found.scale, places=6)
+            self.assertLess(found.quantile_lower[0], found.scale)
+            self.assertGreater(found.quantile_upper[0], found.scale)
+
+    @staticmethod
+    def most_likely(values: np.ndarray) -> float:
+        """The modulus, by halving."""
+        low, high = 0.1, 1000.0
+        logarithm = np.log(values / values.max())
+        while high - low > 1e-9 * high:
+            middle = (low + high) / 2
+            weight = np.exp(middle * logarithm)
+            below = (weight * logarithm).sum() / weight.sum() - logarithm.mean() < 1 / middle
+            low, high = (middle, high) if below else (low, middle)
+        return low
+
+    def test_where_there_is_no_fit(self):
+        for values in ([1.0, 2.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 2.0]):
+            self.assertIsNone(weibull.fit(np.array(values), np.array([0.5])))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--program", type=Path, required=True)
+    known, rest = parser.parse_known_args()
+    PROGRAM = known.program.resolve()
+    unittest.main(argv=[sys.argv[0], *rest])
