@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands.h"
+#include "crackle/common/failure.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/common/whole_number.h"
 #include "crackle/experiment/observation.h"
 #include "crackle/parallel/agreement.h"
@@ -21,6 +23,10 @@ CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample) {
                    ? std::string()
                    : "'" + text + "' is not a sample number; give a whole number from 0 on";
       });
+}
+
+void refuse_existing(const std::filesystem::path& file) {
+  if (is_taken(file)) fail("{} already exists; give another name", file.string());
 }
 
 void notify(const std::string& line) {

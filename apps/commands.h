@@ -44,9 +44,13 @@ void add_stats_command(CLI::App& app, Action& run);
 void add_watch_command(CLI::App& app, Action& run);
 void add_compare_command(CLI::App& app, Action& run);
 void add_match_command(CLI::App& app, Action& run);
+void add_calibrate_command(CLI::App& app, Action& run);
 
 /// Declares the option --sample, the number of a sample.
 CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);
+
+/// @throws std::runtime_error when there is something by that name
+void refuse_existing(const std::filesystem::path& file);
 
 /// Prints a line of progress on standard error.
 void notify(const std::string& line);

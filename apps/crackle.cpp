@@ -65,6 +65,7 @@ void add_commands(CLI::App& app, const apps::CommandLine& typed, apps::Action& r
   apps::add_stats_command(app, run);
   apps::add_compare_command(app, run);
   apps::add_match_command(app, run);
+  apps::add_calibrate_command(app, run);
 }
 
 /// "crackle run" when that command was named on the command line.

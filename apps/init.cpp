@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle init: writes an input to start from.
 #include "commands.h"
-#include "crackle/common/regular_file.h"
 #include "crackle/experiment/matching.h"
 #include "crackle/geometry/body.h"
 #include "crackle/io/text_file.h"
@@ -16,7 +15,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <stdexcept>
 
 namespace crackle::apps {
 
@@ -35,8 +33,7 @@ const Problem& problem(const std::string& name) {
 }
 
 void write_new(const std::filesystem::path& file, const std::string& text) {
-  if (is_taken(file))
-    throw std::runtime_error(fmt::format("{} already exists; give another name", file.string()));
+  refuse_existing(file);
   io::write_text_file(file, text);
 }
 

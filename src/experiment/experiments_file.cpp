@@ -90,9 +90,9 @@ void read_experiment(const Value& value, const std::string& key, input::Context&
   const auto tips = read_parts(tip_table(), value, key, context);
   draft.experiment.pictures = read_parts(picture_table(), value, key, context);
   check_companions(key, context.findings, context.findings);
-  check_observed(draft.experiment, key, context.findings);
   for (Picture& picture : draft.experiment.pictures) place_picture(draft, picture);
   for (const Tip& tip : tips) draft.experiment.tips.push_back({tip.time, in_body(draft, tip.at)});
+  check_observed(draft.experiment, key, context.findings);
   add_files(draft, key + ".", context);
   if (draft.loads.empty()) return experiments.push_back(std::move(draft.experiment));
   for (Experiment& row : experiments_of_loads(draft, key + ".", context))

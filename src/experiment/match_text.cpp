@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/quantity_text.h"
 #include "crackle/experiment/matching.h"
+#include "text_parts.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,50 +15,9 @@ namespace crackle::experiment {
 
 namespace {
 
-using Row = std::vector<std::string>;
-
-/// Samples named in a sentence; more are counted.
-constexpr std::size_t max_named = 20;
-
-/// Columns of equal width; the first two and the last one begin at the left.
-std::string columns(const std::vector<Row>& rows) {
-  std::vector<std::size_t> width(rows.front().size(), 0);
-  for (const Row& row : rows)
-    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
-  std::string text;
-  for (const Row& row : rows) {
-    std::string line;
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      const bool is_left = c < 2 || c + 1 == row.size();
-      line += fmt::format(fmt::runtime(is_left ? "{:<{}}  " : "{:>{}}  "), row[c], width[c]);
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  }
-  return text;
-}
-
 std::string size_text(double value, const std::string& unit) {
   if (std::isnan(value)) return "-";
   return unit == "1" ? fmt::format("{:.2f}", value) : quantity_text(value, unit, 3);
-}
-
-std::string probability(double p) {
-  if (std::isnan(p)) return "-";
-  return p < 0.001 ? fmt::format("{:.1g}", p) : fmt::format("{:.3f}", p);
-}
-
-std::string readable(std::string name) {
-  std::ranges::replace(name, '_', ' ');
-  return name;
-}
-
-/// "3 failed (4, 17, 88)"
-std::string named(const std::vector<std::uint64_t>& samples, std::string_view what) {
-  const std::size_t n = std::min(samples.size(), max_named);
-  return fmt::format("{} {} ({}{})", samples.size(), what,
-                     fmt::join(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(n), ", "),
-                     samples.size() > n ? ", ..." : "");
 }
 
 std::string place_text(const plane::Point& p) {

@@ -112,6 +112,7 @@ std::optional<Observable> observe_path(std::span<const Experiment> experiments,
   if (seen.lines.empty()) return std::nullopt;
   found.experiments = seen.experiments;
   found.error = common_error(experiments, found.experiments, &Experiment::path_error);
+  found.error_length = seen.error_length;
   const plane::Bounds box = bounds_of(experiments[found.experiments.front()]);
   std::vector<const TimedLine*> arms;
   double margin = 0, n_arms = 0;  // all curves are drawn out alike

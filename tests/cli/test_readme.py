@@ -126,7 +126,7 @@ class Readme(unittest.TestCase):
     def test_every_command_shown_exists(self):
         text = "\n".join(pages().values())
         commands = set(re.findall(r"`(?:mpirun -n \d+ )?(?:build/bin/)?crackle (\w+) ", text))
-        self.assertEqual(commands, {"init", "check", "mesh", "sample", "run", "watch", "stats", "compare", "match"})
+        self.assertEqual(commands, {"init", "check", "mesh", "sample", "run", "watch", "stats", "compare", "match", "calibrate"})
         for command in commands:
             usage = run_program(command, "--help")
             self.assertEqual(usage.returncode, 0, command)

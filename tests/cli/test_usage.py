@@ -16,7 +16,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 from crackle_launch import environment  # noqa: E402
 
 OPTIONS = None
-COMMANDS = ["init", "check", "mesh", "sample", "run", "watch", "stats", "compare", "match"]
+COMMANDS = ["init", "check", "mesh", "sample", "run", "watch", "stats", "compare", "match", "calibrate"]
 
 
 def invoke(*arguments, ranks=0, cwd=None, stdout=subprocess.PIPE, stdin=None):

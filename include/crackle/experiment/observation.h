@@ -76,6 +76,7 @@ struct Observable {
   Quantity quantity{};
   std::string unit = {};  ///< SI
   double error = 0;  ///< of reading or measuring in the experiments: standard deviation, in their mean square
+  double error_length = 0;  ///< correlation length of that error along paths, in their mean [m]
   std::vector<std::size_t> experiments = {};  ///< those that have it
   std::vector<std::size_t> samples = {};      ///< indices of those that have it
   ValueTable of_experiments = {};             ///< a row for each

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/quantity_text.h"
+#include "crackle/experiment/calibration.h"
+#include "text_parts.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <optional>
+
+namespace crackle::experiment {
+
+namespace {
+
+std::string number_text(double value, const std::string& unit) {
+  if (std::isnan(value)) return "-";
+  return unit.empty() ? fmt::format("{:.4g}", value) : quantity_text(value, unit);
+}
+
+std::string range_text(const Spread& spread, const std::string& unit) {
+  return fmt::format("{} to {}", number_text(spread.lower, unit), number_text(spread.upper, unit));
+}
+
+std::string percent_text(double share) {
+  return std::isnan(share) ? "-" : fmt::format("{:.0f} %", 100 * share);
+}
+
+std::string used_text(const Calibration& found) {
+  std::vector<std::string> parts;
+  if (!found.failed.empty()) parts.push_back(named(found.failed, "failed"));
+  if (!found.undecided.empty()) parts.push_back(named(found.undecided, "undecided"));
+  if (!found.missing.empty()) parts.push_back(named(found.missing, "missing"));
+  if (!found.left_out.empty()) parts.push_back(named(found.left_out, "without all that is compared"));
+  return fmt::format("{} of {} samples, {} draws; {} experiment{}{}{}\n", found.n_used, found.n_planned,
+                     found.n_draws, found.experiments.size(), found.experiments.size() == 1 ? "" : "s",
+                     parts.empty() ? "" : "; left out: ", fmt::join(parts, ", "));
+}
+
+std::string inputs_text(const Calibration& found) {
+  std::vector<Row> rows{{"input", "prior", "90 %", "posterior", "90 %", "deviation, of the prior's"}};
+  for (const CalibratedInput& each : found.inputs) {
+    const std::string& unit = each.random.unit;
+    rows.push_back({each.random.key, number_text(each.prior.mean, unit), range_text(each.prior, unit),
+                    number_text(each.posterior.mean, unit), range_text(each.posterior, unit),
+                    fmt::format("{:.2f}", each.ratio())});
+  }
+  return columns(rows);
+}
+
+std::string scales_text(const Calibration& found) {
+  std::string text;
+  for (const CalibratedScale& each : found.scales)
+    text +=
+        fmt::format("{} of {}: {} ({})\n", each.is_discrepancy ? "Discrepancy" : "Scatter between specimens",
+                    readable(each.quantity), number_text(each.posterior.mean, each.unit),
+                    range_text(each.posterior, each.unit));
+  return text;
+}
+
+std::string ratios_text(const Information& information, const Calibration& found) {
+  std::vector<std::string> ratios;
+  for (std::size_t k = 0; k < found.inputs.size(); ++k)
+    ratios.push_back(fmt::format(
+        "{:.2f}", information.inputs[k].standard_deviation / found.inputs[k].prior.standard_deviation));
+  return fmt::format("{}", fmt::join(ratios, ", "));
+}
+
+std::string contributions_text(const Calibration& found) {
+  std::vector<Row> rows{{"from", "bits", "deviations", "without: bits", "deviations"}};
+  for (const Contribution& each : found.contributions)
+    rows.push_back({readable(each.quantity), fmt::format("{:.2f}", each.alone.bits),
+                    ratios_text(each.alone, found),
+                    each.without ? fmt::format("{:.2f}", each.without->bits) : "-",
+                    each.without ? ratios_text(*each.without, found) : "-"});
+  return columns(rows) +
+         fmt::format("All together {:.2f} bits. Deviations of the inputs, of the prior's, in their order.\n",
+                     found.bits);
+}
+
+std::string predictions_text(const Calibration& found) {
+  std::vector<Row> rows{{"prediction", "observed", "mean", "90 %", "below the observed"}};
+  for (const Prediction& each : found.predictions)
+    rows.push_back({readable(each.name), number_text(each.observed, each.unit),
+                    number_text(each.predicted.mean, each.unit), range_text(each.predicted, each.unit),
+                    percent_text(each.place)});
+  return columns(rows);
+}
+
+std::string coverage_text(const CalibrationChecks& checks) {
+  std::vector<Row> rows{{"coverage of", "interval", "covered", "95 % interval"}};
+  for (const Coverage& each : checks.coverage)
+    rows.push_back({each.key, percent_text(each.level), fmt::format("{} of {}", each.n_covered, each.n_draws),
+                    fmt::format("{} to {}", percent_text(each.lower), percent_text(each.upper))});
+  return columns(rows) + "Each draw's results as an experiment, by an emulator without it.\n";
+}
+
+std::string emulator_text(const CalibrationChecks& checks) {
+  std::vector<Row> rows{{"emulated", "degree", "predicted", "meshes", "lack of fit, p"}};
+  for (const EmulatedComponent& each : checks.components)
+    rows.push_back({readable(each.quantity), fmt::format("{}", each.degree), percent_text(each.predicted),
+                    percent_text(each.mesh), probability(each.lack_of_fit_p_value)});
+  return columns(rows) + "Shares of the variance; that of the meshes is known with replicates only.\n";
+}
+
+std::string distance_text(const CalibrationChecks& checks) {
+  std::string text = fmt::format(
+      "Observations and model: {:.2f} standard deviations apart at least, in {} numbers; p = {} ({:.2g} at "
+      "least), ranked among left-out draws.\n",
+      checks.distance, checks.n_components, probability(checks.distance_p_value), checks.least_p_value);
+  if (!std::isnan(checks.shape_p_value))
+    text += fmt::format("Shape of the paths beyond their components: p = {}.\n",
+                        probability(checks.shape_p_value));
+  return text;
+}
+
+}  // namespace
+
+std::string to_text(const Calibration& found) {
+  std::string text = used_text(found);
+  for (const std::string& warning : found.warnings) text += fmt::format("warning: {}\n", warning);
+  for (const std::string& note : found.notes) text += fmt::format("note: {}\n", note);
+  text += "\n" + inputs_text(found) + scales_text(found);
+  text += "\n" + contributions_text(found);
+  text += "\n" + predictions_text(found);
+  text += "\nChecks\n" + coverage_text(found.checks) + emulator_text(found.checks);
+  text += distance_text(found.checks);
+  return text + fmt::format("Effective size of the posterior: {:.0f} points.\n", found.checks.effective_size);
+}
+
+}  // namespace crackle::experiment

@@ -1,0 +1,167 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tests of `crackle calibrate` on a small ensemble with random inputs."""
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
+
+from crackle_launch import environment  # noqa: E402
+from small_input import run, small_input  # noqa: E402
+
+PROGRAM = Path()
+N = 40
+RANDOM = """[[random]]
+key = "fracture.strength"
+distribution = "uniform"
+lower = "20 MPa"
+upper = "50 MPa"
+[[random]]
+key = "specimen.notch[0].at"
+distribution = "truncated"
+standard_deviation = "2 mm"
+lower = "12 mm"
+"""
+
+
+def drawn_inputs(file: h5py.File) -> np.ndarray:
+    return np.stack([file["samples/inputs"][key][:] for key in ("fracture.strength", "specimen.notch[0].at")], axis=1)
+
+
+class Calibrate(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.temporary.name)
+        cls.text = small_input(RANDOM, samples=N, ensemble='plan = "sobol"\n').replace("[mesh]\n", '[mesh]\nbase = "own"\n')
+        cls.out = run(PROGRAM, cls.text, cls.folder / "out")
+        with h5py.File(cls.out / "ensemble.h5") as file:
+            decided = np.flatnonzero((file["samples/status"][:] == 1) & (file["samples/outcome"][:] != 4))
+            cls.inputs = drawn_inputs(file)
+            cls.loads = file["samples/peak_load"][:]
+        cls.number = int(next(i for i in decided if 28e6 < cls.inputs[i][0] < 42e6))
+        with h5py.File(cls.out / "samples" / f"{cls.number:04}.h5") as file:
+            lines = file["crack_lines/lines"]
+            first = int(lines["first"][0])
+            line = file["crack_lines/position"][first:first + int(lines["count"][0])]
+        (cls.folder / "path.csv").write_text("y_mm,z_mm\n" + "".join(f"{1e3 * y:.9f},{1e3 * z:.9f}\n" for y, z in line))
+        (cls.folder / "experiments.toml").write_text(
+            f'[[experiment]]\nname = "one"\npath = "path.csv"\npath_error = "0.1 mm"\npeak_load = "{cls.loads[cls.number]} N"\n'
+            'load_error = "0.5 N"\n')
+        (cls.folder / "load.toml").write_text(f'[[experiment]]\nname = "load"\npeak_load = "{cls.loads[cls.number]} N"\n')
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def crackle(self, *arguments: str, status: int = 0) -> subprocess.CompletedProcess:
+        done = subprocess.run([str(PROGRAM), *arguments], capture_output=True, text=True, check=False, cwd=self.folder, env=environment(),
+                              timeout=300)
+        self.assertEqual(done.returncode, status, done.stderr)
+        return done
+
+    def test_a_sample_as_an_experiment(self):
+        before = {str(file): (file.stat().st_mtime_ns, file.stat().st_size) for file in self.out.rglob("*")}
+        found = json.loads(self.crackle("calibrate", "out", "experiments.toml", "--json").stdout)
+        self.assertEqual(before, {str(file): (file.stat().st_mtime_ns, file.stat().st_size) for file in self.out.rglob("*")})
+        self.assertEqual([each["key"] for each in found["inputs"]], ["fracture.strength", "specimen.notch[0].at"])
+        strength, place = found["inputs"]
+        self.assertAlmostEqual(strength["prior"]["mean"], 35e6, delta=1e4)
+        self.assertLess(strength["ratio"], 0.6, "the load tells the strength")
+        self.assertLess(place["ratio"], 0.6, "the path tells the notch")
+        # The sample is among those that the emulator was made from, so its inputs are well inside.
+        for each, truth in zip(found["inputs"], self.inputs[self.number]):
+            self.assertLess(abs(each["posterior"]["mean"] - truth), 3.5 * each["posterior"]["standard_deviation"])
+            self.assertLess(each["posterior"]["lower"], each["posterior"]["upper"])
+        by = {each["quantity"]: each for each in found["contributions"]}
+        self.assertEqual(set(by), {"path", "peak_load"})
+        self.assertGreater(by["path"]["without"]["inputs"][1]["standard_deviation"], by["path"]["alone"]["inputs"][1]["standard_deviation"])
+        self.assertGreater(by["path"]["alone"]["inputs"][0]["standard_deviation"], by["path"]["without"]["inputs"][0]["standard_deviation"])
+        self.assertEqual([each["name"] for each in found["predictions"]], ["peak_load", "path, mean offset", "path, offset at its end"])
+        self.assertAlmostEqual(found["predictions"][0]["observed"], self.loads[self.number])
+        for each in found["predictions"]:
+            self.assertTrue(0.001 < each["place"] < 0.999, each)
+        self.assertEqual(len(found["path"]["mean"]), len(found["path"]["observed"]))
+        checks = found["checks"]
+        self.assertEqual(len(checks["coverage"]), 4)
+        self.assertEqual(checks["coverage"][0]["n_draws"], found["samples"]["draws"])
+        self.assertGreater(checks["effective_size"], 1000)
+        self.assertGreater(checks["distance"]["p_value"], 0.02)
+        self.assertEqual(sum(found["draws"]["weights"]), 500)
+        draws = np.array(found["draws"]["values"])
+        mean = np.average(draws, axis=0, weights=found["draws"]["weights"])
+        for k, each in enumerate(found["inputs"]):
+            self.assertLess(abs(mean[k] - each["posterior"]["mean"]), 0.2 * each["posterior"]["standard_deviation"])
+        text = self.crackle("calibrate", "out", "experiments.toml").stdout
+        for part in ("fracture.strength", "All together", "prediction", "coverage of", "Effective size", "standard deviations apart"):
+            self.assertIn(part, text)
+        self.assertEqual(text, self.crackle("calibrate", "out", "experiments.toml").stdout)
+
+    def test_the_posterior_is_an_input(self):
+        self.crackle("calibrate", "out", "experiments.toml", "--output", "posterior.toml", "--discrepancy")
+        tables = (self.folder / "posterior.toml").read_text()
+        self.assertIn('distribution = "beta"', tables)
+        start = self.text.index("[[random]]")
+        (self.folder / "again.toml").write_text(self.text[:start] + tables)
+        checked = self.crackle("check", "again.toml").stdout
+        self.assertIn("fracture.strength", checked)
+        again = run(PROGRAM, (self.folder / "again.toml").read_text().replace(f"samples = {N}", "samples = 2"), self.folder / "again")
+        with h5py.File(again / "ensemble.h5") as file:
+            drawn = drawn_inputs(file)
+        prior = np.std(self.inputs, axis=0)
+        found = json.loads(self.crackle("calibrate", "out", "experiments.toml", "--json", "--discrepancy").stdout)
+        for k, each in enumerate(found["inputs"]):
+            self.assertTrue(np.all(np.abs(drawn[:, k] - each["posterior"]["mean"]) < 4 * each["posterior"]["standard_deviation"]))
+            self.assertLess(each["posterior"]["standard_deviation"], 1.1 * prior[k])
+        self.assertEqual({each["kind"] for each in found["scales"]}, {"discrepancy"})
+        # What exists is kept.
+        self.assertIn("already exists", self.crackle("calibrate", "out", "load.toml", "-o", "posterior.toml", status=1).stderr)
+        self.assertEqual((self.folder / "posterior.toml").read_text(), tables)
+
+    def test_errors(self):
+        def error(*arguments: str) -> str:
+            done = self.crackle("calibrate", *arguments, "-o", "unwritten.toml", status=1)
+            self.assertEqual(done.stdout, "")
+            self.assertFalse((self.folder / "unwritten.toml").exists())
+            self.assertEqual(len(done.stderr.strip().splitlines()), 1)
+            return done.stderr
+
+        few = run(PROGRAM, re.sub("samples = 40", "samples = 5", self.text), self.folder / "few")
+        self.assertRegex(error(few.name, "load.toml"), r"[45] draws .* too few .*; 12 or more")
+        plain = run(PROGRAM, small_input(samples=2), self.folder / "plain")
+        self.assertIn("no random inputs", error(plain.name, "load.toml"))
+        self.assertIn("at least two experiments", error("out", "load.toml", "--between-specimens"))
+        (self.folder / "nothing.toml").write_text('[[experiment]]\nname = "a"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n'
+                                                  '[[experiment]]\nname = "b"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n')
+        self.assertIn("nothing in common", error("out", "nothing.toml"))
+
+    def test_several_specimens(self):
+        loads = self.loads[self.number] * np.array([0.8, 0.9, 1.1, 1.2])
+        (self.folder / "loads.csv").write_text("peak_load_N\n" + "".join(f"{load}\n" for load in loads))
+        (self.folder / "several.toml").write_text('loads = "loads.csv"\n')
+        found = json.loads(self.crackle("calibrate", "out", "several.toml", "--between-specimens", "--json").stdout)
+        self.assertEqual(len(found["experiments"]), 4)
+        scale, = found["scales"]
+        self.assertEqual((scale["kind"], scale["quantity"]), ("between_specimens", "peak_load"))
+        self.assertGreater(scale["posterior"]["upper"], np.std(loads, ddof=1) / 2)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--program", type=Path, required=True)
+    known, rest = parser.parse_known_args()
+    PROGRAM = known.program.resolve()
+    unittest.main(argv=[sys.argv[0], *rest])
