@@ -64,10 +64,13 @@ MeanOverBases mean_over(std::span<const Compared> bases, const Value& value, boo
   }
   found.n_values = static_cast<int>(values.size());
   if (means.empty()) return found;
+  const auto [least, most] = std::ranges::minmax(values);
+  if (least == most) {
+    found.mean = {least, not_a_number, not_a_number, true};
+    return found;
+  }
   found.variance = variance_components(values, base);
-  // A mean has no scatter between bases to be known by if all are equal.
-  const TwoSamples pairs{std::vector<double>(means.size(), 0.0), means, true};
-  found.mean = difference_of_means(pairs, confidence);
+  found.mean = difference_of_means({std::vector<double>(means.size(), 0.0), means, true}, confidence);
   if (is_share) {
     found.mean.lower = std::isnan(found.mean.lower) ? not_a_number : std::max(0.0, found.mean.lower);
     found.mean.upper = std::isnan(found.mean.upper) ? not_a_number : std::min(1.0, found.mean.upper);
@@ -92,7 +95,8 @@ BasesStatistics statistics_of_bases(std::span<const Compared> bases, double conf
   }
   const auto add = [&](MeanOverBases what, bool is_share, const Value& value) {
     MeanOverBases found = mean_over(bases, value, is_share, confidence);
-    if (found.n_values == 0) return;
+    // A share of 0 or of 1 in all bases says nothing of them.
+    if (found.n_values == 0 || (is_share && found.mean.has_no_width)) return;
     found.info = what.info;
     found.share_of = what.share_of;
     found.start = what.start;

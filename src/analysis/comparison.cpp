@@ -53,10 +53,13 @@ struct Samples {
 
 Samples samples_of(const Compared& first, const Compared& second, bool are_paired) {
   Samples samples{{}, {}, are_paired};
+  // A draw of both ensembles of pairs.
+  const int of_pairs =
+      std::max(first.parameters->ensemble.replicates, second.parameters->ensemble.replicates);
   const auto take = [&](const Compared& of, const Compared& other, std::vector<Sample>& list) {
     for (std::size_t i = 0; i < of.rows.size(); ++i)
       if (is_done(of.rows[i]) && (!are_paired || (i < other.rows.size() && is_done(other.rows[i]))))
-        list.push_back({&of.rows[i], index(of.parameters->ensemble.input_of(i))});
+        list.push_back({&of.rows[i], i / index(are_paired ? of_pairs : of.parameters->ensemble.replicates)});
   };
   take(first, second, samples.first);
   take(second, first, samples.second);

@@ -172,23 +172,24 @@ private:
   /// Between the differences and their mirror images, 2 E|D + D'| - 2 E|D - D'|: swapping a pair changes the
   /// sign of its difference.
   double of_pairs(const Labels& labels) const {
-    const std::size_t n = unit_.size();
+    const std::vector<std::uint8_t> label = by_path(labels);
+    const std::size_t n = label.size();
     double total = 0;
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t k = 0; k < n; ++k)
-        total += labels[unit_[i]] == labels[unit_[k]] ? terms_[i * n + k] : -terms_[i * n + k];
+        total += label[i] == label[k] ? terms_[i * n + k] : -terms_[i * n + k];
     return 2 * total / n_known_;
   }
 
   double of_groups(const Labels& labels) const {
-    const std::size_t n = unit_.size();
+    const std::vector<std::uint8_t> label = by_path(labels);
+    const std::size_t n = label.size();
     std::array<double, 3> sum{}, count{};  // within the first group, between groups, within the second
     std::array<double, 2> size{};
     for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t label = labels[unit_[i]];
-      size[label] += 1;
+      size[label[i]] += 1;
       for (std::size_t k = i + 1; k < n; ++k) {
-        const std::size_t which = label + labels[unit_[k]];
+        const std::size_t which = label[i] + label[k];
         sum[which] += terms_[i * n + k];
         count[which] += is_known_[i * n + k];
       }
@@ -198,6 +199,12 @@ private:
     // Averages over all pairs including each path with itself, estimated from the available ones.
     return 2 * sum[1] / count[1] - (1 - 1 / size[0]) * sum[0] / count[0] -
            (1 - 1 / size[1]) * sum[2] / count[2];
+  }
+
+  std::vector<std::uint8_t> by_path(const Labels& labels) const {
+    std::vector<std::uint8_t> label;
+    for (const std::size_t unit : unit_) label.push_back(labels[unit]);
+    return label;
   }
 
   bool are_paired_;

@@ -59,10 +59,15 @@ public:
     const auto& [name, coordinate] = names_[p % names_.size()];
     fmt::format_to(std::back_inserter(text), "{} {:>8} {:>10} {:>10} {:>10}", cells(name, coordinate),
                    paths.reached[p], number(paths.z_mean[p] * factor, 3), number(paths.z_std[p] * factor, 3),
-                   paths.z_half_width[p] == 0 ? "all equal" : number(paths.z_half_width[p] * factor, 3));
+                   are_equal(paths, p) ? "all equal" : number(paths.z_half_width[p] * factor, 3));
   }
 
 private:
+  /// True if several positions are the same, so that they give no interval.
+  static bool are_equal(const PathStatistics& paths, std::size_t p) {
+    const double* quantiles = &paths.z_quantile[p * quantile_shares.size()];
+    return paths.reached[p] > 1 && quantiles[0] == quantiles[quantile_shares.size() - 1];
+  }
   std::string cells(const std::string& name, const std::string& coordinate) const {
     return fmt::format(" {:>{}} {:>{}}", name, name_width_, coordinate, coordinate_width_);
   }
