@@ -2,7 +2,6 @@
 // crackle compare: differences between ensembles, and their significance.
 #include "commands.h"
 #include "crackle/analysis/comparison.h"
-#include "crackle/common/failure.h"
 #include "crackle/parallel/agreement.h"
 
 #include "ensemble_folder.h"
@@ -25,28 +24,9 @@ struct CompareOptions {
   bool json = false;
 };
 
-/// One of the ensembles, with its samples that count.
-struct Ensemble {
-  input::Parameters parameters;
-  StoredSamples samples;
-
-  analysis::Compared compared() const { return {&parameters, samples.rows, samples.origin}; }
-};
-
 int compare(const parallel::Communicator& world, const CompareOptions& options) {
-  std::vector<input::Parameters> inputs;
-  std::vector<std::filesystem::path> folders;
-  for (const std::string& given : options.folders) folders.push_back(folder_of(world, given));
-  for (const auto& folder : folders) inputs.push_back(input_of(world, folder));
+  const std::vector<StoredEnsemble> ensembles = stored_ensembles(world, options.folders);
   parallel::agree_on_root(world, [&] {
-    std::vector<Ensemble> ensembles;
-    for (std::size_t i = 0; i < inputs.size(); ++i) {
-      Ensemble& ensemble = ensembles.emplace_back(Ensemble{inputs[i], stored_samples(folders[i], inputs[i])});
-      const analysis::Statistics statistics =
-          analysis::make_statistics(ensemble.samples.rows, ensemble.parameters);
-      analysis::leave_out_surplus(statistics, 0, ensemble.samples.rows);
-      if (statistics.n_done == 0) fail("'{}' has no completed sample", options.folders[i]);
-    }
     std::vector<analysis::Comparison> comparisons;
     for (std::size_t i = 1; i < ensembles.size(); ++i)
       comparisons.push_back(

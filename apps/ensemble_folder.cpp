@@ -105,4 +105,23 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
   });
 }
 
+std::vector<StoredEnsemble> stored_ensembles(const parallel::Communicator& world,
+                                             const std::vector<std::string>& folders) {
+  std::vector<StoredEnsemble> ensembles;
+  std::vector<fs::path> found;
+  for (const std::string& given : folders) found.push_back(folder_of(world, given));
+  for (const fs::path& folder : found) ensembles.push_back({input_of(world, folder), {}});
+  parallel::agree_on_root(world, [&] {
+    for (std::size_t i = 0; i < ensembles.size(); ++i) {
+      StoredEnsemble& ensemble = ensembles[i];
+      ensemble.samples = stored_samples(found[i], ensemble.parameters);
+      const analysis::Statistics statistics =
+          analysis::make_statistics(ensemble.samples.rows, ensemble.parameters);
+      analysis::leave_out_surplus(statistics, 0, ensemble.samples.rows);
+      if (statistics.n_done == 0) fail("'{}' has no completed sample", folders[i]);
+    }
+  });
+  return ensembles;
+}
+
 }  // namespace crackle::apps

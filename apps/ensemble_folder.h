@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/comparison.h"
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace crackle::apps {
@@ -31,5 +33,18 @@ analysis::Origin origin_of(const std::filesystem::path& folder);
 /// its results. Collective.
 /// @throws parallel::AgreedError on every rank when the folder contains no ensemble
 input::Parameters input_of(const parallel::Communicator& world, const std::filesystem::path& folder);
+
+/// One of several ensembles, with its samples that count.
+struct StoredEnsemble {
+  input::Parameters parameters;
+  StoredSamples samples;
+
+  analysis::Compared compared() const { return {&parameters, samples.rows, samples.origin}; }
+};
+
+/// The ensembles in these folders, or with these ensemble.h5; their samples on the root only. Collective.
+/// @throws parallel::AgreedError also for one without completed samples
+std::vector<StoredEnsemble> stored_ensembles(const parallel::Communicator& world,
+                                             const std::vector<std::string>& folders);
 
 }  // namespace crackle::apps

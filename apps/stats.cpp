@@ -2,7 +2,10 @@
 // crackle stats: the statistics of an ensemble, recomputed from its sample files or, without those, from its
 // results.
 #include "commands.h"
+#include "crackle/analysis/bases.h"
 #include "crackle/analysis/crack_path.h"
+#include "crackle/analysis/exceedance.h"
+#include "crackle/analysis/path_inference.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/analysis/statistics.h"
@@ -29,6 +32,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -41,7 +45,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct StatsOptions {
-  std::string folder;
+  std::vector<std::string> folders;
+  std::string folder;                 ///< the first one
   std::vector<std::string> sections;  ///< empty: those of the ensemble
   std::vector<std::string> limits;    ///< "peak_load > 500 N"
   bool json = false;
@@ -61,9 +66,11 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
   } else {
     // First, as they may be invalid.
     std::string limits;
+    const auto needed = std::span(samples).first(static_cast<std::size_t>(statistics.n_needed));
     for (const std::string& limit : options.limits)
-      limits += analysis::to_text(analysis::exceedance(limit, parameters, samples));
+      limits += analysis::to_text(analysis::exceedance(limit, parameters, needed));
     fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections, origin));
+    fmt::print("{}", analysis::path_inference_text(statistics, samples, parameters));
     fmt::print("{}", analysis::to_text(analysis::sensitivities(parameters, samples), parameters));
     if (!limits.empty()) fmt::print("\n{}", limits);
     for (const auto& warning : analysis::sample_warnings(samples)) fmt::print("{}\n", warning);
@@ -140,6 +147,21 @@ int show_at_sections(const parallel::Communicator& world, const StatsOptions& op
   return success;
 }
 
+/// Statistics over several bases, one in each folder, whose files are not changed. Collective.
+int show_bases(const parallel::Communicator& world, const StatsOptions& options) {
+  const std::vector<StoredEnsemble> ensembles = stored_ensembles(world, options.folders);
+  parallel::agree_on_root(world, [&] {
+    std::vector<analysis::Compared> bases;
+    for (const StoredEnsemble& ensemble : ensembles) bases.push_back(ensemble.compared());
+    const analysis::BasesStatistics found = analysis::statistics_of_bases(bases);
+    const input::Sections& sections = ensembles.front().parameters.sections;
+    fmt::print("{}", options.json ? analysis::to_json(found, options.folders, sections)
+                                  : analysis::to_text(found, sections));
+    std::fflush(stdout);
+  });
+  return success;
+}
+
 /// Updates the results of all cases of a sweep and its table, and prints the table. Collective.
 int update_sweep(const parallel::Communicator& world, const StatsOptions& options) {
   const fs::path folder = options.folder;
@@ -187,7 +209,11 @@ void add_stats_command(CLI::App& app, Action& run) {
                          "sample files, and update ensemble.h5; without sample files, use the samples in "
                          "ensemble.h5. For a sweep, print the table of all cases");
   auto columns = std::make_shared<bool>(false);
-  command->add_option("folder", options->folder, "output folder of crackle run, or the ensemble.h5 in it");
+  command->add_option(
+      "folder", options->folders,
+      "output folder of crackle run, or the ensemble.h5 in it. Several, of inputs that differ "
+      "in ensemble.seed only and have a shared base, give means and intervals for the "
+      "material");
   command->add_flag("--columns", *columns, "print the table of all results of a sample (Markdown) instead");
   command->add_flag(
       "--json", options->json,
@@ -213,11 +239,14 @@ void add_stats_command(CLI::App& app, Action& run) {
       ->allow_extra_args(false)
       ->excludes(keep_rows);
   command->callback([options, columns, &run] {
-    if (*columns != options->folder.empty())
+    if (*columns != options->folders.empty())
       throw CLI::ValidationError("stats takes either a folder or --columns");
     if (*columns && (!options->sections.empty() || !options->limits.empty() || options->json ||
                      options->read_only || options->keep_rows))
       throw CLI::ValidationError("--columns takes no other option");
+    if (options->folders.size() > 1 &&
+        (!options->sections.empty() || !options->limits.empty() || options->keep_rows))
+      throw CLI::ValidationError("several folders take no option but --json");
     if (options->json && !options->limits.empty())
       throw CLI::ValidationError("--limit cannot be combined with --json");
     if (*columns) {
@@ -228,7 +257,8 @@ void add_stats_command(CLI::App& app, Action& run) {
       return;
     }
     run = [options](const parallel::Communicator& world) {
-      options->folder = folder_of(world, options->folder).string();
+      if (options->folders.size() > 1) return show_bases(world, *options);
+      options->folder = folder_of(world, options->folders.front()).string();
       if (is_sweep(world, options->folder)) {
         if (options->json || !options->limits.empty() || !options->sections.empty())
           throw parallel::AgreedError(0, "'" + options->folder +

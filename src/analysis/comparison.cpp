@@ -7,12 +7,9 @@
 #include "crackle/input/reader.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -42,28 +39,59 @@ bool is_done(const SampleSummary& row) {
   return row.status == SampleStatus::done;
 }
 
-/// The values of both ensembles that are not NaN; for pairs, those where neither is NaN.
-template <class Value>
-TwoSamples values_of(std::span<const SampleSummary> first, std::span<const SampleSummary> second,
-                     bool are_paired, const Value& value) {
-  TwoSamples samples{{}, {}, are_paired};
-  if (are_paired) {
-    for (std::size_t i = 0; i < std::min(first.size(), second.size()); ++i) {
-      if (!is_done(first[i]) || !is_done(second[i])) continue;
-      const double a = value(first[i]), b = value(second[i]);
-      if (std::isnan(a) || std::isnan(b)) continue;
-      samples.first.push_back(a);
-      samples.second.push_back(b);
-    }
-    return samples;
-  }
-  const auto take = [&](std::span<const SampleSummary> rows, std::vector<double>& values) {
-    for (const SampleSummary& row : rows)
-      if (is_done(row) && !std::isnan(value(row))) values.push_back(value(row));
+/// A completed sample, and its draw of the random inputs.
+struct Sample {
+  const SampleSummary* row;
+  std::size_t draw;
+};
+
+/// The samples of two ensembles to compare: those done or, for pairs, the pairs of which both are.
+struct Samples {
+  std::vector<Sample> first, second;
+  bool are_paired;
+};
+
+Samples samples_of(const Compared& first, const Compared& second, bool are_paired) {
+  Samples samples{{}, {}, are_paired};
+  // A draw of both ensembles of pairs.
+  const int of_pairs =
+      std::max(first.parameters->ensemble.replicates, second.parameters->ensemble.replicates);
+  const auto take = [&](const Compared& of, const Compared& other, std::vector<Sample>& list) {
+    for (std::size_t i = 0; i < of.rows.size(); ++i)
+      if (is_done(of.rows[i]) && (!are_paired || (i < other.rows.size() && is_done(other.rows[i]))))
+        list.push_back({&of.rows[i], i / index(are_paired ? of_pairs : of.parameters->ensemble.replicates)});
   };
-  take(first, samples.first);
-  take(second, samples.second);
+  take(first, second, samples.first);
+  take(second, first, samples.second);
   return samples;
+}
+
+/// Lists such as TwoSamples of what the samples have; for pairs, of those where both have it.
+/// @param read of a row, the value; empty if it has none
+template <class Lists, class Read>
+Lists lists_of(const Samples& samples, const Read& read) {
+  Lists lists{{}, {}, samples.are_paired};
+  const auto take = [&](const std::vector<Sample>& of, const std::vector<Sample>& other, auto& values,
+                        std::vector<std::size_t>& groups) {
+    for (std::size_t i = 0; i < of.size(); ++i) {
+      auto value = read(*of[i].row);
+      if (!value || (samples.are_paired && !read(*other[i].row))) continue;
+      values.push_back(*std::move(value));
+      groups.push_back(of[i].draw);
+    }
+  };
+  take(samples.first, samples.second, lists.first, lists.first_group);
+  take(samples.second, samples.first, lists.second, lists.second_group);
+  return lists;
+}
+
+/// Lists of the numbers that are not NaN.
+template <class Value>
+TwoSamples values_of(const Samples& samples, const Value& value) {
+  return lists_of<TwoSamples>(samples, [&](const SampleSummary& row) {
+    const double found = value(row);
+    return std::isnan(found) ? std::optional<double>() : found;
+  });
 }
 
 double mean_of(const std::vector<double>& values) {
@@ -91,23 +119,29 @@ ComparedResult compared(const ResultInfo& info, const std::string& share_of, con
   return result;
 }
 
-std::vector<ComparedResult> compare_results(const Compared& first, const Compared& second, bool are_paired,
-                                            double confidence) {
+/// Comparisons, and what they compare.
+struct Results {
   std::vector<ComparedResult> results;
+  std::vector<TwoSamples> samples;
+};
+
+Results compare_results(const Samples& all, const Origin& first, const Origin& second, double confidence) {
+  Results found;
   for_each_result([&](const ResultInfo& info, auto member) {
     const bool is_pattern = std::string_view(info.name) == "pattern";
-    if (lacks(first.origin, info.name) || lacks(second.origin, info.name) || !is_of_the_body(info) ||
+    if (lacks(first, info.name) || lacks(second, info.name) || !is_of_the_body(info) ||
         info.reduction == Reduction::places || (info.reduction == Reduction::none && !is_pattern))
       return;
     const auto add = [&](const std::string& share_of, const auto& value) {
-      const TwoSamples samples = values_of(first.rows, second.rows, are_paired, value);
+      TwoSamples samples = values_of(all, value);
       // A share of 0 or of 1 on both sides is not counted as a comparison.
       const auto is_one = [](double one) { return one == 1; };
       const auto n_ones =
           std::ranges::count_if(samples.first, is_one) + std::ranges::count_if(samples.second, is_one);
       const auto n = std::ssize(samples.first) + std::ssize(samples.second);
       if (n == 0 || (!share_of.empty() && (n_ones == 0 || n_ones == n))) return;
-      results.push_back(compared(info, share_of, samples, confidence));
+      found.results.push_back(compared(info, share_of, samples, confidence));
+      found.samples.push_back(std::move(samples));
     };
     if (is_pattern || info.reduction == Reduction::shares) {
       for (int k = 0; k < n_categories(info.categories); ++k)
@@ -119,96 +153,124 @@ std::vector<ComparedResult> compare_results(const Compared& first, const Compare
       add("", [&](const SampleSummary& row) { return static_cast<double>(row.*member); });
     }
   });
-  return results;
+  return found;
 }
 
-/// The positions of the leading crack in its own frame.
-std::vector<double> leading_path(const LeaderFrame& frame, const SampleSummary& row, int reference) {
-  std::vector<double> path(index(frame.n_sections()), not_a_number);
-  for (int s = 0; s < frame.n_sections(); ++s) {
-    const auto source = frame.source(row.leading_start, reference, s);
-    if (!source) continue;
-    const double position = row.position[index(source->start * frame.n_sections() + source->section)];
-    path[index(s)] = source->extent ? *source->extent - position : position;
-  }
-  return path;
-}
+struct Paths {
+  std::vector<ComparedPaths> results;
+  std::vector<TwoGroupsOfPaths> paths;
+};
 
-std::vector<ComparedPaths> compare_paths(const Compared& first, const Compared& second, bool are_paired,
-                                         double confidence) {
-  const auto body = geometry::make_body(first.parameters->specimen);
-  const LeaderFrame frame(*body, first.parameters->sections);
-  std::vector<ComparedPaths> all;
+Paths compare_paths(const Samples& samples, const input::Parameters& parameters, double confidence) {
+  const auto body = geometry::make_body(parameters.specimen);
+  const LeaderFrame frame(*body, parameters.sections);
+  Paths all;
   for (int start = 0; start < frame.n_starts(); ++start) {
     if (frame.reference()[index(start)] != start) continue;
     const auto leads = [&](const SampleSummary& row) {
-      return is_done(row) && row.leading_start >= 0 && frame.reference()[index(row.leading_start)] == start;
+      return row.leading_start >= 0 && frame.reference()[index(row.leading_start)] == start;
     };
-    TwoGroupsOfPaths paths{{}, {}, are_paired};
-    if (are_paired) {
-      for (std::size_t i = 0; i < std::min(first.rows.size(), second.rows.size()); ++i) {
-        if (!leads(first.rows[i]) || !leads(second.rows[i])) continue;
-        paths.first.push_back(leading_path(frame, first.rows[i], start));
-        paths.second.push_back(leading_path(frame, second.rows[i], start));
-      }
-    } else {
-      for (const auto& row : first.rows)
-        if (leads(row)) paths.first.push_back(leading_path(frame, row, start));
-      for (const auto& row : second.rows)
-        if (leads(row)) paths.second.push_back(leading_path(frame, row, start));
-    }
+    auto paths = lists_of<TwoGroupsOfPaths>(samples, [&](const SampleSummary& row) {
+      std::optional<std::vector<double>> path;
+      if (!leads(row)) return path;
+      path.emplace();
+      for (int s = 0; s < frame.n_sections(); ++s)
+        path->push_back(framed_position(frame, row, start, start, s).value);
+      return path;
+    });
     if (paths.first.empty() && paths.second.empty()) continue;
-    ComparedPaths& found = all.emplace_back();
+    ComparedPaths& found = all.results.emplace_back();
     found.leading_start = start;
     found.n_first = static_cast<int>(paths.first.size());
     found.n_second = static_cast<int>(paths.second.size());
     found.distance = energy_distance(paths);
     for (int s = 0; s < frame.n_sections(); ++s) {
-      TwoSamples samples{{}, {}, are_paired};
-      const auto at = [&](const auto& path) { return path[index(s)]; };
-      for (std::size_t i = 0; i < std::max(paths.first.size(), paths.second.size()); ++i) {
-        const double a = i < paths.first.size() ? at(paths.first[i]) : not_a_number;
-        const double b = i < paths.second.size() ? at(paths.second[i]) : not_a_number;
-        if (!std::isnan(a) && !(are_paired && std::isnan(b))) samples.first.push_back(a);
-        if (!std::isnan(b) && !(are_paired && std::isnan(a))) samples.second.push_back(b);
-      }
-      found.of_means.push_back(samples.first.empty() || samples.second.empty()
+      const TwoSamples positions = values_of(samples, [&](const SampleSummary& row) {
+        return leads(row) ? framed_position(frame, row, start, start, s).value : not_a_number;
+      });
+      found.of_means.push_back(positions.first.empty() || positions.second.empty()
                                    ? Difference{}
-                                   : difference_of_means(samples, confidence));
+                                   : difference_of_means(positions, confidence));
     }
+    all.paths.push_back(std::move(paths));
   }
   return all;
 }
 
-void adjust(Comparison& comparison) {
-  std::vector<double> probabilities;
-  for (const auto& result : comparison.results) probabilities.push_back(result.probability);
-  for (const auto& paths : comparison.paths)
-    probabilities.push_back(std::isnan(paths.distance.value) ? not_a_number : paths.distance.probability);
-  const std::vector<double> adjusted = adjusted_for_comparisons(probabilities);
-  std::size_t i = 0;
-  for (auto& result : comparison.results) result.adjusted = adjusted[i++];
-  for (auto& paths : comparison.paths) paths.adjusted = adjusted[i++];
+void adjust(Comparison& comparison, std::span<const TwoSamples> samples,
+            std::span<const TwoGroupsOfPaths> paths) {
+  const JointTest joint = joint_test(samples, paths);
+  comparison.n_looks = joint.n_looks;
+  comparison.least = joint.least;
+  // The joint permutations also change which samples lack a value; p alone does not.
+  const auto adjusted = [&](double probability, std::size_t i) {
+    return std::isnan(joint.adjusted[i]) ? not_a_number : std::max(joint.adjusted[i], probability);
+  };
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    ComparedResult& result = comparison.results[i];
+    result.adjusted = adjusted(result.probability, i);
+    if (!samples[i].first.empty() && !samples[i].second.empty()) result.least = least_probability(samples[i]);
+    if (joint.same_as[i] < 0) continue;
+    const ComparedResult& same = comparison.results[index(joint.same_as[i])];
+    result.same_as =
+        same.share_of.empty() ? same.info.label : fmt::format("{}: {}", same.info.label, same.share_of);
+  }
+  for (std::size_t i = 0; i < paths.size(); ++i)
+    comparison.paths[i].adjusted = adjusted(comparison.paths[i].distance.probability, samples.size() + i);
+  if (joint.least > significant)
+    comparison.remarks.push_back(fmt::format(
+        "With so few samples no difference could be significant: the least p is {:.3f}.", joint.least));
+  else if (joint.n_too_small > 0)
+    comparison.remarks.push_back(
+        fmt::format("{} of the comparisons have too few samples for any p of 0.05 and are not counted.",
+                    joint.n_too_small));
 }
 
-/// "-" if there is none.
-std::string shown(double value, std::string_view format) {
-  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(fmt::format("{{:{}}}", format)), value);
+SampleCounts counts_of(std::span<const SampleSummary> rows) {
+  SampleCounts counts;
+  for (const SampleSummary& row : rows) {
+    counts.done += is_done(row) ? 1 : 0;
+    counts.undecided += is_undecided(row) ? 1 : 0;
+    counts.failed += row.status == SampleStatus::failed ? 1 : 0;
+    counts.pending += row.status == SampleStatus::pending ? 1 : 0;
+  }
+  return counts;
 }
 
-std::string shown_interval(const Difference& difference, double factor, std::string_view format) {
-  if (std::isnan(difference.lower)) return "-";
-  return fmt::format("{} to {}", shown(factor * difference.lower, format),
-                     shown(factor * difference.upper, format));
-}
-
-std::string shown_probability(double probability) {
-  if (std::isnan(probability)) return "-";
-  return probability < 0.001 ? "< 0.001" : fmt::format("{:.3f}", probability);
-}
-
-nlohmann::ordered_json json_of(const Difference& difference) {
-  return {{"value", difference.value}, {"lower", difference.lower}, {"upper", difference.upper}};
+/// What the numbers hold for.
+void add_scope(Comparison& comparison, const Samples& samples, const Compared& first,
+               const Compared& second) {
+  const auto is_shared = [](const Compared& one) { return one.parameters->mesh.base == input::Base::shared; };
+  comparison.has_shared_base = is_shared(first) || is_shared(second);
+  if (comparison.has_shared_base)
+    comparison.remarks.push_back(fmt::format(
+        "Intervals and p-values hold for {} only (mesh.base = \"shared\"): with another base the answer may "
+        "differ.",
+        is_shared(first) && is_shared(second)
+            ? "these base points"
+            : fmt::format("the {} ensemble's base points", is_shared(first) ? "first" : "second")));
+  const auto n_draws = [](const std::vector<Sample>& list) {
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < list.size(); ++i) n += i == 0 || list[i].draw != list[i - 1].draw ? 1 : 0;
+    return n;
+  };
+  if (std::max(first.parameters->ensemble.replicates, second.parameters->ensemble.replicates) > 1)
+    comparison.remarks.push_back(
+        fmt::format("Samples of one draw are not independent: intervals and p-values are by whole draws, {} "
+                    "and {}.",
+                    n_draws(samples.first), n_draws(samples.second)));
+  const auto pair_of = [&](int SampleCounts::*member) {
+    return fmt::format("{} in the first, {} in the second", comparison.first.*member,
+                       comparison.second.*member);
+  };
+  const SampleCounts &one = comparison.first, &other = comparison.second;
+  if (one.failed + other.failed > 0)
+    comparison.remarks.push_back(
+        fmt::format("Failed samples are in no number: {}.", pair_of(&SampleCounts::failed)));
+  if (one.undecided + other.undecided > 0)
+    comparison.remarks.push_back(
+        fmt::format("Undecided samples count with what they had reached, in all numbers: {}.",
+                    pair_of(&SampleCounts::undecided)));
 }
 
 }  // namespace
@@ -225,16 +287,14 @@ Comparison compare(const Compared& first, const Compared& second, double confide
   if (!comparison.are_paired)
     note(fmt::format("not paired, because the bodies differ: {} in one, {} in the other",
                      in_one.value_or("no such setting"), in_other.value_or("no such setting")));
-  const int replicates =
-      std::max(first.parameters->ensemble.replicates, second.parameters->ensemble.replicates);
-  if (replicates > 1)
-    note(
-        fmt::format("samples with the same draw are not independent, as intervals and p assume: intervals "
-                    "are up to {:.2f} times too narrow, and p is too small",
-                    std::sqrt(replicates)));
-  for (std::size_t i = 0; i < std::min(first.rows.size(), second.rows.size()); ++i)
-    comparison.n_pairs += comparison.are_paired && is_done(first.rows[i]) && is_done(second.rows[i]) ? 1 : 0;
-  comparison.results = compare_results(first, second, comparison.are_paired, confidence);
+  const Samples samples = samples_of(first, second, comparison.are_paired);
+  comparison.n_pairs = comparison.are_paired ? static_cast<int>(samples.first.size()) : 0;
+  comparison.first = counts_of(first.rows);
+  comparison.second = counts_of(second.rows);
+  add_scope(comparison, samples, first, second);
+  Results results = compare_results(samples, first.origin, second.origin, confidence);
+  comparison.results = std::move(results.results);
+  Paths paths;
   const auto is_of_the_specimen = [](const std::optional<std::string>& line) {
     return line && line->starts_with("specimen.");
   };
@@ -243,119 +303,11 @@ Comparison compare(const Compared& first, const Compared& second, double confide
   } else if (is_of_the_specimen(in_one) || is_of_the_specimen(in_other)) {
     note("paths are not compared, because the bodies differ");
   } else {
-    comparison.paths = compare_paths(first, second, comparison.are_paired, confidence);
+    paths = compare_paths(samples, *first.parameters, confidence);
+    comparison.paths = std::move(paths.results);
   }
-  adjust(comparison);
+  adjust(comparison, results.samples, paths.paths);
   return comparison;
-}
-
-std::string to_text(const Comparison& comparison, const std::string& first, const std::string& second,
-                    const input::Sections& sections) {
-  std::string text = fmt::format("{} minus {}\n", second, first);
-  const double percent = 100 * comparison.confidence;
-  if (comparison.are_paired)
-    fmt::format_to(std::back_inserter(text),
-                   "{} pairs of samples with the same bodies; differences are within pairs\n",
-                   comparison.n_pairs);
-  if (!comparison.note.empty()) text += comparison.note + "\n";
-  std::vector<std::array<std::string, 8>> table{{"", "samples", "first", "second", "difference",
-                                                 fmt::format("{:g} % interval", percent), "p",
-                                                 "of all comparisons"}};
-  for (const ComparedResult& result : comparison.results) {
-    const ResultInfo& info = result.info;
-    const bool is_share = !result.share_of.empty();
-    const ShownUnit unit =
-        is_share ? ShownUnit{"%", 100}
-                 : info.unit_for(std::max(std::abs(result.mean_first), std::abs(result.mean_second)));
-    const double factor = unit.factor;
-    const std::string_view format = is_share ? ".0f" : info.format;
-    std::string label =
-        is_share ? fmt::format("{}: {} [%]", info.label, result.share_of) : std::string(info.label);
-    if (!is_share && !unit.name.empty()) label += fmt::format(" [{}]", unit.name);
-    const auto add = [&](const std::string& name, double a, double b, const Difference& difference,
-                         const std::string& p, const std::string& adjusted) {
-      table.push_back({name, fmt::format("{}, {}", result.n_first, result.n_second),
-                       shown(factor * a, format), shown(factor * b, format),
-                       shown(factor * difference.value, format), shown_interval(difference, factor, format),
-                       p, adjusted});
-    };
-    add(is_share ? label : label + ", mean", result.mean_first, result.mean_second, result.of_means,
-        shown_probability(result.probability), shown_probability(result.adjusted));
-    if (!is_share) add("  median", not_a_number, not_a_number, result.of_medians, "", "");
-  }
-  const std::vector<input::Section> all_sections = sections.all();
-  for (const ComparedPaths& paths : comparison.paths) {
-    const std::string n = fmt::format("{}, {}", paths.n_first, paths.n_second);
-    table.push_back(
-        {fmt::format("paths led by start {}: energy distance [mm]", paths.leading_start), n, "", "",
-         shown(1e3 * paths.distance.value, ".4f"), "",
-         shown_probability(std::isnan(paths.distance.value) ? not_a_number : paths.distance.probability),
-         shown_probability(paths.adjusted)});
-    for (std::size_t s = 0; s < paths.of_means.size(); ++s)
-      table.push_back({fmt::format("  mean {} at {} [mm]", input::coordinate_of(all_sections[s]),
-                                   input::name_of(all_sections[s])),
-                       "", "", "", shown(1e3 * paths.of_means[s].value, ".3f"),
-                       shown_interval(paths.of_means[s], 1e3, ".3f"), "", ""});
-  }
-  std::array<std::size_t, 8> width{};
-  for (const auto& row : table)
-    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
-  for (const auto& row : table) {
-    std::string line = fmt::format("{:<{}}", row[0], width[0]);
-    for (std::size_t c = 1; c < row.size(); ++c) line += fmt::format("  {:>{}}", row[c], width[c]);
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  }
-  text +=
-      "p: by permutations, of a difference as large were there none. Of all comparisons: Holm's adjustment, "
-      "so "
-      "that one "
-      "below 0.05 is by chance in 5 % of such comparisons at most.\n";
-  return text;
-}
-
-std::string to_json(std::span<const Comparison> comparisons, std::span<const std::string> names,
-                    const input::Sections& sections) {
-  using Json = nlohmann::ordered_json;
-  Json document{{"first", names.front()}, {"sections", Json::array()}, {"comparisons", Json::array()}};
-  for (const input::Section& section : sections.all())
-    document["sections"].push_back(input::name_of(section));
-  for (std::size_t i = 0; i < comparisons.size(); ++i) {
-    const Comparison& comparison = comparisons[i];
-    Json one{
-        {"second", names[i + 1]},        {"paired", comparison.are_paired},     {"note", comparison.note},
-        {"n_pairs", comparison.n_pairs}, {"confidence", comparison.confidence}, {"results", Json::array()},
-        {"paths", Json::array()}};
-    for (const ComparedResult& result : comparison.results) {
-      Json entry{{"name", result.info.name},
-                 {"label", result.info.label},
-                 {"shown_units", result.info.shown_units},
-                 {"shown_factor", result.info.shown_factor},
-                 {"units", result.share_of.empty() ? result.info.units : "1"},
-                 {"share_of", result.share_of},
-                 {"n_first", result.n_first},
-                 {"n_second", result.n_second},
-                 {"mean_first", result.mean_first},
-                 {"mean_second", result.mean_second},
-                 {"difference_of_means", json_of(result.of_means)},
-                 {"p", result.probability},
-                 {"p_adjusted", result.adjusted}};
-      if (result.share_of.empty()) entry["difference_of_medians"] = json_of(result.of_medians);
-      one["results"].push_back(std::move(entry));
-    }
-    for (const ComparedPaths& paths : comparison.paths) {
-      Json entry{{"leading_notch", paths.leading_start}, {"n_first", paths.n_first},
-                 {"n_second", paths.n_second},           {"energy_distance", paths.distance.value},
-                 {"p", paths.distance.probability},      {"p_adjusted", paths.adjusted},
-                 {"difference_of_means", Json::array()}};
-      for (const Difference& difference : paths.of_means)
-        entry["difference_of_means"].push_back(json_of(difference));
-      one["paths"].push_back(std::move(entry));
-    }
-    document["comparisons"].push_back(std::move(one));
-  }
-  // Folder names need not be valid UTF-8.
-  return document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace crackle::analysis

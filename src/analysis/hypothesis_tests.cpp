@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/comparison.h"
-#include "crackle/analysis/running_statistics.h"
 #include "crackle/common/index.h"
-#include "crackle/common/random.h"
 #include "crackle/common/real.h"
 
-#include <boost/math/distributions/students_t.hpp>
+#include "permutations.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -19,27 +17,49 @@ namespace crackle::analysis {
 
 namespace {
 
-constexpr int n_bootstrap_samples = 4000;
-constexpr int n_random_labels = 9999;
-constexpr double max_exact_labels = 20'000;
-/// Tolerance below which statistics are equal up to rounding.
-constexpr double rounding = 1e-9;
+using Path = std::vector<double>;
 
-Moments moments_of(std::span<const double> values) {
-  Moments moments;
-  for (const double value : values) moments.add(value);
-  return moments;
+/// The group of value i.
+std::size_t group_of(const std::vector<std::size_t>& groups, std::size_t i) {
+  return groups.empty() ? i : groups[i];
 }
 
-double square_error(const Moments& moments) {
-  return moments.standard_deviation() * moments.standard_deviation() / moments.count();
-}
+/// Numbers of the units of a test: the groups of the values, those of the second list after the first's.
+class Units {
+public:
+  template <class Lists>
+  void add(const Lists& lists) {
+    are_paired_ = lists.are_paired;
+    collect(lists.first.size(), lists.first_group, first_);
+    if (!are_paired_) collect(lists.second.size(), lists.second_group, second_);
+  }
 
-std::vector<double> differences_of(const TwoSamples& samples) {
-  std::vector<double> differences;
-  for (std::size_t i = 0; i < samples.first.size(); ++i)
-    differences.push_back(samples.second[i] - samples.first[i]);
-  return differences;
+  Design design() const { return {first_.size(), second_.size(), are_paired_}; }
+  std::size_t of_first(std::size_t group) const { return number(first_, group); }
+  std::size_t of_second(std::size_t group) const {
+    return are_paired_ ? of_first(group) : first_.size() + number(second_, group);
+  }
+
+private:
+  static void collect(std::size_t n, const std::vector<std::size_t>& groups,
+                      std::vector<std::size_t>& units) {
+    for (std::size_t i = 0; i < n; ++i) units.push_back(group_of(groups, i));
+    std::ranges::sort(units);
+    units.erase(std::unique(units.begin(), units.end()), units.end());
+  }
+  static std::size_t number(const std::vector<std::size_t>& units, std::size_t group) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(units, group) - units.begin());
+  }
+
+  bool are_paired_ = false;
+  std::vector<std::size_t> first_, second_;
+};
+
+template <class Lists>
+Units units_of(const Lists& lists) {
+  Units units;
+  units.add(lists);
+  return units;
 }
 
 /// Difference over its standard error; 0 or infinity without scatter.
@@ -48,189 +68,60 @@ double studentized(double difference, double square_error) {
   return square_error > 0 ? std::abs(difference) / std::sqrt(square_error) : infinity;
 }
 
-/// Calls visit(labels) for each assignment of labels: all of them, or random ones. Label 1 means the second
-/// list; labels are in the order of all values of the first and then of the second list. For pairs, a label
-/// of 1 swaps the pair.
-/// @return true if all assignments were visited
-template <class Visit>
-bool for_each_labelling(std::size_t n_first, std::size_t n_second, bool are_paired, const Visit& visit) {
-  const std::size_t n = n_first + n_second;
-  std::vector<std::uint8_t> labels(n, 0);
-  const auto start = labels.begin() + static_cast<std::ptrdiff_t>(n_first);
-  std::fill(start, labels.end(), 1);
-  RandomStream stream(0, 0, "permutation test");
-  if (are_paired) {
-    const auto give = [&](std::size_t pair, bool changes_places) {
-      labels[pair] = changes_places;
-      labels[n_first + pair] = !changes_places;
+/// The studentized difference of the means under other labels: Welch's statistic or, for pairs, Student's of
+/// the differences; for groups with standard errors as in GroupedMoments.
+class MeanStatistic {
+public:
+  MeanStatistic(const TwoSamples& samples, const Units& units) : are_paired_(samples.are_paired) {
+    if (are_paired_) {
+      const std::vector<double> differences = samples.differences();
+      for (std::size_t i = 0; i < differences.size(); ++i)
+        add(units.of_first(group_of(samples.first_group, i)), differences[i]);
+      return;
+    }
+    for (std::size_t i = 0; i < samples.first.size(); ++i)
+      add(units.of_first(group_of(samples.first_group, i)), samples.first[i]);
+    for (std::size_t i = 0; i < samples.second.size(); ++i)
+      add(units.of_second(group_of(samples.second_group, i)), samples.second[i]);
+  }
+
+  double operator()(const Labels& labels) const {
+    std::array<double, 2> n{}, sum{}, square{}, count{};
+    const auto side = [&](const Sum& one) { return are_paired_ ? std::size_t{0} : labels[one.unit]; };
+    const auto signed_sum = [&](const Sum& one) {
+      return are_paired_ && labels[one.unit] != 0 ? -one.sum : one.sum;
     };
-    if (std::ldexp(1.0, static_cast<int>(std::min<std::size_t>(n_first, 1000))) <= max_exact_labels) {
-      for (std::uint64_t k = 0; k < (std::uint64_t{1} << n_first); ++k) {
-        for (std::size_t pair = 0; pair < n_first; ++pair) give(pair, (k >> pair & 1) != 0);
-        visit(labels);
-      }
-      return true;
+    for (const Sum& one : sums_) {
+      n[side(one)] += one.n;
+      sum[side(one)] += signed_sum(one);
+      count[side(one)] += 1;
     }
-    for (int k = 0; k < n_random_labels; ++k) {
-      for (std::size_t pair = 0; pair < n_first; ++pair) give(pair, (stream.bits() & 1) != 0);
-      visit(labels);
-    }
-    return false;
+    if (n[0] == 0 || (!are_paired_ && n[1] == 0)) return 0;
+    const auto mean = [&](std::size_t k) { return n[k] > 0 ? sum[k] / n[k] : 0; };
+    const std::array<double, 2> means{mean(0), mean(1)};
+    for (const Sum& one : sums_) square[side(one)] += std::pow(signed_sum(one) - one.n * means[side(one)], 2);
+    // A single unit has no variance; the other list's is used instead.
+    const auto error = [&](std::size_t k) {
+      return n[k] > 0 ? square[k] * count[k] / (std::max(1.0, count[k] - 1) * n[k] * n[k]) : 0;
+    };
+    return studentized(means[1] - means[0], error(0) + error(1));
   }
-  double n_ways = 1;
-  for (std::size_t i = 1; i <= n_second && n_ways <= max_exact_labels; ++i)
-    n_ways *= static_cast<double>(n_first + i) / static_cast<double>(i);
-  if (n_ways <= max_exact_labels) {
-    do visit(labels);
-    while (std::next_permutation(labels.begin(), labels.end()));
-    return true;
-  }
-  for (int k = 0; k < n_random_labels; ++k) {
-    for (std::size_t i = n; i > 1; --i)
-      std::swap(labels[i - 1], labels[static_cast<std::size_t>(stream.uniform() * static_cast<double>(i))]);
-    visit(labels);
-  }
-  return false;
-}
 
-/// The share of assignments whose statistic is at least as large as the observed one, which is included.
-template <class Statistic>
-double share_as_large(std::size_t n_first, std::size_t n_second, bool are_paired,
-                      const Statistic& statistic) {
-  std::vector<std::uint8_t> observed(n_first + n_second, 0);
-  std::fill(observed.begin() + static_cast<std::ptrdiff_t>(n_first), observed.end(), 1);
-  const double found = statistic(observed);
-  const double threshold = std::isinf(found) ? found : found - rounding * std::abs(found);
-  std::int64_t n = 0, n_as_large = 0;
-  const bool are_all = for_each_labelling(n_first, n_second, are_paired, [&](const auto& labels) {
-    const double value = statistic(labels);
-    ++n;
-    n_as_large += value >= threshold ? 1 : 0;
-  });
-  if (are_all) return static_cast<double>(n_as_large) / static_cast<double>(n);
-  return static_cast<double>(n_as_large + 1) / static_cast<double>(n + 1);
-}
-
-double student(double confidence, double degrees) {
-  return boost::math::quantile(boost::math::students_t(degrees), (1 + confidence) / 2);
-}
-
-}  // namespace
-
-Difference difference_of_means(const TwoSamples& samples, double confidence) {
-  Difference found;
-  double error = not_a_number, degrees = 0;
-  if (samples.are_paired) {
-    const Moments m = moments_of(differences_of(samples));
-    found.value = m.mean();
-    error = std::sqrt(square_error(m));
-    degrees = m.count() - 1;
-  } else {
-    const Moments a = moments_of(samples.first), b = moments_of(samples.second);
-    found.value = b.mean() - a.mean();
-    const double of_a = square_error(a), of_b = square_error(b);
-    error = std::sqrt(of_a + of_b);
-    degrees = error > 0 ? (of_a + of_b) * (of_a + of_b) /
-                              (of_a * of_a / (a.count() - 1) + of_b * of_b / (b.count() - 1))
-                        : a.count() + b.count() - 2;
-  }
-  if (std::isnan(error)) return found;
-  const double half_width = student(confidence, degrees) * error;
-  return {found.value, found.value - half_width, found.value + half_width};
-}
-
-Difference difference_of_medians(const TwoSamples& samples, double confidence) {
-  const std::vector<double> differences =
-      samples.are_paired ? differences_of(samples) : std::vector<double>{};
-  const auto of = [&](const auto& first, const auto& second) {
-    return samples.are_paired ? quantile(first, 0.5) : quantile(second, 0.5) - quantile(first, 0.5);
+private:
+  struct Sum {
+    std::size_t unit;
+    double n, sum;
   };
-  const auto& one = samples.are_paired ? differences : samples.first;
-  const auto& other = samples.are_paired ? differences : samples.second;
-  Difference found{of(one, other)};
-  if (one.size() < 2 || other.size() < 2) return found;
-  RandomStream stream(0, 0, "bootstrap of medians");
-  const auto draw = [&](const std::vector<double>& values) {
-    std::vector<double> drawn(values.size());
-    for (double& value : drawn)
-      value = values[static_cast<std::size_t>(stream.uniform() * static_cast<double>(values.size()))];
-    return drawn;
-  };
-  std::vector<double> medians;
-  for (int k = 0; k < n_bootstrap_samples; ++k) {
-    const std::vector<double> first = draw(one);
-    medians.push_back(of(first, samples.are_paired ? first : draw(other)));
+
+  void add(std::size_t unit, double value) {
+    if (sums_.empty() || sums_.back().unit != unit) sums_.push_back({unit, 0, 0});
+    sums_.back().n += 1;
+    sums_.back().sum += value;
   }
-  found.lower = quantile(medians, (1 - confidence) / 2);
-  found.upper = quantile(medians, (1 + confidence) / 2);
-  return found;
-}
 
-Difference difference_of_shares(const TwoSamples& samples, double confidence) {
-  const Moments a = moments_of(samples.first), b = moments_of(samples.second);
-  Difference found{b.mean() - a.mean()};
-  if (samples.first.empty() || samples.second.empty()) return found;
-  const auto interval = [&](const std::vector<double>& values) {
-    return share_interval(static_cast<int>(std::ranges::count(values, 1.0)), static_cast<int>(values.size()),
-                          confidence);
-  };
-  const Interval of_a = interval(samples.first), of_b = interval(samples.second);
-  double correlation = 0;
-  if (samples.are_paired) {
-    double both = 0, only_first = 0, only_second = 0, none = 0;
-    for (std::size_t i = 0; i < samples.first.size(); ++i) {
-      const bool first = samples.first[i] == 1, second = samples.second[i] == 1;
-      (first ? second ? both : only_first : second ? only_second : none) += 1;
-    }
-    const double margins =
-        (both + only_first) * (only_second + none) * (both + only_second) * (only_first + none);
-    double excess = both * none - only_first * only_second;
-    // Newcombe's continuity correction.
-    if (excess > 0) excess = std::max(0.0, excess - a.count() / 2.0);
-    if (margins > 0) correlation = excess / std::sqrt(margins);
-  }
-  const auto reach = [&](double of_one, double of_other) {
-    return std::sqrt(
-        std::max(0.0, of_one * of_one - 2 * correlation * of_one * of_other + of_other * of_other));
-  };
-  found.lower = found.value - reach(b.mean() - of_b.lower, of_a.upper - a.mean());
-  found.upper = found.value + reach(of_b.upper - b.mean(), a.mean() - of_a.lower);
-  return found;
-}
-
-double permutation_probability(const TwoSamples& samples) {
-  const std::size_t n_first = samples.first.size(), n_second = samples.second.size();
-  if (n_first == 0 || n_second == 0) return 1;
-  std::vector<double> values = samples.first;
-  values.insert(values.end(), samples.second.begin(), samples.second.end());
-  return share_as_large(n_first, n_second, samples.are_paired, [&](const std::vector<std::uint8_t>& labels) {
-    if (samples.are_paired) {
-      double sum = 0, squares = 0;
-      for (std::size_t i = 0; i < n_first; ++i) {
-        const double d = (labels[i] != 0 ? -1 : 1) * (values[n_first + i] - values[i]);
-        sum += d;
-        squares += d * d;
-      }
-      const double n = static_cast<double>(n_first);
-      return studentized(sum / n, std::max(0.0, squares - sum * sum / n) / n);
-    }
-    std::array<double, 2> n{}, mean{}, square{};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      n[labels[i]] += 1;
-      mean[labels[i]] += values[i];
-    }
-    for (std::size_t k = 0; k < 2; ++k) mean[k] /= n[k];
-    for (std::size_t i = 0; i < values.size(); ++i)
-      square[labels[i]] += std::pow(values[i] - mean[labels[i]], 2);
-    // A single value has no variance; the other list's is used instead.
-    const auto error = [&](std::size_t k) { return square[k] / (std::max(1.0, n[k] - 1) * n[k]); };
-    return studentized(mean[1] - mean[0], error(0) + error(1));
-  });
-}
-
-namespace {
-
-using Path = std::vector<double>;
+  bool are_paired_;
+  std::vector<Sum> sums_;
+};
 
 /// Root mean square of one + sign other over the sections that both reach; empty if there are none.
 std::optional<double> path_distance(const Path& one, const Path& other, double sign) {
@@ -245,88 +136,174 @@ std::optional<double> path_distance(const Path& one, const Path& other, double s
   return std::sqrt(square / n_common);
 }
 
-/// Energy distance between the differences of pairs and their mirror images: 2 E|D + D'| - 2 E|D - D'|.
-EnergyDistance energy_distance_of_pairs(const TwoGroupsOfPaths& paths) {
-  std::vector<Path> differences;
-  for (std::size_t i = 0; i < paths.first.size(); ++i) {
-    Path& difference = differences.emplace_back(paths.second[i]);
-    for (std::size_t s = 0; s < difference.size(); ++s) difference[s] -= paths.first[i][s];
-  }
-  const std::size_t n = differences.size();
-  std::vector<double> terms(n * n, 0);
-  double n_known = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = 0; k < n; ++k) {
-      const auto sum = path_distance(differences[i], differences[k], 1);
-      if (!sum) continue;
-      terms[i * n + k] = *sum - *path_distance(differences[i], differences[k], -1);
-      n_known += 1;
+/// The energy distance under other labels.
+class EnergyStatistic {
+public:
+  EnergyStatistic(const TwoGroupsOfPaths& paths, const Units& units) : are_paired_(paths.are_paired) {
+    std::vector<Path> all;
+    for (std::size_t i = 0; i < paths.first.size(); ++i) {
+      Path& path = all.emplace_back(paths.first[i]);
+      unit_.push_back(units.of_first(group_of(paths.first_group, i)));
+      if (!are_paired_) continue;
+      for (std::size_t s = 0; s < path.size(); ++s) path[s] = paths.second[i][s] - path[s];
+    }
+    for (std::size_t i = 0; !are_paired_ && i < paths.second.size(); ++i) {
+      all.push_back(paths.second[i]);
+      unit_.push_back(units.of_second(group_of(paths.second_group, i)));
+    }
+    terms_.assign(all.size() * all.size(), 0);
+    is_known_ = terms_;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      for (std::size_t k = 0; k < all.size(); ++k) {
+        const auto distance = path_distance(all[i], all[k], -1);
+        if (!distance || (i == k && !are_paired_)) continue;
+        terms_[i * all.size() + k] = are_paired_ ? *path_distance(all[i], all[k], 1) - *distance : *distance;
+        is_known_[i * all.size() + k] = 1;
+        n_known_ += 1;
+      }
     }
   }
-  if (n_known == 0) return {};
-  // Swapping a pair changes the sign of its difference.
-  const auto statistic = [&](const std::vector<std::uint8_t>& labels) {
+
+  bool is_defined() const { return n_known_ > 0; }
+
+  double operator()(const Labels& labels) const { return are_paired_ ? of_pairs(labels) : of_groups(labels); }
+
+private:
+  /// Between the differences and their mirror images, 2 E|D + D'| - 2 E|D - D'|: swapping a pair changes the
+  /// sign of its difference.
+  double of_pairs(const Labels& labels) const {
+    const std::vector<std::uint8_t> label = by_path(labels);
+    const std::size_t n = label.size();
     double total = 0;
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t k = 0; k < n; ++k)
-        total += labels[i] == labels[k] ? terms[i * n + k] : -terms[i * n + k];
-    return 2 * total / n_known;
-  };
-  return {statistic(std::vector<std::uint8_t>(n, 0)), share_as_large(n, n, true, statistic)};
-}
-
-}  // namespace
-
-EnergyDistance energy_distance(const TwoGroupsOfPaths& paths) {
-  const std::size_t n_first = paths.first.size(), n_second = paths.second.size(), n = n_first + n_second;
-  if (n_first < 2 || n_second < 2) return {};
-  if (paths.are_paired) return energy_distance_of_pairs(paths);
-  const auto path = [&](std::size_t i) -> const auto& {
-    return i < n_first ? paths.first[i] : paths.second[i - n_first];
-  };
-  std::vector<double> distance(n * n, 0);
-  std::vector<double> is_known(n * n, 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = i + 1; k < n; ++k) {
-      const auto found = path_distance(path(i), path(k), -1);
-      if (!found) continue;
-      distance[i * n + k] = *found;
-      is_known[i * n + k] = 1;
-    }
+        total += label[i] == label[k] ? terms_[i * n + k] : -terms_[i * n + k];
+    return 2 * total / n_known_;
   }
-  const auto statistic = [&](const std::vector<std::uint8_t>& labels) {
+
+  double of_groups(const Labels& labels) const {
+    const std::vector<std::uint8_t> label = by_path(labels);
+    const std::size_t n = label.size();
     std::array<double, 3> sum{}, count{};  // within the first group, between groups, within the second
+    std::array<double, 2> size{};
     for (std::size_t i = 0; i < n; ++i) {
+      size[label[i]] += 1;
       for (std::size_t k = i + 1; k < n; ++k) {
-        const std::size_t which = labels[i] + labels[k];
-        sum[which] += distance[i * n + k];
-        count[which] += is_known[i * n + k];
+        const std::size_t which = label[i] + label[k];
+        sum[which] += terms_[i * n + k];
+        count[which] += is_known_[i * n + k];
       }
     }
     for (const double one : count)
       if (one == 0) return 0.0;
     // Averages over all pairs including each path with itself, estimated from the available ones.
-    const auto share_of_others = [](std::size_t size) { return 1 - 1 / static_cast<double>(size); };
-    return 2 * sum[1] / count[1] - share_of_others(n_first) * sum[0] / count[0] -
-           share_of_others(n_second) * sum[2] / count[2];
+    return 2 * sum[1] / count[1] - (1 - 1 / size[0]) * sum[0] / count[0] -
+           (1 - 1 / size[1]) * sum[2] / count[2];
+  }
+
+  std::vector<std::uint8_t> by_path(const Labels& labels) const {
+    std::vector<std::uint8_t> label;
+    for (const std::size_t unit : unit_) label.push_back(labels[unit]);
+    return label;
+  }
+
+  bool are_paired_;
+  std::vector<std::size_t> unit_;  ///< of each path, or pair
+  std::vector<double> terms_;      ///< paths x paths
+  std::vector<double> is_known_;   ///< likewise, 0 or 1
+  double n_known_ = 0;
+};
+
+/// True if every assignment of labels gives both looks the same statistic: the values, or the differences of
+/// pairs, of one are a linear function, or a multiple, of the other's.
+bool are_same(const TwoSamples& one, const TwoSamples& other) {
+  if (one.first.size() != other.first.size() || one.second.size() != other.second.size() ||
+      one.first_group != other.first_group || one.second_group != other.second_group)
+    return false;
+  const auto all = [](const TwoSamples& samples) {
+    if (samples.are_paired) {
+      std::vector<double> values = samples.differences();
+      values.push_back(0);
+      return values;
+    }
+    std::vector<double> values = samples.first;
+    values.insert(values.end(), samples.second.begin(), samples.second.end());
+    return values;
   };
-  std::vector<std::uint8_t> observed(n, 0);
-  std::fill(observed.begin() + static_cast<std::ptrdiff_t>(n_first), observed.end(), 1);
-  return {statistic(observed), share_as_large(n_first, n_second, false, statistic)};
+  const std::vector<double> x = all(one), y = all(other);
+  const auto far = static_cast<std::size_t>(
+      std::ranges::max_element(x, {}, [&](double value) { return std::abs(value - x.back()); }) - x.begin());
+  if (x[far] == x.back()) return false;
+  const double slope = (y[far] - y.back()) / (x[far] - x.back());
+  constexpr double rounding = 1e-9;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (!(std::abs(y[i] - y.back() - slope * (x[i] - x.back())) <= rounding * std::abs(y[far] - y.back())))
+      return false;
+  return slope != 0;
 }
 
-std::vector<double> adjusted_for_comparisons(std::span<const double> probabilities) {
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < probabilities.size(); ++i)
-    if (!std::isnan(probabilities[i])) order.push_back(i);
-  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return probabilities[i]; });
-  std::vector<double> adjusted(probabilities.begin(), probabilities.end());
-  double least = 0;
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    least = std::max(least, std::min(1.0, static_cast<double>(order.size() - k) * probabilities[order[k]]));
-    adjusted[order[k]] = least;
+bool varies(const TwoSamples& samples) {
+  const auto differs = [&](double value) { return value != samples.first.front(); };
+  if (samples.are_paired) return samples.first != samples.second;
+  return std::ranges::any_of(samples.first, differs) || std::ranges::any_of(samples.second, differs);
+}
+
+}  // namespace
+
+double permutation_probability(const TwoSamples& samples) {
+  if (samples.first.empty() || samples.second.empty()) return 1;
+  const Units units = units_of(samples);
+  return share_as_large(units.design(), MeanStatistic(samples, units));
+}
+
+double least_probability(const TwoSamples& samples) {
+  return least_probability(units_of(samples).design());
+}
+
+EnergyDistance energy_distance(const TwoGroupsOfPaths& paths) {
+  if (paths.first.size() < 2 || paths.second.size() < 2) return {};
+  const Units units = units_of(paths);
+  const EnergyStatistic statistic(paths, units);
+  if (paths.are_paired && !statistic.is_defined()) return {};
+  return {statistic(observed_labels(units.design())), share_as_large(units.design(), std::cref(statistic))};
+}
+
+JointTest joint_test(std::span<const TwoSamples> looks, std::span<const TwoGroupsOfPaths> paths) {
+  Units units;
+  for (const TwoSamples& look : looks) units.add(look);
+  for (const TwoGroupsOfPaths& one : paths) units.add(one);
+  const std::size_t n = looks.size() + paths.size();
+  JointTest found{std::vector<double>(n, not_a_number), std::vector<int>(n, -1)};
+  std::vector<Look> counted;
+  std::vector<std::size_t> place;
+  const auto can_be_significant = [&](const auto& lists) {
+    const double least = least_probability(units_of(lists).design());
+    found.least = std::fmin(found.least, least);
+    // Without such looks the others lose nothing (Tarone 1990, Biometrics 46, 515).
+    found.n_too_small += least > significant ? 1 : 0;
+    return least <= significant;
+  };
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    if (looks[i].first.empty() || looks[i].second.empty() || !varies(looks[i])) continue;
+    for (std::size_t k = 0; k < i && found.same_as[i] < 0; ++k)
+      if (found.same_as[k] < 0 && are_same(looks[k], looks[i])) found.same_as[i] = static_cast<int>(k);
+    if (found.same_as[i] >= 0 || !can_be_significant(looks[i])) continue;
+    counted.push_back({MeanStatistic(looks[i], units)});
+    place.push_back(i);
   }
-  return adjusted;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (paths[i].first.size() < 2 || paths[i].second.size() < 2) continue;
+    const auto statistic = std::make_shared<EnergyStatistic>(paths[i], units);
+    if (!statistic->is_defined() || !can_be_significant(paths[i])) continue;
+    counted.push_back({[statistic](const Labels& labels) { return (*statistic)(labels); }, true});
+    place.push_back(looks.size() + i);
+  }
+  found.n_looks = static_cast<int>(counted.size());
+  const std::vector<double> adjusted = step_down_max_t(units.design(), counted);
+  for (std::size_t k = 0; k < place.size(); ++k) found.adjusted[place[k]] = adjusted[k];
+  for (std::size_t i = 0; i < n; ++i)
+    if (found.same_as[i] >= 0) found.adjusted[i] = found.adjusted[index(found.same_as[i])];
+  return found;
 }
 
 }  // namespace crackle::analysis

@@ -125,4 +125,13 @@ std::optional<LeaderFrame::Source> LeaderFrame::source(int leading, int start, i
   return Source{mapping.start[index(start)], there, mapping.extent[index(section)]};
 }
 
+FramedPosition framed_position(const LeaderFrame& frame, const SampleSummary& row, int reference, int start,
+                               int section) {
+  if (row.leading_start < 0 || frame.reference()[index(row.leading_start)] != reference) return {};
+  const auto source = frame.source(row.leading_start, start, section);
+  if (!source) return {};
+  const auto i = index(source->start * frame.n_sections() + source->section);
+  return {true, source->extent ? *source->extent - row.position[i] : row.position[i], row.z_spread[i]};
+}
+
 }  // namespace crackle::analysis

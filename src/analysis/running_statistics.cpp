@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/running_statistics.h"
 
+#include "crackle/analysis/grouped_values.h"
 #include "crackle/analysis/stop_rule.h"
 #include "crackle/common/failure.h"
+#include "crackle/common/index.h"
 #include "crackle/common/real.h"
 
 #include <boost/math/distributions/normal.hpp>
@@ -83,32 +85,17 @@ Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, dou
   return statistics;
 }
 
-/// A sample's crack at one table position.
-struct Position {
-  bool counts = false;           ///< true if a crack that arrives counts there
-  double value = not_a_number;   ///< [m]; NaN if none arrived
-  double spread = not_a_number;  ///< through the thickness [m]; likewise
-};
-
-/// In the frame of the sample's leading crack.
-Position ranked_position(const LeaderFrame& frame, const RankStatistics& ranks, const SampleSummary& row,
-                         std::size_t index) {
-  const auto n_sections = static_cast<std::size_t>(frame.n_sections());
-  const std::size_t rank = index / n_sections;
-  if (row.leading_start < 0 ||
-      frame.reference()[static_cast<std::size_t>(row.leading_start)] != ranks.leading_start[rank])
-    return {};
-  const auto source =
-      frame.source(row.leading_start, ranks.start[rank], static_cast<int>(index % n_sections));
-  if (!source) return {};
-  const auto i = static_cast<std::size_t>(source->start * frame.n_sections() + source->section);
-  return {true, source->extent ? *source->extent - row.position[i] : row.position[i], row.z_spread[i]};
+FramedPosition position_in(const LeaderFrame& frame, const RankStatistics& ranks, const SampleSummary& row,
+                           std::size_t p) {
+  const std::size_t rank = p / index(frame.n_sections());
+  return framed_position(frame, row, ranks.leading_start[rank], ranks.start[rank],
+                         static_cast<int>(p % index(frame.n_sections())));
 }
 
 /// Which running statistics over samples 0 to i are computed; `all` takes ten times as long as `none`.
 enum class Running { none, means, all };
 
-/// Computes statistics of the Position position_at(row, index) over the completed rows.
+/// Computes statistics of the FramedPosition position_at(row, index) over the completed rows.
 template <class PositionAt>
 void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statistics& shape,
                    std::span<const SampleSummary> rows, Running running_values, PositionAt&& position_at) {
@@ -121,30 +108,34 @@ void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statist
   paths.z_quantile.clear();
   const double confidence = confidence_of_look(shape.confidence, shape.n_looks);
   std::vector<double> quantiles(2, not_a_number);  // Student's, by the number of values
-  const auto half_width = [&](const Moments& moments) {
-    const auto n = static_cast<std::size_t>(moments.count());
+  const auto half_width = [&](const Moments& moments, const GroupedMoments& by_draws) {
+    const int n_independent = shape.replicates > 1 ? by_draws.n_groups() : moments.count();
+    const auto n = static_cast<std::size_t>(n_independent);
     if (quantiles.size() <= n) quantiles.resize(n + 1, not_a_number);
-    if (std::isnan(quantiles[n])) quantiles[n] = student_quantile(moments.count(), confidence);
+    if (std::isnan(quantiles[n])) quantiles[n] = student_quantile(n_independent, confidence);
+    if (shape.replicates > 1) return quantiles[n] * std::sqrt(by_draws.square_error());
     return quantiles[n] * moments.standard_deviation() / std::sqrt(moments.count());
   };
   for (std::size_t p = 0; p < n_positions; ++p) {
     Moments moments, spreads;
+    GroupedMoments by_draws;
     std::vector<double> values;
     double running_mean = not_a_number, running_half_width = not_a_number;
     // Samples that are not needed repeat the last values.
     for (std::size_t i = 0; i < (running_values != Running::none && !rows.empty() ? n_samples : rows.size());
          ++i) {
       const bool is_done = i < rows.size() && rows[i].status == SampleStatus::done;
-      const Position found = is_done ? position_at(rows[i], p) : Position{};
+      const FramedPosition found = is_done ? position_at(rows[i], p) : FramedPosition{};
       if (!std::isnan(found.value)) {
         moments.add(found.value);
+        by_draws.add(found.value, i / index(shape.replicates));
         values.push_back(found.value);
         if (!std::isnan(found.spread)) spreads.add(found.spread);
       }
       if (running_values == Running::none) continue;
       if (!std::isnan(found.value)) {
         running_mean = moments.mean();
-        if (running_values == Running::all) running_half_width = half_width(moments);
+        if (running_values == Running::all) running_half_width = half_width(moments, by_draws);
       }
       paths.running_mean[i * n_positions + p] = running_mean;
       paths.running_half_width[i * n_positions + p] = running_half_width;
@@ -153,7 +144,7 @@ void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statist
     paths.reached[p] = moments.count();
     paths.z_mean[p] = moments.mean();
     paths.z_std[p] = moments.standard_deviation();
-    if (moments.count() > 1) paths.z_half_width[p] = half_width(moments);
+    if (moments.count() > 1) paths.z_half_width[p] = half_width(moments, by_draws);
     paths.spread_mean[p] = spreads.mean();
   }
 }
@@ -165,31 +156,34 @@ void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optiona
   ranks.counted.assign(n_positions, 0);
   compute_paths(ranks, n_positions, shape, rows, running_values,
                 [&](const SampleSummary& row, std::size_t p) {
-                  if (pattern && row.pattern != static_cast<std::int32_t>(*pattern)) return Position{};
-                  const Position found = ranked_position(frame, ranks, row, p);
+                  if (pattern && row.pattern != static_cast<std::int32_t>(*pattern)) return FramedPosition{};
+                  const FramedPosition found = position_in(frame, ranks, row, p);
                   if (found.counts) ++ranks.counted[p];
                   return found;
                 });
 }
 
 void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows) {
-  std::array<int, n_patterns> count{};
-  statistics.n_done = 0;
-  for (const SampleSummary& row : rows) {
-    if (row.status != SampleStatus::done) continue;
-    ++statistics.n_done;
-    ++count[static_cast<std::size_t>(row.pattern)];
+  std::vector<std::size_t> draws;
+  std::array<std::vector<double>, n_patterns> hits;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].status != SampleStatus::done) continue;
+    draws.push_back(i / index(statistics.replicates));
+    for (std::size_t k = 0; k < hits.size(); ++k) hits[k].push_back(index(rows[i].pattern) == k ? 1 : 0);
   }
-  const int n = statistics.n_done;
+  const auto n = static_cast<double>(draws.size());
+  statistics.n_done = static_cast<int>(draws.size());
   for (auto* values : {&statistics.pattern_share, &statistics.pattern_half_width, &statistics.pattern_lower,
                        &statistics.pattern_upper})
     values->fill(not_a_number);
-  if (n == 0) return;
-  for (std::size_t k = 0; k < count.size(); ++k) {
-    const double share = static_cast<double>(count[k]) / n;
-    const Interval interval = share_interval(count[k], n, statistics.confidence);
+  if (draws.empty()) return;
+  for (std::size_t k = 0; k < hits.size(); ++k) {
+    const double share = static_cast<double>(std::ranges::count(hits[k], 1.0)) / n;
+    const Interval interval = share_interval(hits[k], draws, statistics.confidence);
+    const auto n_independent = static_cast<int>(independent_values(hits[k], draws));
     statistics.pattern_share[k] = share;
-    statistics.pattern_half_width[k] = wilson_interval(share, n, statistics.confidence).half_width;
+    statistics.pattern_half_width[k] =
+        wilson_interval(share, n_independent, statistics.confidence).half_width;
     statistics.pattern_lower[k] = interval.lower;
     statistics.pattern_upper[k] = interval.upper;
   }
@@ -201,7 +195,7 @@ Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<
   Statistics statistics = shape;
   compute_paths(statistics, static_cast<std::size_t>(shape.n_starts * shape.n_sections), shape, rows,
                 running_values, [](const SampleSummary& row, std::size_t p) {
-                  return Position{true, row.position[p], row.z_spread[p]};
+                  return FramedPosition{true, row.position[p], row.z_spread[p]};
                 });
   compute_ranks(statistics.leader, frame, std::nullopt, shape, rows, running_values);
   compute_ranks(statistics.leader_one_crack, frame, Pattern::one_crack, shape, rows, running_values);
@@ -269,6 +263,8 @@ RunningStatistics::RunningStatistics(const input::Parameters& parameters)
           static_cast<std::size_t>(parameters.ensemble.samples),
           LeaderFrame(*geometry::make_body(parameters.specimen), parameters.sections),
           parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
+  statistics_.base = parameters.mesh.base;
+  statistics_.replicates = parameters.ensemble.replicates;
   stop_ = parameters.ensemble.stop;
   if (!stop_) return;
   looks_ = look_schedule(parameters.ensemble.samples, stop_->min_samples);
@@ -284,7 +280,7 @@ void RunningStatistics::add(std::size_t sample, SampleSummary row) {
   if (row.status == SampleStatus::done) {
     check_row(row, sample, statistics_);
     for (std::size_t p = 0; p < leader_moments_.size(); ++p) {
-      const double position = ranked_position(frame_, statistics_.leader, row, p).value;
+      const double position = position_in(frame_, statistics_.leader, row, p).value;
       if (!std::isnan(position)) leader_moments_[p].add(position);
     }
     ++statistics_.n_done;

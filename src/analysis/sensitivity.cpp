@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sensitivity.h"
 
+#include "crackle/analysis/grouped_values.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
@@ -35,15 +36,6 @@ struct Subject {
   Sensitivity of;
   std::function<double(const SampleSummary&)> value;
 };
-
-template <class Number>
-double number_or_nan(Number value) {
-  // Negative integers mean no result.
-  if constexpr (std::is_integral_v<Number>)
-    return value < 0 ? not_a_number : static_cast<double>(value);
-  else
-    return value;
-}
 
 void add_result(const ResultInfo& info, const std::function<double(const SampleSummary&)>& value,
                 std::vector<Subject>& subjects) {
@@ -160,24 +152,8 @@ double correlation(const Eigen::VectorXd& x, const Eigen::VectorXd& y, const Eig
 /// several values.
 /// @param count of each value: multiplicity of its draw
 double share_within(const DrawnValues& values, const Eigen::VectorXd& count) {
-  const double n = count.sum(), mean = count.dot(values.value) / n;
-  double within = 0, between = 0, n_draws = 0, sum_of_squares = 0;
-  for (std::size_t begin = 0, end = 0; begin < values.draw.size(); begin = end) {
-    while (end < values.draw.size() && values.draw[end] == values.draw[begin]) ++end;
-    const auto first = static_cast<Eigen::Index>(begin), size = static_cast<Eigen::Index>(end - begin);
-    const double times = count[first], n_own = static_cast<double>(size);
-    const auto own = values.value.segment(first, size);
-    within += times * (own.array() - own.mean()).square().sum();
-    between += times * n_own * std::pow(own.mean() - mean, 2);
-    n_draws += times;
-    sum_of_squares += times * n_own * n_own;
-  }
-  if (n <= n_draws || n_draws < 2) return not_a_number;
-  const double mean_within = within / (n - n_draws), mean_between = between / (n_draws - 1);
-  const double values_per_draw = (n - sum_of_squares / n) / (n_draws - 1);
-  const double of_draws = std::max(0.0, (mean_between - mean_within) / values_per_draw);
-  const double all = mean_within + of_draws;
-  return all > 0 ? mean_within / all : not_a_number;
+  const auto list = [](const Eigen::VectorXd& of) { return std::span(of.data(), index(of.size())); };
+  return 1 - variance_components(list(values.value), values.draw, list(count)).intraclass;
 }
 
 /// Data common to all results.
@@ -277,56 +253,6 @@ Sensitivities sensitivities(const input::Parameters& parameters, std::span<const
     all.results.push_back(std::move(subject.of));
   }
   return all;
-}
-
-Exceedance exceedance(const std::string& condition, const input::Parameters& parameters,
-                      std::span<const SampleSummary> rows, double confidence) {
-  Exceedance found;
-  const auto sign = condition.find_first_of("<>");
-  const std::string_view all = condition;
-  const auto trimmed = [](std::string_view text) {
-    const auto first = text.find_first_not_of(' ');
-    return first == std::string_view::npos
-               ? std::string()
-               : std::string(text.substr(first, text.find_last_not_of(' ') - first + 1));
-  };
-  const std::string name = trimmed(all.substr(0, sign));
-  std::function<double(const SampleSummary&)> value;
-  std::vector<std::string> names;
-  for_each_result([&](const ResultInfo& info, auto member) {
-    if (*info.categories != 0) return;
-    names.emplace_back(info.name);
-    if (name != info.name) return;
-    found.info = info;
-    value = [member](const SampleSummary& row) { return number_or_nan(row.*member); };
-  });
-  if (sign == std::string::npos)
-    fail("'{}' is not a condition; give one such as \"peak_load > 500 N\"", condition);
-  if (!value) fail("there is no result '{}'; give one of {}", name, fmt::join(names, ", "));
-  found.is_above = condition[sign] == '>';
-  found.limit = input::read_value(trimmed(all.substr(sign + 1)), found.info.units);
-
-  DrawnValues hits;
-  std::vector<double> is_hit;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].status != SampleStatus::done || std::isnan(value(rows[i]))) continue;
-    hits.draw.push_back(parameters.ensemble.input_of(i));
-    is_hit.push_back((found.is_above ? value(rows[i]) > found.limit : value(rows[i]) < found.limit) ? 1 : 0);
-  }
-  found.n_values = static_cast<int>(is_hit.size());
-  if (is_hit.empty()) return found;
-  hits.value = Eigen::Map<const Eigen::VectorXd>(is_hit.data(), found.n_values);
-  found.n_hits = static_cast<int>(hits.value.sum());
-  found.share.value = hits.value.mean();
-  // Kish's design effect for draws with several meshes.
-  const double within = share_within(hits, Eigen::VectorXd::Ones(found.n_values));
-  const double alike = std::isnan(within) ? (hits.n_draws() < is_hit.size() ? 1 : 0) : 1 - within;
-  const double per_draw = static_cast<double>(is_hit.size()) / static_cast<double>(hits.n_draws());
-  const double n_independent = std::max(1.0, found.n_values / (1 + (per_draw - 1) * alike));
-  const auto interval = wilson_interval(found.share.value, static_cast<int>(n_independent), confidence);
-  found.share.lower = std::max(0.0, interval.centre - interval.half_width);
-  found.share.upper = std::min(1.0, interval.centre + interval.half_width);
-  return found;
 }
 
 }  // namespace crackle::analysis

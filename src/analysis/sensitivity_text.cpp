@@ -40,15 +40,9 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
   auto out = std::back_inserter(text);
   for (std::size_t k = 0; k < random.size(); ++k)
     fmt::format_to(out, "{}  {:<28} {}\n", k, random[k].key, input::describe(random[k]));
-  const int replicates = parameters.ensemble.replicates;
   fmt::format_to(out, "{} draws ({}), {} samples\n", sensitivities.n_draws,
                  input::plan_names[static_cast<std::size_t>(parameters.ensemble.plan)],
                  sensitivities.n_samples);
-  if (replicates > 1)
-    fmt::format_to(out,
-                   "samples with the same draw are not independent, as the intervals of means and shares "
-                   "above assume: these are up to {:.2f} times too narrow\n",
-                   std::sqrt(replicates));
   if (sensitivities.results.empty()) {
     text += "too few draws for sensitivity indices\n";
     return text;
@@ -68,16 +62,6 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
     fmt::format_to(out, " {:>10}\n", percent(std::max(0.0, result.predicted)));
   }
   return text;
-}
-
-std::string to_text(const Exceedance& exceedance) {
-  const std::string limit = fmt::format("{:g} {}", exceedance.limit, exceedance.info.units);
-  const std::string condition =
-      fmt::format("{} {} {}", exceedance.info.name, exceedance.is_above ? '>' : '<', limit);
-  if (exceedance.n_values == 0) return condition + ": no sample has this result\n";
-  return fmt::format("{}: {} of {} samples, {:.1f} % ({:.1f} to {:.1f} %)\n", condition, exceedance.n_hits,
-                     exceedance.n_values, 100 * exceedance.share.value, 100 * exceedance.share.lower,
-                     100 * exceedance.share.upper);
 }
 
 }  // namespace crackle::analysis

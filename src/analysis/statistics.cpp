@@ -1,13 +1,32 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/statistics.h"
 
+#include "crackle/analysis/grouped_values.h"
 #include "crackle/analysis/running_statistics.h"
+#include "crackle/common/index.h"
 #include "crackle/common/real.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
 namespace crackle::analysis {
+
+std::string interval_scope(input::Base base, int replicates) {
+  std::string text =
+      base == input::Base::shared
+          ? "Intervals hold for this base (one set of mother points), not for the material: another base may "
+            "differ by more. Folders of several seeds, given together, show it."
+          : fmt::format("Intervals cover the scatter of {}samples, each with its own set of mother points.",
+                        replicates > 1 ? "" : "independent ");
+  if (replicates > 1)
+    text += fmt::format(
+        " The {} samples of one draw of the random inputs are not independent: intervals are by whole draws.",
+        replicates);
+  return text;
+}
 
 Statistics make_statistics(std::span<const SampleSummary> samples, int n_starts, int n_sections,
                            double confidence) {
@@ -21,9 +40,7 @@ Statistics make_statistics(std::span<const SampleSummary> samples, const input::
   RunningStatistics running(parameters);
   if (n_needed) running.stop_at(static_cast<std::size_t>(*n_needed));
   for (std::size_t i = 0; i < samples.size(); ++i) running.add(i, samples[i]);
-  Statistics statistics = running.statistics();
-  statistics.base = parameters.mesh.base;
-  return statistics;
+  return running.statistics();
 }
 
 void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vector<SampleSummary>& rows) {
@@ -34,14 +51,18 @@ void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vec
 }
 
 std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> samples, double confidence,
-                                                const Origin& origin) {
+                                                const Origin& origin, int replicates) {
   std::vector<ResultStatistics> all;
   for_each_result([&](const ResultInfo& info, auto member) {
     if (lacks(origin, info.name)) return;
-    std::vector<double> values;
-    for (const SampleSummary& sample : samples) {
-      const auto value = static_cast<double>(sample.*member);
-      if (sample.status == SampleStatus::done && !std::isnan(value)) values.push_back(value);
+    std::vector<double> values, any;
+    std::vector<std::size_t> draws;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const auto value = static_cast<double>(samples[i].*member);
+      if (samples[i].status != SampleStatus::done || std::isnan(value)) continue;
+      values.push_back(value);
+      any.push_back(value > 0 ? 1 : 0);
+      draws.push_back(i / index(replicates));
     }
     ResultStatistics& found = all.emplace_back();
     found.info = info;
@@ -52,8 +73,9 @@ std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> s
       found.quantiles[i] = quantile(values, quantile_shares[i]);
     if (values.empty()) return;
     found.mean = std::accumulate(values.begin(), values.end(), 0.0) / found.n_values;
-    found.n_any = static_cast<int>(std::ranges::count_if(values, [](double value) { return value > 0; }));
-    found.share_any = share_interval(found.n_any, found.n_values, confidence);
+    found.of_median = median_interval(values, draws, confidence);
+    found.n_any = static_cast<int>(std::ranges::count(any, 1.0));
+    found.share_any = share_interval(any, draws, confidence);
   });
   return all;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/leader_frame.h"
+#include "crackle/analysis/path_inference.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/analysis/statistics.h"
@@ -46,7 +47,11 @@ Json describe_results(const std::vector<ResultStatistics>& results) {
     for (std::size_t k = 0; k < found.counts.size(); ++k)
       result["categories"].push_back(category_name(info.categories, static_cast<std::int64_t>(k)));
     const bool has_quantiles = info.reduction == Reduction::quantiles || info.reduction == Reduction::places;
-    if (found.n_values > 0 && has_quantiles) result["quantiles"] = found.quantiles;
+    if (found.n_values > 0 && has_quantiles) {
+      result["quantiles"] = found.quantiles;
+      result["median_lower"] = found.of_median.lower;
+      result["median_upper"] = found.of_median.upper;
+    }
     if (found.n_values > 0 && info.reduction == Reduction::shares) result["counts"] = found.counts;
     if (found.n_values > 0 && info.reduction == Reduction::counts) {
       result["mean"] = found.mean;
@@ -127,12 +132,35 @@ Json precision(const Statistics& statistics, const input::Parameters& parameters
   return found;
 }
 
-Json statistics_of(const Statistics& statistics, const input::Parameters& parameters,
-                   const geometry::Body& body) {
+/// The cracks that stopped before each section, as a list over rows and sections.
+Json stopped_before(const PathInference& found, const RankStatistics& ranks, std::size_t n_sections) {
+  Json list = Json::array();
+  for (std::size_t p = 0; p < found.stopped.size(); ++p) {
+    const Stopped& one = found.stopped[p];
+    if (one.previous < 0) continue;
+    list.push_back({{"leading_notch", ranks.leading_start[p / n_sections]},
+                    {"notch", ranks.start[p / n_sections]},
+                    {"section", p % n_sections},
+                    {"previous_section", one.previous},
+                    {"n_arrived", one.n_arrived},
+                    {"n_stopped", one.n_stopped},
+                    {"previous_mean_arrived", one.mean_arrived},
+                    {"previous_mean_stopped", one.mean_stopped},
+                    {"p", one.probability},
+                    {"mean_of_all", one.mean_of_all},
+                    {"mean_of_all_half_width", one.half_width_of_all},
+                    {"n_all", one.n_all},
+                    {"n_beyond", one.n_beyond}});
+  }
+  return list;
+}
+
+Json statistics_of(const Statistics& statistics, std::span<const SampleSummary> samples,
+                   const input::Parameters& parameters, const geometry::Body& body) {
   const auto& stop = parameters.ensemble.stop;
   Json group{
       {"confidence", statistics.confidence},
-      {"interval_scope", interval_scope(statistics.base)},
+      {"interval_scope", interval_scope(statistics.base, statistics.replicates)},
       {"n_looks", statistics.n_looks},
       {"looks", stop ? look_schedule(statistics.n_samples, stop->min_samples) : std::vector<std::size_t>{}},
       {"precision", precision(statistics, parameters)}};
@@ -156,6 +184,12 @@ Json statistics_of(const Statistics& statistics, const input::Parameters& parame
         {"notch", ranks.start},
         {"counted", table(ranks.counted, {n_rows, static_cast<std::size_t>(statistics.n_sections)})}};
     add_paths(of_rank, ranks, n_rows, statistics);
+    if (&ranks == &statistics.leader || &ranks == &statistics.follower) {
+      const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
+      const PathInference found = path_inference(ranks, statistics, samples, parameters);
+      of_rank["band_half_width"] = table(found.band_half_width, {n_rows, n_sections});
+      of_rank["stopped"] = stopped_before(found, ranks, n_sections);
+    }
     group[name] = std::move(of_rank);
   });
   return group;
@@ -219,6 +253,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
                 {"n_needed", statistics.n_needed},
                 {"n_done", statistics.n_done},
                 {"n_failed", n_failed},
+                {"n_undecided", std::ranges::count_if(samples, is_undecided)},
                 {"n_left", statistics.n_needed - statistics.n_done - n_failed},
                 {"notes", origin.notes},
                 {"warnings", sample_warnings(samples)},
@@ -226,13 +261,14 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
   geometry::for_each_member(geometry::outline_of(*body),
                             [&](const char* name, const Shape& shape, const auto& values, const char*,
                                 const char*) { document["specimen"][name] = table(values, shape); });
-  document["results"] = describe_results(result_statistics(samples, statistics.confidence, origin));
+  document["results"] =
+      describe_results(result_statistics(samples, statistics.confidence, origin, statistics.replicates));
   document["samples"] = samples_of(samples, origin);
   document["crack_path"] = crack_path(
       samples, parameters.sections,
       {static_cast<std::size_t>(statistics.n_starts), static_cast<std::size_t>(statistics.n_sections)});
   document["statistics"] =
-      statistics_of(with_running_half_widths(statistics, samples, parameters), parameters, *body);
+      statistics_of(with_running_half_widths(statistics, samples, parameters), samples, parameters, *body);
   if (!parameters.random.empty()) {
     document["inputs"] = inputs_of(samples, parameters);
     document["sensitivities"] = sensitivities_of(samples, parameters);

@@ -2,6 +2,8 @@
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
 
+#include "text_table.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -57,10 +59,15 @@ public:
     const auto& [name, coordinate] = names_[p % names_.size()];
     fmt::format_to(std::back_inserter(text), "{} {:>8} {:>10} {:>10} {:>10}", cells(name, coordinate),
                    paths.reached[p], number(paths.z_mean[p] * factor, 3), number(paths.z_std[p] * factor, 3),
-                   number(paths.z_half_width[p] * factor, 3));
+                   are_equal(paths, p) ? "all equal" : number(paths.z_half_width[p] * factor, 3));
   }
 
 private:
+  /// True if several positions are the same, so that they give no interval.
+  static bool are_equal(const PathStatistics& paths, std::size_t p) {
+    const double* quantiles = &paths.z_quantile[p * quantile_shares.size()];
+    return paths.reached[p] > 1 && quantiles[0] == quantiles[quantile_shares.size() - 1];
+  }
   std::string cells(const std::string& name, const std::string& coordinate) const {
     return fmt::format(" {:>{}} {:>{}}", name, name_width_, coordinate, coordinate_width_);
   }
@@ -130,7 +137,7 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   if (statistics.n_starts > 0)
     fmt::format_to(out, "\nleading crack start: {}\n", leaders(statistics, samples));
   if (std::ranges::all_of(statistics.reached, [](auto n) { return n == 0; })) {
-    fmt::format_to(out, "\n{}\n", interval_scope(statistics.base));
+    fmt::format_to(out, "\n{}\n", interval_scope(statistics.base, statistics.replicates));
     if (statistics.n_starts == 0)
       text += "Without crack starts no crack is followed to the sections.\n";
     else
@@ -140,7 +147,7 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   fmt::format_to(out, "\ncrack positions, through-thickness mean [{}]; +- at {:g} % confidence{}\n",
                  sections.unit(), 100 * statistics.confidence,
                  statistics.n_looks > 1 ? fmt::format(" over {} tests", statistics.n_looks) : "");
-  fmt::format_to(out, "{}\n", interval_scope(statistics.base));
+  fmt::format_to(out, "{}\n", interval_scope(statistics.base, statistics.replicates));
   fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", mapped_samples(statistics), "cracks",
                  "leading", "start", sections.heads(), "of samples");
   append_ranks(text, "leader", statistics.leader, sections);
@@ -195,9 +202,11 @@ void append_counts(std::string& text, const std::vector<ResultStatistics>& resul
 }
 
 /// @param with_places show results of type places
-void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results, bool with_places) {
-  fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "min", "25 %",
-                 "median", "75 %", "max");
+void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results, bool with_places,
+                      double confidence) {
+  fmt::format_to(std::back_inserter(text),
+                 "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12} {:>8}   {:g} % of median\n", "", "min", "25 %",
+                 "median", "75 %", "max", "samples", 100 * confidence);
   for (const ResultStatistics& result : results) {
     const ResultInfo& info = result.info;
     const bool is_shown =
@@ -208,8 +217,23 @@ void append_quantiles(std::string& text, const std::vector<ResultStatistics>& re
     fmt::format_to(out, "{:<30}", info.label + (unit.name.empty() ? "" : fmt::format(" [{}]", unit.name)));
     const std::string form = fmt::format(" {{:>12{}}}", info.format);
     for (const double value : result.quantiles) fmt::format_to(out, fmt::runtime(form), value * unit.factor);
-    text += '\n';
+    const auto& [lower, upper] = result.of_median;
+    fmt::format_to(out, " {:>8}   {}\n", result.n_values,
+                   std::isnan(lower) ? "too few samples"
+                   : lower == upper  ? "all equal"
+                                     : shown_range(lower, upper, info.format, unit.factor));
   }
+}
+
+/// Which samples no number below covers, and which it covers although they are unfinished.
+void append_left_out(std::string& text, const Statistics& statistics,
+                     std::span<const SampleSummary> samples) {
+  if (statistics.n_done < statistics.n_needed) text += "failed and pending samples are in no number below\n";
+  const auto n_undecided = std::ranges::count_if(samples, is_undecided);
+  if (n_undecided > 0)
+    fmt::format_to(std::back_inserter(text),
+                   "{} undecided: still breaking at the end; all numbers below count what they had reached\n",
+                   n_undecided);
 }
 
 }  // namespace
@@ -227,14 +251,15 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     fmt::format_to(std::back_inserter(text), "stopped early: these samples suffice, {} were planned\n",
                    statistics.n_samples);
   }
+  append_left_out(text, statistics, samples);
   constexpr double least = 0.1;  // of positions, so that small deviations remain visible [mm]
   const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean), least);
   append_positions(text, statistics, samples, SectionColumns(sections.all(), unit));
   if (statistics.n_starts > 0) append_patterns(text, statistics);
-  const auto results = result_statistics(samples, statistics.confidence, origin);
+  const auto results = result_statistics(samples, statistics.confidence, origin, statistics.replicates);
   append_shares(text, results);
   append_counts(text, results, statistics.confidence);
-  append_quantiles(text, results, statistics.n_starts == 0);
+  append_quantiles(text, results, statistics.n_starts == 0, statistics.confidence);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     auto out = std::back_inserter(text);
     if (!samples[i].error.empty())

@@ -45,8 +45,14 @@ double n_samples_needed(const Statistics& statistics, double half_width) {
   const double confidence = confidence_of_look(statistics.confidence, statistics.n_looks);
   double n_needed = not_a_number;
   for (const std::size_t p : positions_that_count(statistics)) {
+    const double deviation = statistics.leader.z_std[p];
+    // Samples of one draw are alike.
+    const double design = deviation > 0 && statistics.replicates > 1
+                              ? statistics.leader.z_half_width[p] /
+                                    student_half_width(deviation, statistics.leader.reached[p], confidence)
+                              : 1;
     int n = 2;  // values at this section
-    while (student_half_width(statistics.leader.z_std[p], n, confidence) > half_width && n < most_samples)
+    while (design * student_half_width(deviation, n, confidence) > half_width && n < most_samples)
       n = std::max(n + 1, static_cast<int>(1.02 * n));
     n_needed = std::fmax(n_needed, static_cast<double>(n) * statistics.n_done / statistics.leader.reached[p]);
   }

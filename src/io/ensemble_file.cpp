@@ -170,7 +170,8 @@ void write_paths(hid_t id, const analysis::PathStatistics& paths, std::size_t n_
 void write_statistics(hid_t file, const analysis::Statistics& statistics, const EnsembleShape& shape) {
   const hdf5::Handle group = hdf5::create_group(file, "statistics");
   hdf5::write_attribute(group, "confidence", statistics.confidence);
-  hdf5::write_attribute(group, "interval_scope", analysis::interval_scope(statistics.base));
+  hdf5::write_attribute(group, "interval_scope",
+                        analysis::interval_scope(statistics.base, statistics.replicates));
   hdf5::write_attribute(group, "n_looks", std::int64_t{statistics.n_looks});
   hdf5::write_attribute(group, "n_needed", std::int64_t{statistics.n_needed});
   write_paths(group, statistics, shape.n_starts, shape);

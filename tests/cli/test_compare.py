@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -125,8 +127,61 @@ class Compare(unittest.TestCase):
         result = self.compare("a", "b", "slots")
         self.assertEqual(result.returncode, 0, result.stderr)
         for part in ("b minus a\n11 pairs of samples", "slots minus a\nnot paired, because the bodies differ", "onset force [N], mean",
-                     "energy distance [mm]", "Holm"):
+                     "energy distance [mm]", "Westfall", "as onset time", "least p possible: "):
             self.assertIn(part, result.stdout)
+
+    def variant(self, name: str, source: str, base: str = "shared", **keys: int) -> Path:
+        """The folder of a copy of an ensemble, with other keys in its input."""
+        shutil.copytree(self.folder / source, self.folder / name)
+        with h5py.File(self.folder / source / "ensemble.h5") as file:
+            text = file.attrs["input"]
+        for key, value in keys.items():
+            text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value}", text)
+        (self.folder / name / "input.toml").write_text(text.replace("[mesh]\n", f'[mesh]\nbase = "{base}"\n'))
+        return self.folder / name
+
+    def test_a_shared_base_and_samples_left_out_are_named(self):
+        self.variant("shared", "a")
+        self.variant("own", "b", base="own")
+        self.variant("also-own", "b", base="own", seed=7)
+        text = self.compare("shared", "own").stdout
+        self.assertIn("hold for the first ensemble's base points only", text)
+        self.assertIn("Failed samples are in no number: 1 in the first, 0 in the second.", text)
+        comparison = json.loads(self.compare("--json", "shared", "own").stdout)["comparisons"][0]
+        self.assertTrue(comparison["has_shared_base"])
+        self.assertIn("with another base the answer may differ", " ".join(comparison["notes"]))
+        self.assertEqual(comparison["samples"][0], {"n_done": 11, "n_undecided": 0, "n_failed": 1, "n_left": 0})
+        self.assertGreater(comparison["n_looks"], 5)
+        self.assertEqual(comparison["p_least"], 1e-4)
+        same = {entry["name"]: entry["same_as"] for entry in comparison["results"] if not entry["share_of"]}
+        self.assertEqual((same["onset_time"], same["onset_force"]), ("", "onset time"))
+        self.assertFalse(json.loads(self.compare("--json", "own", "also-own").stdout)["comparisons"][0]["has_shared_base"])
+
+    def test_several_shared_bases_give_intervals_for_the_material(self):
+        folders = [self.variant(f"seed-{seed}", "b", seed=seed) for seed in (1, 2, 3)]
+        for number, folder in enumerate(folders):
+            with h5py.File(folder / "ensemble.h5", "r+") as file:
+                file["samples/onset_force"][:] = file["samples/onset_force"][:] + 10 * number**2
+        before = state(self.folder)
+        text, answer = (subprocess.run([str(PROGRAM), "stats", *options, *map(str, folders)], capture_output=True, text=True, check=True,
+                                       env=environment(), timeout=300).stdout for options in ((), ("--json",)))
+        self.assertEqual(state(self.folder), before, "it reads only")
+        document = json.loads(answer)
+        found = next(entry for entry in document["results"] if entry["name"] == "onset_force")
+        means = [np.mean(h5py.File(folder / "ensemble.h5")["samples/onset_force"][:]) for folder in folders]
+        np.testing.assert_allclose(found["base_means"], means)
+        np.testing.assert_allclose([found["lower"], found["upper"]], stats.t.interval(0.95, 2, np.mean(means), stats.sem(means)))
+        self.assertAlmostEqual(found["variance_between"], np.var(means, ddof=1) - found["variance_within"] / 30, places=6)
+        self.assertEqual(document["seeds"], [1, 2, 3])
+        for part in ("3 bases, of seeds 1, 2, 3: 90 samples done", "t of 2 degrees of freedom", "\nonset force [N] ", "design effect",
+                     "\nleader, start 0, y = 7 mm [mm] "):
+            self.assertIn(part, text)
+        slots = self.variant("shared-slots", "slots", seed=9)
+        for others, reason in (((folders[0], folders[0]), "have the same seed, 1"), ((folders[0], slots), "differ in more")):
+            refused = subprocess.run([str(PROGRAM), "stats", *map(str, others)], capture_output=True, text=True, check=False,
+                                     env=environment(), timeout=300)
+            self.assertEqual((refused.returncode, refused.stdout), (1, ""))
+            self.assertIn(reason, refused.stderr)
 
     def test_an_ensemble_is_no_other_than_itself(self):
         comparison = json.loads(self.compare("--json", "b", "b").stdout)["comparisons"][0]

@@ -168,23 +168,5 @@ TEST(Sensitivity, NeedsDrawsAndRandomInputs) {
   EXPECT_EQ(to_text(sensitivities(certain, {}), certain), "");
 }
 
-TEST(Exceedance, CountsSamplesAndKnowsThatReplicatesAreAlike) {
-  const auto parameters = study(64, 2, "normal", normal_inputs);
-  // Replicates with equal values: as many independent samples as draws.
-  const auto alike =
-      rows_of(parameters, [&](const auto&, std::uint64_t i) { return i / 2 % 4 == 0 ? 600.0 : 400.0; });
-  const Exceedance of_draws = exceedance("peak_load > 0.5 kN", parameters, alike);
-  EXPECT_EQ(of_draws.n_hits, 16);
-  EXPECT_EQ(of_draws.n_values, 64);
-  const auto expected = wilson_interval(0.25, 32, 0.95);
-  EXPECT_NEAR(of_draws.share.lower, expected.centre - expected.half_width, 1e-12);
-  EXPECT_NEAR(of_draws.share.upper, expected.centre + expected.half_width, 1e-12);
-  EXPECT_EQ(exceedance("peak_load<500 N", parameters, alike).n_hits, 48);
-  EXPECT_EQ(to_text(of_draws).substr(0, 45), "peak_load > 500 N: 16 of 64 samples, 25.0 % (");
-  for (const char* const wrong :
-       {"peak_load 500 N", "peak > 500 N", "peak_load > 500", "peak_load > 5 mm", ""})
-    EXPECT_THROW(exceedance(wrong, parameters, alike), std::runtime_error) << wrong;
-}
-
 }  // namespace
 }  // namespace crackle::analysis

@@ -228,6 +228,41 @@ TEST(Statistics, TableNamesEverySectionAndEveryFailure) {
   EXPECT_THAT(text, ::testing::ContainsRegex("one crack +50\\.0 +9\\.5 to 90\\.5"));
   EXPECT_THAT(text, ::testing::ContainsRegex("onset force \\[N\\] +380\\.900 +381\\.200 +381\\.500"));
   EXPECT_THAT(text, ::testing::HasSubstr("failed sample 2: tetrahedron 7 is inverted"));
+  EXPECT_THAT(text, ::testing::HasSubstr("\nfailed and pending samples are in no number below\n"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("onset force .* +382\\.100 +2   too few samples\n"));
+  EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("undecided: still")));
+}
+
+TEST(Statistics, UndecidedSamplesAndEqualValuesAreNamed) {
+  std::vector<SampleSummary> samples(6, done({0.0661}));
+  samples[1].outcome = samples[2].outcome = 4;
+  const std::string text = to_text(make_statistics(samples, 1, 1), samples, {.y = {0.007}, .z = {}});
+  EXPECT_THAT(text,
+              ::testing::HasSubstr("\n2 undecided: still breaking at the end; all numbers below count"));
+  EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("in no number")));
+  EXPECT_THAT(text, ::testing::ContainsRegex("y = 7 mm +z +6 +66\\.100 +0\\.000 +all equal"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("onset force .* +400\\.000 +6   all equal\n"));
+}
+
+TEST(Statistics, ReplicatesCountByWholeDraws) {
+  input::Parameters parameters;
+  parameters.specimen = one_notch();
+  parameters.sections.y = {0.007};
+  parameters.ensemble.samples = 6;
+  parameters.ensemble.replicates = 2;
+  parameters.mesh.base = input::Base::own;
+  std::vector<SampleSummary> samples;
+  for (const double z : {1, 1, 2, 2, 4, 4})
+    samples.push_back(done({z}, z < 3 ? Pattern::one_crack : Pattern::other));
+  const Statistics s = make_statistics(samples, parameters);
+  // As of three samples.
+  const std::vector<SampleSummary> three{done({1}), done({2}), done({4})};
+  EXPECT_NEAR(s.z_half_width[0], make_statistics(three, 1, 1).z_half_width[0], 1e-12);
+  EXPECT_EQ(s.pattern_lower[1], share_interval(2, 3, 0.95).lower);
+  EXPECT_THAT(interval_scope(s.base, s.replicates),
+              ::testing::HasSubstr("The 2 samples of one draw of the random inputs are not independent"));
+  EXPECT_THAT(interval_scope(s.base, s.replicates),
+              ::testing::Not(::testing::HasSubstr(" independent samples")));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/sample_summary.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/parameters.h"
 
@@ -67,5 +68,16 @@ private:
   std::vector<std::int32_t> reference_;
   std::vector<Mapping> symmetries_;  ///< by leading start of the sample
 };
+
+/// A sample's crack at a section of the frame.
+struct FramedPosition {
+  bool counts = false;           ///< true if a crack that arrives counts there
+  double value = not_a_number;   ///< [m]; NaN if none arrived
+  double spread = not_a_number;  ///< through the thickness [m]; likewise
+};
+
+/// The crack of `start`; it counts if a start of the class of `reference` leads the sample.
+FramedPosition framed_position(const LeaderFrame& frame, const SampleSummary& row, int reference, int start,
+                               int section);
 
 }  // namespace crackle::analysis

@@ -189,6 +189,15 @@ void for_each_field(std::derived_from<SampleSummary> auto& row, const auto& visi
   visit(row.wall_time);
 }
 
+/// A result as a number; NaN for a negative integer, which means that there is none.
+template <class Number>
+double number_or_nan(Number value) {
+  if constexpr (std::integral<Number>)
+    return value < 0 ? not_a_number : static_cast<double>(value);
+  else
+    return value;
+}
+
 /// The word of a category: category_name("0 none, 1 one crack", 1) is "one crack"; the number itself if it
 /// has no word.
 std::string category_name(const char* categories, std::int64_t value);

@@ -60,6 +60,12 @@ struct SampleSummary {
   double wall_time = 0;                ///< of the sample [s]; the only field that differs between runs
 };
 
+/// True for a completed sample that was still breaking when it ended: its loads and cracks are unfinished.
+inline bool is_undecided(const SampleSummary& row) {
+  return row.status == SampleStatus::done &&
+         row.outcome == static_cast<std::int32_t>(dynamics::Outcome::undecided);
+}
+
 /// A row for a sample without results: NaN and 0 in the right shape.
 SampleSummary empty_summary(int n_starts, int n_sections, SampleStatus status, std::string error = {});
 

@@ -61,23 +61,4 @@ Sensitivities sensitivities(const input::Parameters& parameters, std::span<const
 /// As a readable table; empty without results.
 std::string to_text(const Sensitivities& sensitivities, const input::Parameters& parameters);
 
-/// The share of samples in which a result exceeds a limit, with Wilson's interval for the effective number of
-/// independent samples, since samples of one draw are correlated.
-struct Exceedance {
-  ResultInfo info{};
-  bool is_above = true;         ///< above the limit, rather than below
-  double limit = not_a_number;  ///< [SI]
-  int n_hits = 0;
-  int n_values = 0;
-  Estimate share;
-};
-
-/// @param condition such as "peak_load > 500 N": a result, > or <, and a value with its unit
-/// @throws std::runtime_error for an invalid condition, naming what is accepted
-Exceedance exceedance(const std::string& condition, const input::Parameters& parameters,
-                      std::span<const SampleSummary> rows, double confidence = default_confidence);
-
-/// "peak_load > 500 N: 12 of 64 samples, 18.8 % (11.1 to 30.0 %)"
-std::string to_text(const Exceedance& exceedance);
-
 }  // namespace crackle::analysis

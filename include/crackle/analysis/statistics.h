@@ -20,21 +20,18 @@ inline constexpr double default_confidence = 0.95;
 /// Shares of the quantiles: minimum, quartiles and median, maximum.
 inline constexpr std::array<double, 5> quantile_shares{0, 0.25, 0.5, 0.75, 1};
 
-/// Note for the user on what the confidence intervals of an ensemble do not cover.
-constexpr const char* interval_scope(input::Base base) {
-  return base == input::Base::shared
-             ? "Intervals cover the scatter of samples that share one set of mother points, not the scatter "
-               "between such sets."
-             : "Intervals cover the scatter of independent samples, each with its own set of mother points.";
-}
+/// What the confidence intervals of an ensemble cover, as sentences for the user.
+/// @param replicates samples with the same draw of the random inputs
+std::string interval_scope(input::Base base, int replicates = 1);
 
 /// Statistics of crack positions (z at sections y = const, y at z = const), rows x sections, row-major. Only
 /// samples whose crack arrived count; sections that no sample reached have NaN.
 struct PathStatistics {
   std::vector<double> z_mean;  ///< [m]
   std::vector<double> z_std;   ///< sample standard deviation (n - 1) [m]; NaN for fewer than two
-  /// Half width of the confidence interval of the mean (Student's t) [m]; likewise. Each of several looks has
-  /// the confidence 1 - (1 - confidence) / n_looks, so that together they have that of the ensemble.
+  /// Half width of the confidence interval of the mean (Student's t; by whole draws) [m]; likewise. Each of
+  /// several looks has the confidence 1 - (1 - confidence) / n_looks, so that together they have that of the
+  /// ensemble.
   std::vector<double> z_half_width;
   std::vector<double> z_quantile;     ///< rows x sections x quantile_shares [m]
   std::vector<std::int32_t> reached;  ///< number of samples whose crack arrived
@@ -66,9 +63,10 @@ struct Statistics : PathStatistics {
   int n_needed =
       0;            ///< samples 0 to n_needed - 1 form the ensemble; fewer than n_samples if it stopped early
   int n_looks = 1;  ///< number of looks at which it could stop
-  double confidence = default_confidence;          ///< of the intervals below
-  input::Base base = input::Base::shared;          ///< of the samples; determines what the intervals cover
-  std::array<double, n_patterns> pattern_share{};  ///< NaN when no sample is done
+  double confidence = default_confidence;  ///< of the intervals below
+  input::Base base = input::Base::shared;  ///< of the samples; determines what the intervals cover
+  int replicates = 1;  ///< samples i to i + replicates - 1 have one draw; intervals are by whole draws
+  std::array<double, n_patterns> pattern_share{};       ///< NaN when no sample is done
   std::array<double, n_patterns> pattern_half_width{};  ///< Wilson interval's half width; likewise
   std::array<double, n_patterns> pattern_lower{};       ///< its ends: it is not centred on the share
   std::array<double, n_patterns> pattern_upper{};
@@ -158,13 +156,14 @@ struct ResultStatistics {
   std::array<double, quantile_shares.size()> quantiles{};
   std::vector<int> counts;  ///< of each category
   double mean = 0;
-  int n_any = 0;         ///< number of samples with a value above 0
-  Interval share_any{};  ///< confidence interval of the share of these samples
+  Interval of_median{not_a_number, not_a_number};  ///< see median_interval
+  int n_any = 0;                                   ///< number of samples with a value above 0
+  Interval share_any{};                            ///< confidence interval of the share of these samples
 };
 
 /// For all results except those missing from the files, in table order.
 std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> samples, double confidence,
-                                                const Origin& origin);
+                                                const Origin& origin, int replicates = 1);
 
 /// The statistics as readable tables: crack positions, patterns, onset, failed samples.
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,

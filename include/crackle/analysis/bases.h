@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/comparison.h"
+#include "crackle/analysis/grouped_values.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+/// Several ensembles of one input, each with its own base of mother points that its samples share. Samples of
+/// a base are a cluster; what holds for the material is seen between bases.
+namespace crackle::analysis {
+
+/// A mean over bases with its interval: of the bases' means, Student's t with one degree of freedom less than
+/// bases; with the variance within and between them (nested analysis of variance).
+struct MeanOverBases {
+  ResultInfo info{};
+  std::string share_of = {};         ///< category whose share it is; empty for the number itself
+  int start = -1;                    ///< for the position of the leading crack: the start of its class
+  int section = -1;                  ///< likewise
+  std::vector<double> of_base = {};  ///< mean of each base; NaN without values
+  int n_values = 0;                  ///< samples of all bases
+  Difference mean = {};              ///< of the bases' means, with its interval
+  VarianceComponents variance = {};
+};
+
+struct BasesStatistics {
+  double confidence = default_confidence;
+  std::vector<std::uint64_t> seeds = {};
+  std::vector<int> n_done = {};  ///< of each base
+  int n_failed = 0, n_pending = 0, n_undecided = 0;
+  std::vector<MeanOverBases> results = {};
+};
+
+/// @throws std::runtime_error unless there are at least two ensembles, each with a shared base, whose inputs
+///   differ in the seed only
+BasesStatistics statistics_of_bases(std::span<const Compared> bases, double confidence = default_confidence);
+
+/// As a readable table.
+std::string to_text(const BasesStatistics& statistics, const input::Sections& sections);
+
+/// As a JSON document; NaN is null.
+std::string to_json(const BasesStatistics& statistics, std::span<const std::string> folders,
+                    const input::Sections& sections);
+
+}  // namespace crackle::analysis

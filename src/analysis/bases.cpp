@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/bases.h"
+#include "crackle/analysis/leader_frame.h"
+#include "crackle/analysis/sample_results.h"
+#include "crackle/common/failure.h"
+#include "crackle/common/index.h"
+#include "crackle/geometry/body.h"
+#include "crackle/input/reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string_view>
+
+namespace crackle::analysis {
+
+namespace {
+
+using Value = std::function<double(const SampleSummary&)>;
+
+std::vector<std::string> settings_but_seed(const input::Parameters& parameters) {
+  std::vector<std::string> settings = input::sample_settings(parameters);
+  std::erase_if(settings, [](const std::string& line) { return line.starts_with("ensemble.seed "); });
+  return settings;
+}
+
+void check(std::span<const Compared> bases) {
+  if (bases.size() < 2) fail("give the folders of two or more ensembles");
+  for (std::size_t i = 0; i < bases.size(); ++i) {
+    const input::Parameters& one = *bases[i].parameters;
+    if (one.mesh.base != input::Base::shared)
+      fail(
+          "several folders are taken as several shared bases, but mesh.base is \"own\": these samples are "
+          "independent already; use more of them, or crackle compare");
+    if (!one.mesh.points_digest.empty())
+      fail("several folders are taken as several shared bases, but mesh.points gives all of them the same");
+    if (settings_but_seed(one) != settings_but_seed(*bases[0].parameters))
+      fail("the inputs of ensembles 1 and {} differ in more than ensemble.seed; use crackle compare", i + 1);
+    for (std::size_t k = 0; k < i; ++k)
+      if (bases[k].parameters->ensemble.seed == one.ensemble.seed)
+        fail("ensembles {} and {} have the same seed, {}, and so the same base", k + 1, i + 1,
+             one.ensemble.seed);
+  }
+}
+
+/// @return without values if no sample has any
+MeanOverBases mean_over(std::span<const Compared> bases, const Value& value, bool is_share,
+                        double confidence) {
+  MeanOverBases found;
+  std::vector<double> values, means;
+  std::vector<std::size_t> base;
+  for (std::size_t i = 0; i < bases.size(); ++i) {
+    double sum = 0;
+    const std::size_t before = values.size();
+    for (const SampleSummary& row : bases[i].rows) {
+      if (row.status != SampleStatus::done || std::isnan(value(row))) continue;
+      values.push_back(value(row));
+      base.push_back(i);
+      sum += values.back();
+    }
+    const auto n = static_cast<double>(values.size() - before);
+    found.of_base.push_back(n > 0 ? sum / n : not_a_number);
+    if (n > 0) means.push_back(sum / n);
+  }
+  found.n_values = static_cast<int>(values.size());
+  if (means.empty()) return found;
+  const auto [least, most] = std::ranges::minmax(values);
+  if (least == most) {
+    found.mean = {least, not_a_number, not_a_number, true};
+    return found;
+  }
+  found.variance = variance_components(values, base);
+  found.mean = difference_of_means({std::vector<double>(means.size(), 0.0), means, true}, confidence);
+  if (is_share) {
+    found.mean.lower = std::isnan(found.mean.lower) ? not_a_number : std::max(0.0, found.mean.lower);
+    found.mean.upper = std::isnan(found.mean.upper) ? not_a_number : std::min(1.0, found.mean.upper);
+  }
+  return found;
+}
+
+}  // namespace
+
+BasesStatistics statistics_of_bases(std::span<const Compared> bases, double confidence) {
+  check(bases);
+  BasesStatistics all{.confidence = confidence};
+  for (const Compared& one : bases) {
+    all.seeds.push_back(one.parameters->ensemble.seed);
+    all.n_done.push_back(0);
+    for (const SampleSummary& row : one.rows) {
+      all.n_done.back() += row.status == SampleStatus::done ? 1 : 0;
+      all.n_failed += row.status == SampleStatus::failed ? 1 : 0;
+      all.n_pending += row.status == SampleStatus::pending ? 1 : 0;
+      all.n_undecided += is_undecided(row) ? 1 : 0;
+    }
+  }
+  const auto add = [&](MeanOverBases what, bool is_share, const Value& value) {
+    MeanOverBases found = mean_over(bases, value, is_share, confidence);
+    // A share of 0 or of 1 in all bases says nothing of them.
+    if (found.n_values == 0 || (is_share && found.mean.has_no_width)) return;
+    found.info = what.info;
+    found.share_of = what.share_of;
+    found.start = what.start;
+    found.section = what.section;
+    all.results.push_back(std::move(found));
+  };
+  for_each_result([&](const ResultInfo& info, auto member) {
+    const bool is_pattern = std::string_view(info.name) == "pattern";
+    const bool is_missing =
+        std::ranges::any_of(bases, [&](const Compared& one) { return lacks(one.origin, info.name); });
+    if (is_missing || !is_of_the_body(info)) return;
+    if (is_pattern || info.reduction == Reduction::shares) {
+      for (int k = 0; k < n_categories(info.categories); ++k)
+        add({.info = info, .share_of = category_name(info.categories, k)}, true,
+            [&](const SampleSummary& row) { return row.*member == k ? 1.0 : 0.0; });
+    } else if (info.reduction == Reduction::quantiles) {
+      add({.info = info}, false, [&](const SampleSummary& row) { return static_cast<double>(row.*member); });
+    }
+  });
+  const input::Parameters& parameters = *bases[0].parameters;
+  const LeaderFrame frame(*geometry::make_body(parameters.specimen), parameters.sections);
+  ResultInfo position{};
+  for_each_position_result([&](const ResultInfo& info, auto) {
+    if (std::string_view(info.name) == "position") position = info;
+  });
+  for (int start = 0; start < frame.n_starts(); ++start)
+    for (int s = 0; s < frame.n_sections() && frame.reference()[index(start)] == start; ++s)
+      add({.info = position, .start = start, .section = s}, false,
+          [&](const SampleSummary& row) { return framed_position(frame, row, start, start, s).value; });
+  return all;
+}
+
+}  // namespace crackle::analysis

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/path_inference.h"
+
+#include "crackle/analysis/comparison.h"
+#include "crackle/common/index.h"
+#include "crackle/common/random.h"
+#include "crackle/geometry/body.h"
+
+#include "text_table.h"
+
+#include <fmt/format.h>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
+
+namespace crackle::analysis {
+
+namespace {
+
+constexpr int n_multipliers = 4000;
+constexpr int least_arrivals = 5;
+constexpr int least_arrivals_of_jackknife = 3;
+
+std::size_t group_of(Groups groups, std::size_t i) {
+  return groups.empty() ? i : groups[i];
+}
+
+std::size_t n_sections_of(std::span<const FramedPath> paths) {
+  return paths.empty() ? 0 : paths.front().size();
+}
+
+/// A standard normal number (Box and Muller).
+double normal(RandomStream& stream) {
+  const double radius = std::sqrt(-2 * std::log(1 - stream.uniform()));
+  return radius * std::cos(2 * std::numbers::pi * stream.uniform());
+}
+
+/// Sums of the groups' residuals at one section, relative to the root of the sum of their squares.
+std::vector<double> relative_residuals(std::span<const FramedPath> paths, Groups groups, std::size_t section,
+                                       double mean) {
+  std::vector<double> sums;
+  double squares = 0;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (i == 0 || group_of(groups, i) != group_of(groups, i - 1)) sums.push_back(0);
+    const double value = paths[i][section].value;
+    if (!std::isnan(value)) sums.back() += value - mean;
+  }
+  for (const double sum : sums) squares += sum * sum;
+  for (double& sum : sums) sum /= std::sqrt(squares);
+  return sums;
+}
+
+/// Confidence of each section's interval with which all hold together.
+double confidence_of_sections(const std::vector<std::vector<double>>& residuals, double confidence) {
+  if (residuals.size() < 2) return confidence;
+  RandomStream stream(0, 0, "band of a path");
+  std::vector<double> largest, multipliers(residuals.front().size());
+  for (int k = 0; k < n_multipliers; ++k) {
+    for (double& multiplier : multipliers) multiplier = normal(stream);
+    double most = 0;
+    for (const auto& section : residuals)
+      most = std::max(most,
+                      std::abs(std::inner_product(section.begin(), section.end(), multipliers.begin(), 0.0)));
+    largest.push_back(most);
+  }
+  return 2 * boost::math::cdf(boost::math::normal(), quantile(largest, confidence)) - 1;
+}
+
+/// Position on the line of regression on the section before; empty with too few arrivals.
+struct Regression {
+  double mean_before = 0, mean = 0, slope = 0;
+
+  double at(double before) const { return mean + slope * (before - mean_before); }
+};
+
+std::optional<Regression> regression(const std::vector<double>& before, const std::vector<double>& here,
+                                     int least) {
+  if (std::ssize(here) < least) return {};
+  const auto n = static_cast<double>(here.size());
+  Regression found;
+  found.mean_before = std::accumulate(before.begin(), before.end(), 0.0) / n;
+  found.mean = std::accumulate(here.begin(), here.end(), 0.0) / n;
+  double square = 0, product = 0;
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    square += std::pow(before[i] - found.mean_before, 2);
+    product += (before[i] - found.mean_before) * (here[i] - found.mean);
+  }
+  if (square > 0) found.slope = product / square;
+  return found;
+}
+
+/// Sections such that each follows the one before it.
+std::vector<std::size_t> in_order(std::span<const int> previous) {
+  std::vector<std::size_t> order;
+  std::vector<bool> is_listed(previous.size(), false);
+  while (order.size() < previous.size()) {
+    for (std::size_t s = 0; s < previous.size(); ++s) {
+      if (is_listed[s] || (previous[s] >= 0 && !is_listed[index(previous[s])])) continue;
+      order.push_back(s);
+      is_listed[s] = true;
+    }
+  }
+  return order;
+}
+
+/// Mean of the positions at each section, had no crack stopped.
+struct MeanOfAll {
+  double mean = not_a_number;
+  int n = 0;
+  int n_beyond = 0;
+};
+
+/// @param left_out group that does not count
+std::vector<MeanOfAll> means_of_all(std::span<const FramedPath> paths, std::span<const int> previous,
+                                    Groups groups, std::optional<std::size_t> left_out, int least) {
+  std::vector<std::vector<double>> value(previous.size(), std::vector<double>(paths.size(), not_a_number));
+  std::vector<MeanOfAll> found(previous.size());
+  for (const std::size_t s : in_order(previous)) {
+    std::vector<double> before, here;
+    const auto is_in = [&](std::size_t i) { return !left_out || group_of(groups, i) != *left_out; };
+    const auto earlier = [&](std::size_t i) {
+      return previous[s] < 0 ? not_a_number : value[index(previous[s])][i];
+    };
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      if (!is_in(i) || std::isnan(paths[i][s].value)) continue;
+      value[s][i] = paths[i][s].value;
+      if (previous[s] < 0 || std::isnan(paths[i][index(previous[s])].value)) continue;
+      before.push_back(earlier(i));
+      here.push_back(value[s][i]);
+    }
+    const auto line = regression(before, here, least);
+    double sum = 0, least_before = infinity, most_before = -infinity;
+    for (const double one : before) {
+      least_before = std::min(least_before, one);
+      most_before = std::max(most_before, one);
+    }
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      if (!is_in(i) || !paths[i][s].counts) continue;
+      if (std::isnan(value[s][i]) && !std::isnan(earlier(i))) {
+        value[s][i] = line ? line->at(earlier(i)) : not_a_number;
+        found[s].n_beyond += !(least_before <= earlier(i) && earlier(i) <= most_before) ? 1 : 0;
+      }
+      if (std::isnan(value[s][i])) continue;
+      sum += value[s][i];
+      found[s].n += 1;
+    }
+    const bool is_known = previous[s] < 0 || (line && !std::isnan(found[index(previous[s])].mean));
+    if (is_known && found[s].n > 0) found[s].mean = sum / found[s].n;
+  }
+  return found;
+}
+
+/// Half widths of the intervals of means_of_all, for each section.
+std::vector<double> jackknife(std::span<const FramedPath> paths, std::span<const int> previous, Groups groups,
+                              double confidence) {
+  std::vector<std::vector<double>> without(previous.size());
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (i > 0 && group_of(groups, i) == group_of(groups, i - 1)) continue;
+    const auto means =
+        means_of_all(paths, previous, groups, group_of(groups, i), least_arrivals_of_jackknife);
+    for (std::size_t s = 0; s < means.size(); ++s) without[s].push_back(means[s].mean);
+  }
+  std::vector<double> half_widths;
+  for (const auto& means : without) {
+    const auto n = static_cast<double>(means.size());
+    const double mean = std::accumulate(means.begin(), means.end(), 0.0) / n;
+    double square = 0;
+    for (const double one : means) square += std::pow(one - mean, 2);
+    half_widths.push_back(n < 2
+                              ? not_a_number
+                              : boost::math::quantile(boost::math::students_t(n - 1), (1 + confidence) / 2) *
+                                    std::sqrt(square * (n - 1) / n));
+  }
+  return half_widths;
+}
+
+}  // namespace
+
+std::vector<double> band_half_widths(std::span<const FramedPath> paths, Groups groups, double confidence) {
+  const std::size_t n_sections = n_sections_of(paths);
+  std::vector<GroupedMoments> moments(n_sections);
+  std::vector<std::vector<double>> residuals;
+  for (std::size_t s = 0; s < n_sections; ++s) {
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      if (!std::isnan(paths[i][s].value)) moments[s].add(paths[i][s].value, group_of(groups, i));
+    if (moments[s].square_error() > 0)
+      residuals.push_back(relative_residuals(paths, groups, s, moments[s].mean()));
+  }
+  const double each = confidence_of_sections(residuals, confidence);
+  std::vector<double> half_widths;
+  for (const GroupedMoments& one : moments)
+    half_widths.push_back(
+        one.n_groups() < 2
+            ? not_a_number
+            : boost::math::quantile(boost::math::students_t(one.n_groups() - 1.0), (1 + each) / 2) *
+                  std::sqrt(one.square_error()));
+  return half_widths;
+}
+
+std::vector<int> previous_sections(const input::Sections& sections, std::span<const FramedPath> paths) {
+  const std::vector<input::Section> all = sections.all();
+  std::vector<int> previous(all.size(), -1);
+  const auto n_arrived = [&](std::size_t s) {
+    return std::ranges::count_if(paths, [&](const auto& path) { return !std::isnan(path[s].value); });
+  };
+  for (const auto axis : {1, 2}) {
+    std::vector<std::size_t> along;
+    for (std::size_t s = 0; s < all.size(); ++s)
+      if (all[s].axis == axis) along.push_back(s);
+    if (along.empty()) continue;
+    std::ranges::sort(along, {}, [&](std::size_t s) { return all[s].position; });
+    const auto first = std::ranges::max_element(along, {}, n_arrived);
+    for (auto it = along.begin(); it != along.end(); ++it)
+      if (it != first) previous[*it] = static_cast<int>(it < first ? *(it + 1) : *(it - 1));
+  }
+  return previous;
+}
+
+std::vector<Stopped> stopped_cracks(std::span<const FramedPath> paths, std::span<const int> previous,
+                                    Groups groups, double confidence) {
+  std::vector<Stopped> found(previous.size());
+  const auto means = means_of_all(paths, previous, groups, {}, least_arrivals);
+  const auto half_widths = jackknife(paths, previous, groups, confidence);
+  for (std::size_t s = 0; s < previous.size(); ++s) {
+    found[s].previous = previous[s];
+    if (previous[s] < 0) continue;
+    TwoSamples earlier;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      const double before = paths[i][index(previous[s])].value;
+      if (!paths[i][s].counts || std::isnan(before)) continue;
+      const bool arrives = !std::isnan(paths[i][s].value);
+      (arrives ? earlier.first : earlier.second).push_back(before);
+      (arrives ? earlier.first_group : earlier.second_group).push_back(group_of(groups, i));
+    }
+    found[s].n_arrived = static_cast<int>(earlier.first.size());
+    found[s].n_stopped = static_cast<int>(earlier.second.size());
+    const auto mean_of = [](const std::vector<double>& values) {
+      return values.empty()
+                 ? not_a_number
+                 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+    };
+    found[s].mean_arrived = mean_of(earlier.first);
+    found[s].mean_stopped = mean_of(earlier.second);
+    if (found[s].n_arrived > 0 && found[s].n_stopped > 0)
+      found[s].probability = permutation_probability(earlier);
+    found[s].mean_of_all = means[s].mean;
+    found[s].n_all = means[s].n;
+    found[s].n_beyond = means[s].n_beyond;
+    if (!std::isnan(means[s].mean)) found[s].half_width_of_all = half_widths[s];
+  }
+  return found;
+}
+
+PathInference path_inference(const RankStatistics& ranks, const Statistics& statistics,
+                             std::span<const SampleSummary> samples, const input::Parameters& parameters) {
+  const LeaderFrame frame(*geometry::make_body(parameters.specimen), parameters.sections);
+  const double confidence = confidence_of_look(statistics.confidence, statistics.n_looks);
+  PathInference found;
+  for (std::size_t row = 0; row < ranks.start.size(); ++row) {
+    std::vector<FramedPath> paths;
+    std::vector<std::size_t> draws;
+    for (std::size_t i = 0; i < std::min(samples.size(), index(statistics.n_needed)); ++i) {
+      if (samples[i].status != SampleStatus::done) continue;
+      FramedPath path;
+      for (int s = 0; s < frame.n_sections(); ++s)
+        path.push_back(framed_position(frame, samples[i], ranks.leading_start[row], ranks.start[row], s));
+      if (std::ranges::none_of(path, &FramedPosition::counts)) continue;
+      paths.push_back(std::move(path));
+      draws.push_back(i / index(statistics.replicates));
+    }
+    const auto append = [&](auto& all, auto own, const auto& none) {
+      own.resize(index(frame.n_sections()), none);
+      all.insert(all.end(), own.begin(), own.end());
+    };
+    append(found.band_half_width, band_half_widths(paths, draws, confidence), not_a_number);
+    append(found.stopped,
+           stopped_cracks(paths, previous_sections(parameters.sections, paths), draws, confidence),
+           Stopped{});
+  }
+  return found;
+}
+
+std::string path_inference_text(const Statistics& statistics, std::span<const SampleSummary> samples,
+                                const input::Parameters& parameters) {
+  const std::vector<input::Section> sections = parameters.sections.all();
+  double largest = 0;
+  for (const double mean : statistics.z_mean)
+    if (std::abs(mean) > largest) largest = std::abs(mean);
+  const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest, 0.1);
+  const auto length = [&](double value) { return shown(value, ".3f", unit.factor); };
+  TextTable table{{"cracks", "leading", "start", "section", "mean", "+- alone", "+- band", "stopped",
+                   "were at", "others at", "p", "mean of all", "+-"}};
+  const auto add = [&](const char* name, const RankStatistics& ranks) {
+    const PathInference found = path_inference(ranks, statistics, samples, parameters);
+    for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
+      if (ranks.reached[p] == 0) continue;
+      const std::size_t row = p / sections.size();
+      const Stopped& stopped = found.stopped[p];
+      const bool some = stopped.n_stopped > 0;
+      const auto number = [](int n) { return fmt::format("{}", n); };
+      table.push_back({name, number(ranks.leading_start[row]), number(ranks.start[row]),
+                       input::name_of(sections[p % sections.size()]), length(ranks.z_mean[p]),
+                       length(ranks.z_half_width[p]), length(found.band_half_width[p]),
+                       stopped.previous < 0 ? "" : number(stopped.n_stopped),
+                       some ? length(stopped.mean_stopped) : "", some ? length(stopped.mean_arrived) : "",
+                       some ? shown_probability(stopped.probability) : "",
+                       stopped.previous < 0 ? "" : length(stopped.mean_of_all),
+                       stopped.previous < 0 ? "" : length(stopped.half_width_of_all)});
+    }
+  };
+  add("leader", statistics.leader);
+  add("follower", statistics.follower);
+  if (table.size() == 1) return {};
+  return fmt::format(
+             "\nalong the paths [{}]: the band holds at all sections of a path at once. Positions are those "
+             "of "
+             "the cracks that got there; \"stopped\" are those that reached the section before only, and "
+             "where "
+             "they and the others were there. \"Mean of all\" has them go on, by regression\n",
+             unit.name) +
+         aligned(table);
+}
+
+}  // namespace crackle::analysis

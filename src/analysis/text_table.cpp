@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "text_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::analysis {
+
+std::string aligned(const TextTable& table, std::size_t n_left) {
+  std::vector<std::size_t> width(table.empty() ? 0 : table.front().size());
+  for (const auto& row : table)
+    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
+  std::string text;
+  for (const auto& row : table) {
+    std::string line;
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      if (c > 0) line += "  ";
+      line += c < n_left ? fmt::format("{:<{}}", row[c], width[c]) : fmt::format("{:>{}}", row[c], width[c]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::string shown(double value, const std::string& format, double factor) {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(fmt::format("{{:{}}}", format)), factor * value);
+}
+
+std::string shown_range(double lower, double upper, const std::string& format, double factor) {
+  if (std::isnan(lower) || std::isnan(upper)) return "-";
+  return fmt::format("{} to {}", shown(lower, format, factor), shown(upper, format, factor));
+}
+
+std::string shown_probability(double probability) {
+  if (std::isnan(probability)) return "-";
+  return probability < 0.001 ? "< 0.001" : fmt::format("{:.3f}", probability);
+}
+
+}  // namespace crackle::analysis

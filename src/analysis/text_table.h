@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace crackle::analysis {
+
+using TextTable = std::vector<std::vector<std::string>>;  ///< rows of equally many cells
+
+/// The table with its first columns aligned to the left and the others to the right.
+std::string aligned(const TextTable& table, std::size_t n_left = 1);
+
+/// A number in the syntax of fmt, such as ".3f", times a factor; "-" for NaN.
+std::string shown(double value, const std::string& format, double factor = 1);
+
+/// "lower to upper", likewise.
+std::string shown_range(double lower, double upper, const std::string& format, double factor = 1);
+
+/// A p-value.
+std::string shown_probability(double probability);
+
+}  // namespace crackle::analysis

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Paths as wholes: how often bands hold, and the mean of cracks of which some stopped.
+#include "crackle/analysis/path_inference.h"
+#include "crackle/common/random.h"
+
+#include "support/geometry_bodies.h"
+
+#include <gmock/gmock.h>
+#include <boost/math/distributions/normal.hpp>
+
+#include <cmath>
+#include <cstdio>
+
+namespace crackle::analysis {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr double none = not_a_number;
+
+double normal(RandomStream& stream) {
+  return boost::math::quantile(boost::math::normal(), stream.uniform() + std::ldexp(1.0, -54));
+}
+
+/// Paths whose position at each section follows from the one before.
+std::vector<FramedPath> made_paths(std::size_t n, std::size_t n_sections, double follows, double scatter,
+                                   RandomStream& stream) {
+  std::vector<FramedPath> paths(n);
+  for (FramedPath& path : paths)
+    for (std::size_t s = 0; s < n_sections; ++s)
+      path.push_back(
+          {true, s == 0 ? normal(stream) : follows * path[s - 1].value + scatter * normal(stream)});
+  return paths;
+}
+
+bool holds(const std::vector<FramedPath>& paths, const std::vector<double>& half_widths) {
+  for (std::size_t s = 0; s < half_widths.size(); ++s) {
+    double mean = 0;
+    for (const FramedPath& path : paths) mean += path[s].value / static_cast<double>(paths.size());
+    if (std::abs(mean) > half_widths[s]) return false;
+  }
+  return true;
+}
+
+TEST(PathInference, BandsHoldAtAllSectionsTogether) {
+  constexpr int n_trials = 300;
+  for (const std::size_t n : {8, 30}) {
+    int n_band = 0, n_alone = 0;
+    for (std::uint64_t trial = 0; trial < n_trials; ++trial) {
+      RandomStream stream(1, trial, "band");
+      const auto paths = made_paths(n, 5, 0.8, 0.6, stream);
+      n_band += holds(paths, band_half_widths(paths, {}, 0.95)) ? 1 : 0;
+      std::vector<double> alone;
+      for (std::size_t s = 0; s < 5; ++s) {
+        std::vector<FramedPath> one;
+        for (const FramedPath& path : paths) one.push_back({path[s]});
+        alone.push_back(band_half_widths(one, {}, 0.95).front());
+      }
+      n_alone += holds(paths, alone) ? 1 : 0;
+    }
+    std::printf("%zu paths at five sections together: 95 %% band holds %.1f %%, intervals %.1f %%\n", n,
+                100.0 * n_band / n_trials, 100.0 * n_alone / n_trials);
+    EXPECT_NEAR(100.0 * n_band / n_trials, 95.5, 3.5);
+    EXPECT_LT(100.0 * n_alone / n_trials, 91);
+  }
+}
+
+TEST(PathInference, TheMeanOfAllIncludesCracksThatStopped) {
+  constexpr int n_trials = 100;
+  int n_plain = 0, n_all = 0, n_seen = 0;
+  double plain_bias = 0, bias = 0;
+  for (std::uint64_t trial = 0; trial < n_trials; ++trial) {
+    RandomStream stream(1, trial, "stop");
+    auto paths = made_paths(60, 3, 1.2, 0.5, stream);
+    for (FramedPath& path : paths)
+      for (std::size_t s = 1; s < 3; ++s)
+        if (std::isnan(path[s - 1].value) || stream.uniform() > 1 / (1 + std::exp(-1.5 * path[s - 1].value)))
+          path[s].value = none;
+    const Stopped last = stopped_cracks(paths, std::vector<int>{-1, 0, 1}, {}, 0.95)[2];
+    GroupedMoments plain;
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      if (!std::isnan(paths[i][2].value)) plain.add(paths[i][2].value, i);
+    EXPECT_EQ(last.n_all, 60);
+    plain_bias += plain.mean() / n_trials;
+    bias += last.mean_of_all / n_trials;
+    n_plain += std::abs(plain.mean()) <= 2 * std::sqrt(plain.square_error()) ? 1 : 0;
+    n_all += std::abs(last.mean_of_all) <= last.half_width_of_all ? 1 : 0;
+    n_seen += last.probability <= 0.05 && last.mean_arrived > last.mean_stopped ? 1 : 0;
+  }
+  std::printf(
+      "true mean 0: of those that arrive %.3f, 95 %% intervals hold %.1f %%; of all %.3f, %.1f %%; "
+      "difference seen in %.1f %%\n",
+      plain_bias, 100.0 * n_plain / n_trials, bias, 100.0 * n_all / n_trials, 100.0 * n_seen / n_trials);
+  EXPECT_GT(plain_bias, 0.5);
+  EXPECT_NEAR(bias, 0, 0.06);
+  EXPECT_LT(100.0 * n_plain / n_trials, 20);
+  EXPECT_GE(100.0 * n_all / n_trials, 90);
+  EXPECT_GT(100.0 * n_seen / n_trials, 80);
+}
+
+TEST(PathInference, StoppedCracksByHand) {
+  // Those that arrive are at 1 to 5 before and at twice that here; two stop, at 6 and 8.
+  std::vector<FramedPath> paths;
+  for (const double before : {1.0, 2.0, 3.0, 4.0, 5.0}) paths.push_back({{true, before}, {true, 2 * before}});
+  for (const double before : {6.0, 8.0}) paths.push_back({{true, before}, {true, none}});
+  paths.push_back({{true, 100}, {false, none}});  // has no such section
+  const auto found = stopped_cracks(paths, std::vector<int>{-1, 0}, {}, 0.95);
+  EXPECT_EQ(found[0].previous, -1);
+  EXPECT_EQ(found[1].n_arrived, 5);
+  EXPECT_EQ(found[1].n_stopped, 2);
+  EXPECT_EQ(found[1].mean_arrived, 3);
+  EXPECT_EQ(found[1].mean_stopped, 7);
+  EXPECT_DOUBLE_EQ(found[1].probability, 2.0 / 21) << "only at 1 and 2 would they differ as much";
+  EXPECT_DOUBLE_EQ(found[1].mean_of_all, 2 * (15 + 14) / 7.0);
+  EXPECT_EQ(found[1].n_all, 7);
+  EXPECT_EQ(found[1].n_beyond, 2);
+  paths.erase(paths.begin());
+  EXPECT_TRUE(std::isnan(stopped_cracks(paths, std::vector<int>{-1, 0}, {}, 0.95)[1].mean_of_all))
+      << "four arrivals";
+}
+
+TEST(PathInference, CracksComeFromTheSectionThatMostReach) {
+  const input::Sections sections{.y = {1, 4, 2, 3}, .z = {7}};
+  const auto path = [](std::vector<double> values) {
+    FramedPath found;
+    for (const double value : values) found.push_back({true, value});
+    return found;
+  };
+  // From y = 3 to both sides.
+  const std::vector<FramedPath> paths{path({0, none, 0, 0, 0}), path({none, 0, none, 0, 0})};
+  EXPECT_THAT(previous_sections(sections, paths), ElementsAre(2, 3, 3, -1, -1));
+}
+
+TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
+  input::Parameters parameters;
+  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(input::Face::y_min, 50, 5, 1)}};
+  parameters.sections.y = {0.01, 0.015};
+  parameters.ensemble.samples = 9;
+  std::vector<SampleSummary> rows;
+  for (int i = 0; i < 9; ++i) {
+    SampleSummary row = empty_summary(1, 2, SampleStatus::done);
+    row.leading_start = 0;
+    row.position = {0.05 + 1e-3 * i, i < 3 ? none : 0.06 + 1e-3 * i};
+    rows.push_back(row);
+  }
+  const std::string text = path_inference_text(make_statistics(rows, parameters), rows, parameters);
+  std::printf("%s", text.c_str());
+  // Three stopped, at 51 mm on average, the others at 55.5; with them the mean is 64 mm.
+  EXPECT_THAT(text,
+              ::testing::ContainsRegex("\nleader +0 +0 +y = 15 mm +65\\.500 +1\\.963 +[0-9.]+ +3 +51\\.000 "
+                                       "+55\\.500 +0\\.[0-9]+ +64\\.000 "));
+  EXPECT_THAT(text, HasSubstr("+- band"));
+}
+
+}  // namespace
+}  // namespace crackle::analysis
