@@ -2,6 +2,7 @@
 #include "crackle/analysis/comparison.h"
 #include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/sensitivity.h"
 #include "crackle/common/index.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
@@ -13,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -136,8 +138,7 @@ std::vector<double> leading_path(const LeaderFrame& frame, const SampleSummary& 
 
 std::vector<ComparedPaths> compare_paths(const Compared& first, const Compared& second, bool are_paired,
                                          double confidence) {
-  const auto body = geometry::make_body(first.parameters->specimen);
-  const LeaderFrame frame(*body, first.parameters->sections);
+  const LeaderFrame frame(*first.parameters);
   std::vector<ComparedPaths> all;
   for (int start = 0; start < frame.n_starts(); ++start) {
     if (frame.reference()[index(start)] != start) continue;
@@ -225,13 +226,9 @@ Comparison compare(const Compared& first, const Compared& second, double confide
   if (!comparison.are_paired)
     note(fmt::format("not paired, because the bodies differ: {} in one, {} in the other",
                      in_one.value_or("no such setting"), in_other.value_or("no such setting")));
-  const int replicates =
-      std::max(first.parameters->ensemble.replicates, second.parameters->ensemble.replicates);
-  if (replicates > 1)
-    note(
-        fmt::format("samples with the same draw are not independent, as intervals and p assume: intervals "
-                    "are up to {:.2f} times too narrow, and p is too small",
-                    std::sqrt(replicates)));
+  for (const std::string& text :
+       std::set{note_on_intervals(*first.parameters), note_on_intervals(*second.parameters)})
+    if (!text.empty()) note(text);
   for (std::size_t i = 0; i < std::min(first.rows.size(), second.rows.size()); ++i)
     comparison.n_pairs += comparison.are_paired && is_done(first.rows[i]) && is_done(second.rows[i]) ? 1 : 0;
   comparison.results = compare_results(first, second, comparison.are_paired, confidence);

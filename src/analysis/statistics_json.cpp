@@ -142,7 +142,7 @@ Json statistics_of(const Statistics& statistics, const input::Parameters& parame
   group["pattern_lower"] = statistics.pattern_lower;
   group["pattern_upper"] = statistics.pattern_upper;
   group["reference_notch"] = statistics.reference_start;
-  const LeaderFrame frame(body, parameters.sections);
+  const LeaderFrame frame(parameters);
   for (int leading = 0; leading < frame.n_starts(); ++leading) {
     const unsigned axes = frame.reflected_axes(leading);
     group["symmetries"].push_back({{"reflects_y", (axes & 2u) != 0},
@@ -192,10 +192,9 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
       inputs.push_back({{"rank_correlation", estimate(effect.rank_correlation)},
                         {"first", estimate(effect.first)},
                         {"total", estimate(effect.total)}});
-    Json result{{"result", one.info.name},    {"label", one.info.label},
-                {"share_of", one.share_of},   {"n_values", one.n_values},
-                {"mesh", estimate(one.mesh)}, {"degree", one.degree},
-                {"predicted", one.predicted}, {"inputs", inputs}};
+    Json result{{"result", one.info.name},    {"label", one.info.label},        {"share_of", one.share_of},
+                {"n_values", one.n_values},   {"mesh", estimate(one.mesh)},     {"degree", one.degree},
+                {"predicted", one.predicted}, {"lack_of_fit", one.lack_of_fit}, {"inputs", inputs}};
     if (one.start >= 0) {
       result["notch"] = one.start;
       result["section"] = one.section;

@@ -217,6 +217,7 @@ TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
   EXPECT_THAT(independent.note, ::testing::Not(::testing::HasSubstr("same draw")));
   input::Parameters replicated = law;
   replicated.ensemble.replicates = 2;
+  replicated.random.resize(1);
   EXPECT_THAT(compare({&one, first}, {&replicated, second}).note,
               ::testing::HasSubstr("1.41 times too narrow"));
 
