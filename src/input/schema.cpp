@@ -62,6 +62,7 @@ Key points_key() {
             const std::filesystem::path file =
                 given.path.empty() ? source.context.folder / *name : given.path;
             parameters.mesh.points = file;
+            parameters.mesh.base = Base::shared;  // unless the next key says otherwise
             parameters.mesh.points_digest = given.digest;
             if (!given.digest.empty()) return;
             std::error_code error;
@@ -246,11 +247,11 @@ Table mesh_table() {
                                     by_default("\"random\""),
                                     "with \"random\" each realization takes one of the reflections and "
                                     "half-turns that map the body on itself"),
+           points_key(),
            choice_key<Base>(
-               "base", in(&Parameters::mesh, &Mesh::base), {{"shared", Base::shared}, {"own", Base::own}},
-               by_default("\"shared\""),
-               "base mother points that samples disturb: one set for all, or a set of its own for each"),
-           points_key()}};
+               "base", in(&Parameters::mesh, &Mesh::base), {{"own", Base::own}, {"shared", Base::shared}},
+               optional("\"own\", or \"shared\" with points"),
+               "base mother points that samples disturb: a set of its own for each, or one set for all")}};
 }
 
 Table region_table() {
