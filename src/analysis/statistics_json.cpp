@@ -127,8 +127,7 @@ Json precision(const Statistics& statistics, const input::Parameters& parameters
   return found;
 }
 
-Json statistics_of(const Statistics& statistics, const input::Parameters& parameters,
-                   const geometry::Body& body) {
+Json statistics_of(const Statistics& statistics, const input::Parameters& parameters) {
   const auto& stop = parameters.ensemble.stop;
   Json group{
       {"confidence", statistics.confidence},
@@ -231,7 +230,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
       samples, parameters.sections,
       {static_cast<std::size_t>(statistics.n_starts), static_cast<std::size_t>(statistics.n_sections)});
   document["statistics"] =
-      statistics_of(with_running_half_widths(statistics, samples, parameters), parameters, *body);
+      statistics_of(with_running_half_widths(statistics, samples, parameters), parameters);
   if (!parameters.random.empty()) {
     document["inputs"] = inputs_of(samples, parameters);
     document["sensitivities"] = sensitivities_of(samples, parameters);

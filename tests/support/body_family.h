@@ -44,7 +44,6 @@ inline MeshProblem random_problem(RandomStream stream, bool absurd) {
          .depth = depth_limit * (wrong ? stream.uniform(1, 1.2) : log_uniform(0.02, 0.9)),
          .height = log_uniform(1e-4, std::max(2e-4, 0.3 * at_limit))});
   }
-  mesh.base = input::Base::shared;
   mesh.spacing =
       std::min(log_uniform(0.3e-3, 5e-3), *std::min_element(specimen.size.begin(), specimen.size.end()));
   mesh.notch_spacing = mesh.spacing * log_uniform(0.15, 1);

@@ -28,7 +28,6 @@ inline input::Mesh mesh(double spacing_mm, double notch_spacing_mm, double growt
           .growth = growth,
           .perturbation = 0.2,
           .min_quality = 0.2,
-          .base = input::Base::shared,
           .points = {},
           .points_digest = {},
           .regions = {}};

@@ -90,7 +90,6 @@ protected:
     const input::Specimen specimen{{thickness * spacing, width * spacing, 2 * plane * spacing},
                                    {{input::Face::y_min, plane * spacing, tip * spacing, spacing}}};
     input::Mesh mesh;
-    mesh.base = input::Base::shared;
     mesh.spacing = of_points;
     mesh.notch_spacing = of_points;
     mesh.perturbation = 0.2;

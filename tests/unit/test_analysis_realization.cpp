@@ -31,7 +31,6 @@ protected:
         {5 * mm, 24.5 * mm, 40 * mm},
         {{input::Face::y_min, 15 * mm, 6 * mm, 0.6 * mm}, {input::Face::y_max, 25 * mm, 6 * mm, 0.6 * mm}}};
     input::Mesh mesh;
-    mesh.base = input::Base::shared;
     mesh.spacing = 1.5 * mm;
     mesh.notch_spacing = spacing;
     mesh.growth = 0.04;

@@ -42,7 +42,6 @@ input::Parameters parameters(int samples) {
   p.ensemble.samples = samples;
   p.specimen = specimen;
   p.sections = sections;
-  p.mesh.base = input::Base::shared;
   return p;
 }
 

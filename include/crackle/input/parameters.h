@@ -184,7 +184,7 @@ struct Mesh {
   double perturbation = 0;   ///< amplitude of the perturbation, in local spacings
   double min_quality = 0;    ///< minimum mean-ratio quality of every tetrahedron
   MeshSymmetry symmetry = MeshSymmetry::random;
-  Base base = Base::own;
+  Base base = Base::shared;
   std::optional<std::filesystem::path> points;  ///< file with base mother points, to be used instead
   std::string points_digest;  ///< of that file's contents, which are part of the input; empty without a file
   std::vector<MeshRegion> regions;
