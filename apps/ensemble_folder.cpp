@@ -95,13 +95,21 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
   const input::PointsFile points{
       .path = is_taken(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path(),
       .digest = {}};
-  if (parallel::share(world, is_taken(copy))) return read_input(world, copy, points);
-  return share_input(world, results, [&] {
+  const bool has_copy = parallel::share(world, is_taken(copy));
+  const fs::path name = has_copy ? copy : results;
+  const auto from_results = [&] {
     if (is_taken(results)) return input::parse(io::read_ensemble(results).input_text, results, points);
     if (const fs::path sample = first_sample_file(folder); !sample.empty())
       return input::parse(io::read_input_text(sample), sample, points);
     fail("'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5 nor samples",
          folder.string());
+  };
+  input::Parameters parameters =
+      has_copy ? read_input(world, copy, points) : share_input(world, name, from_results);
+  const bool has_own_bases = io::stored_model(folder) >= io::first_model_of_own_bases;
+  if (parallel::share(world, has_own_bases)) return parameters;
+  return share_input(world, name, [&] {
+    return input::parse(input::completed(parameters.text, {{"mesh.base", "\"shared\""}}), name, points);
   });
 }
 

@@ -4,7 +4,6 @@
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
-#include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 
 #include <algorithm>
@@ -117,7 +116,7 @@ BasesStatistics statistics_of_bases(std::span<const Compared> bases, double conf
     }
   });
   const input::Parameters& parameters = *bases[0].parameters;
-  const LeaderFrame frame(*geometry::make_body(parameters.specimen), parameters.sections);
+  const LeaderFrame frame(parameters);
   ResultInfo position{};
   for_each_position_result([&](const ResultInfo& info, auto) {
     if (std::string_view(info.name) == "position") position = info;

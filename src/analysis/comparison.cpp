@@ -2,14 +2,15 @@
 #include "crackle/analysis/comparison.h"
 #include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/sensitivity.h"
 #include "crackle/common/index.h"
-#include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -162,8 +163,7 @@ struct Paths {
 };
 
 Paths compare_paths(const Samples& samples, const input::Parameters& parameters, double confidence) {
-  const auto body = geometry::make_body(parameters.specimen);
-  const LeaderFrame frame(*body, parameters.sections);
+  const LeaderFrame frame(parameters);
   Paths all;
   for (int start = 0; start < frame.n_starts(); ++start) {
     if (frame.reference()[index(start)] != start) continue;
@@ -287,6 +287,8 @@ Comparison compare(const Compared& first, const Compared& second, double confide
   if (!comparison.are_paired)
     note(fmt::format("not paired, because the bodies differ: {} in one, {} in the other",
                      in_one.value_or("no such setting"), in_other.value_or("no such setting")));
+  for (const std::string& text : std::set{note_on_plan(*first.parameters), note_on_plan(*second.parameters)})
+    if (!text.empty()) note(text);
   const Samples samples = samples_of(first, second, comparison.are_paired);
   comparison.n_pairs = comparison.are_paired ? static_cast<int>(samples.first.size()) : 0;
   comparison.first = counts_of(first.rows);

@@ -32,7 +32,7 @@ Exceedance exceedance(const std::string& condition, const input::Parameters& par
   std::function<double(const SampleSummary&)> value;
   std::vector<std::string> names;
   for_each_result([&](const ResultInfo& info, auto member) {
-    if (*info.categories != 0) return;
+    if (is_nominal(info)) return;
     names.emplace_back(info.name);
     if (name != info.name) return;
     found.info = info;

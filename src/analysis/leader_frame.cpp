@@ -2,6 +2,7 @@
 #include "crackle/analysis/leader_frame.h"
 
 #include "crackle/common/index.h"
+#include "crackle/geometry/symmetry.h"
 
 #include <algorithm>
 #include <array>
@@ -85,9 +86,16 @@ std::uint8_t reflected_by(const geometry::Symmetry& symmetry, const geometry::Bo
 
 }  // namespace
 
-LeaderFrame::LeaderFrame(const geometry::Body& body, const input::Sections& sections)
+LeaderFrame::LeaderFrame(const input::Parameters& parameters)
+    : LeaderFrame(parameters, *geometry::make_body(parameters.specimen)) {}
+
+LeaderFrame::LeaderFrame(const input::Parameters& parameters, const geometry::Body& body)
+    : LeaderFrame(body, geometry::loaded_symmetries(body, parameters.boundaries, parameters.time.start),
+                  parameters.sections) {}
+
+LeaderFrame::LeaderFrame(const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
+                         const input::Sections& sections)
     : n_sections_(static_cast<int>(sections.size())) {
-  const std::vector<geometry::Symmetry> symmetries = body.symmetries();
   const std::vector<input::Section> planes = sections.all();
   for (std::size_t leading = 0; leading < body.crack_starts().size(); ++leading) {
     const geometry::Symmetry& symmetry = *std::ranges::min_element(

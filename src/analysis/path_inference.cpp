@@ -4,7 +4,6 @@
 #include "crackle/analysis/comparison.h"
 #include "crackle/common/index.h"
 #include "crackle/common/random.h"
-#include "crackle/geometry/body.h"
 
 #include "text_table.h"
 
@@ -258,7 +257,7 @@ std::vector<Stopped> stopped_cracks(std::span<const FramedPath> paths, std::span
 
 PathInference path_inference(const RankStatistics& ranks, const Statistics& statistics,
                              std::span<const SampleSummary> samples, const input::Parameters& parameters) {
-  const LeaderFrame frame(*geometry::make_body(parameters.specimen), parameters.sections);
+  const LeaderFrame frame(parameters);
   const double confidence = confidence_of_look(statistics.confidence, statistics.n_looks);
   PathInference found;
   for (std::size_t row = 0; row < ranks.start.size(); ++row) {

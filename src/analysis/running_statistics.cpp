@@ -260,8 +260,7 @@ RunningStatistics::RunningStatistics(std::size_t n_samples, int n_starts, int n_
 
 RunningStatistics::RunningStatistics(const input::Parameters& parameters)
     : RunningStatistics(
-          static_cast<std::size_t>(parameters.ensemble.samples),
-          LeaderFrame(*geometry::make_body(parameters.specimen), parameters.sections),
+          static_cast<std::size_t>(parameters.ensemble.samples), LeaderFrame(parameters),
           parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
   statistics_.base = parameters.mesh.base;
   statistics_.replicates = parameters.ensemble.replicates;
@@ -345,7 +344,7 @@ Statistics RunningStatistics::statistics() const {
 
 Statistics with_running_half_widths(const Statistics& statistics, std::span<const SampleSummary> samples,
                                     const input::Parameters& parameters) {
-  const LeaderFrame frame(*geometry::make_body(parameters.specimen), parameters.sections);
+  const LeaderFrame frame(parameters);
   return compute(statistics, frame, samples.first(static_cast<std::size_t>(statistics.n_needed)),
                  Running::all);
 }

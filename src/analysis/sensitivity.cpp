@@ -7,6 +7,7 @@
 #include "crackle/common/index.h"
 #include "crackle/common/random.h"
 #include "crackle/common/real.h"
+#include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 
 #include "chaos_expansion.h"
@@ -37,15 +38,18 @@ struct Subject {
   std::function<double(const SampleSummary&)> value;
 };
 
+/// @param n_starts crack starts of the body
 void add_result(const ResultInfo& info, const std::function<double(const SampleSummary&)>& value,
-                std::vector<Subject>& subjects) {
-  if (*info.categories == 0) {
+                int n_starts, std::vector<Subject>& subjects) {
+  if (!is_nominal(info)) {
     subjects.push_back({{.info = info}, value});
     return;
   }
-  for (int category = 0; category < n_categories(info.categories); ++category) {
+  const bool is_start = *info.categories == 0;
+  const int n = is_start ? n_starts : n_categories(info.categories);
+  for (int category = 0; category < n; ++category) {
     Sensitivity of{.info = info};
-    of.share_of = category_name(info.categories, category);
+    of.share_of = is_start ? std::to_string(category) : category_name(info.categories, category);
     subjects.push_back({of, [value, category](const SampleSummary& row) {
                           const double found = value(row);
                           return std::isnan(found) ? found : found == category ? 1.0 : 0.0;
@@ -55,10 +59,11 @@ void add_result(const ResultInfo& info, const std::function<double(const SampleS
 
 std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size_t n_positions) {
   std::vector<Subject> subjects;
+  const auto n_starts = static_cast<int>(geometry::n_crack_starts(parameters.specimen));
   for_each_result([&](const ResultInfo& info, auto member) {
     if (!is_of_the_body(info)) return;
     add_result(
-        info, [member](const SampleSummary& row) { return number_or_nan(row.*member); }, subjects);
+        info, [member](const SampleSummary& row) { return number_or_nan(row.*member); }, n_starts, subjects);
   });
   const std::size_t n_sections = parameters.sections.size();
   for_each_position_result([&](const ResultInfo& info, auto member) {
@@ -215,6 +220,8 @@ void estimate(const Study& study, const DrawnValues& values, Sensitivity& result
     }
   }
   result.mesh = with_interval(share_within(values, once), mesh, study.confidence, 0);
+  if (!std::isnan(result.mesh.value))
+    result.lack_of_fit = std::max(0.0, 1 - result.mesh.value - std::max(0.0, chosen.predicted));
   for (std::size_t k = 0; k < n_inputs; ++k) {
     InputEffect effect;
     // A constant predicts best: the indices are 0, but their uncertainty is unknown.

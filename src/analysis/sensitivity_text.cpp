@@ -33,6 +33,15 @@ std::string percent(const Estimate& share) {
 
 }  // namespace
 
+std::string note_on_plan(const input::Parameters& parameters) {
+  const input::Ensemble& ensemble = parameters.ensemble;
+  if (parameters.random.empty() || ensemble.plan == input::SamplingPlan::independent) return {};
+  return fmt::format(
+      "the draws of plan {} lie more evenly than independent ones: intervals of means and shares are wider "
+      "than need be, some 2 times where the inputs rule a result, and p is too large",
+      input::plan_names[static_cast<std::size_t>(ensemble.plan)]);
+}
+
 std::string to_text(const Sensitivities& sensitivities, const input::Parameters& parameters) {
   const auto& random = parameters.random;
   if (random.empty()) return {};
@@ -43,6 +52,7 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
   fmt::format_to(out, "{} draws ({}), {} samples\n", sensitivities.n_draws,
                  input::plan_names[static_cast<std::size_t>(parameters.ensemble.plan)],
                  sensitivities.n_samples);
+  if (const std::string note = note_on_plan(parameters); !note.empty()) text += note + "\n";
   if (sensitivities.results.empty()) {
     text += "too few draws for sensitivity indices\n";
     return text;
@@ -53,14 +63,24 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
       "interactions (total Sobol' index); in brackets Spearman's rank correlation\n{:<30} {:>13}",
       100 * sensitivities.confidence, "", "mesh");
   for (std::size_t k = 0; k < random.size(); ++k) fmt::format_to(out, " {:>20}", fmt::format("input {}", k));
-  fmt::format_to(out, " {:>10}\n", "predicted");
+  fmt::format_to(out, " {:>10} {:>11}\n", "predicted", "lack of fit");
+  bool any_is_large = false;
   for (const Sensitivity& result : sensitivities.results) {
     fmt::format_to(out, "{:<30.30} {:>13}", name_of(result, parameters.sections), percent(result.mesh));
     for (const InputEffect& input : result.inputs)
       fmt::format_to(out, " {:>20}",
                      fmt::format("{} [{:+.2f}]", percent(input.total), input.rank_correlation.value));
-    fmt::format_to(out, " {:>10}\n", percent(std::max(0.0, result.predicted)));
+    const bool is_large = result.lack_of_fit > large_lack_of_fit;
+    any_is_large = any_is_large || is_large;
+    fmt::format_to(out, " {:>10} {:>11}\n", percent(std::max(0.0, result.predicted)),
+                   percent(result.lack_of_fit) + (is_large ? "!" : ""));
   }
+  if (any_is_large)
+    fmt::format_to(out,
+                   "!: the expansion does not follow the result, which may jump: its indices may be far off, "
+                   "and their intervals too narrow\n");
+  if (parameters.ensemble.replicates == 1)
+    text += "without replicates, what is not predicted may be due to the mesh or to a lack of fit\n";
   return text;
 }
 

@@ -156,7 +156,7 @@ Json stopped_before(const PathInference& found, const RankStatistics& ranks, std
 }
 
 Json statistics_of(const Statistics& statistics, std::span<const SampleSummary> samples,
-                   const input::Parameters& parameters, const geometry::Body& body) {
+                   const input::Parameters& parameters) {
   const auto& stop = parameters.ensemble.stop;
   Json group{
       {"confidence", statistics.confidence},
@@ -170,7 +170,7 @@ Json statistics_of(const Statistics& statistics, std::span<const SampleSummary> 
   group["pattern_lower"] = statistics.pattern_lower;
   group["pattern_upper"] = statistics.pattern_upper;
   group["reference_notch"] = statistics.reference_start;
-  const LeaderFrame frame(body, parameters.sections);
+  const LeaderFrame frame(parameters);
   for (int leading = 0; leading < frame.n_starts(); ++leading) {
     const unsigned axes = frame.reflected_axes(leading);
     group["symmetries"].push_back({{"reflects_y", (axes & 2u) != 0},
@@ -226,10 +226,9 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
       inputs.push_back({{"rank_correlation", estimate(effect.rank_correlation)},
                         {"first", estimate(effect.first)},
                         {"total", estimate(effect.total)}});
-    Json result{{"result", one.info.name},    {"label", one.info.label},
-                {"share_of", one.share_of},   {"n_values", one.n_values},
-                {"mesh", estimate(one.mesh)}, {"degree", one.degree},
-                {"predicted", one.predicted}, {"inputs", inputs}};
+    Json result{{"result", one.info.name},    {"label", one.info.label},        {"share_of", one.share_of},
+                {"n_values", one.n_values},   {"mesh", estimate(one.mesh)},     {"degree", one.degree},
+                {"predicted", one.predicted}, {"lack_of_fit", one.lack_of_fit}, {"inputs", inputs}};
     if (one.start >= 0) {
       result["notch"] = one.start;
       result["section"] = one.section;
@@ -268,7 +267,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
       samples, parameters.sections,
       {static_cast<std::size_t>(statistics.n_starts), static_cast<std::size_t>(statistics.n_sections)});
   document["statistics"] =
-      statistics_of(with_running_half_widths(statistics, samples, parameters), samples, parameters, *body);
+      statistics_of(with_running_half_widths(statistics, samples, parameters), samples, parameters);
   if (!parameters.random.empty()) {
     document["inputs"] = inputs_of(samples, parameters);
     document["sensitivities"] = sensitivities_of(samples, parameters);

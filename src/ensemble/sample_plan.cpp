@@ -224,12 +224,12 @@ void check_folder(const fs::path& folder, const input::Parameters& parameters, c
                              " already holds an ensemble; continue it with --resume, or use another folder");
   }
   check_results(folder);
-  check_same_input(folder, parameters);
   try {
     io::check_model(folder);
   } catch (const io::OlderFormat& error) {
     refuse_older(folder, error);
   }
+  check_same_input(folder, parameters);
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   if (options.range && (options.range->first > options.range->last || options.range->last >= n_samples)) {
     fail("there are no samples {}-{}: ensemble.samples = {} has samples 0 to {}", options.range->first,

@@ -54,7 +54,7 @@ Key points_key() {
           "file name",
           optional("points are generated"),
           "name of a readable file, relative to the input file",
-          "file of base mother points to use instead",
+          "file of base mother points to use instead; base is then \"shared\"",
           [](const Source& source, Parameters& parameters, std::size_t) {
             const auto name = read_text(source, "the name of a file with points");
             if (!name) return;
@@ -62,6 +62,8 @@ Key points_key() {
             const std::filesystem::path file =
                 given.path.empty() ? source.context.folder / *name : given.path;
             parameters.mesh.points = file;
+            const Value* const root = source.context.root;
+            if (root == nullptr || !find_path(*root, "mesh.base")) parameters.mesh.base = Base::shared;
             parameters.mesh.points_digest = given.digest;
             if (!given.digest.empty()) return;
             std::error_code error;
@@ -247,9 +249,9 @@ Table mesh_table() {
                                     "with \"random\" each realization takes one of the reflections and "
                                     "half-turns that map the body on itself"),
            choice_key<Base>(
-               "base", in(&Parameters::mesh, &Mesh::base), {{"shared", Base::shared}, {"own", Base::own}},
-               by_default("\"shared\""),
-               "base mother points that samples disturb: one set for all, or a set of its own for each"),
+               "base", in(&Parameters::mesh, &Mesh::base), {{"own", Base::own}, {"shared", Base::shared}},
+               by_default("\"own\""),
+               "base mother points that samples disturb: a set of its own for each, or one set for all"),
            points_key()}};
 }
 

@@ -124,6 +124,16 @@ std::string with_settings(const std::string& text, const std::vector<Setting>& s
   return result;
 }
 
+std::string completed(const std::string& text, std::vector<Setting> settings) {
+  try {
+    const Value root = parse_document(text);
+    std::erase_if(settings, [&](const Setting& setting) { return find_path(root, setting.key) != nullptr; });
+  } catch (const SyntaxError&) {
+    return text;  // reading it reports the error
+  }
+  return settings.empty() ? text : with_settings(text, settings);
+}
+
 std::string without_tables(const std::string& text, const std::string& name) {
   const Value root = parse_document(text);
   const Value* const tables = root.find(name);

@@ -69,10 +69,13 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
   return row;
 }
 
+std::int64_t model_of(hid_t root) {
+  return H5Aexists(root, "model_version") > 0 ? hdf5::read_integer_attribute(root, "model_version") : 1;
+}
+
 /// @throws OlderFormat when the sample is of another model
 void require_model(hid_t root) {
-  const std::int64_t model =
-      H5Aexists(root, "model_version") > 0 ? hdf5::read_integer_attribute(root, "model_version") : 1;
+  const std::int64_t model = model_of(root);
   if (model == model_version) return;
   fail<OlderFormat>("model {}, of version {} of the program; the results of this program's model {} differ",
                     model, hdf5::read_text_attribute(root, "program_version"), model_version);
@@ -184,6 +187,20 @@ std::int64_t format_version(const std::filesystem::path& folder) {
       return std::min(oldest, *version);
   }
   return oldest;
+}
+
+std::int64_t stored_model(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored)) {
+    if (entry.path().extension() != ".h5") continue;
+    try {
+      return read_file(entry.path(), oldest_schema_version,
+                       [](hid_t root, std::int64_t) { return model_of(root); });
+    } catch (const std::exception&) {
+      // Reading its results reports the error.
+    }
+  }
+  return holds_older_format(folder) ? 0 : model_version;
 }
 
 void check_model(const std::filesystem::path& folder) {

@@ -14,7 +14,7 @@ class OpenTurns {
 public:
   /// The quantile of a distribution [SI].
   virtual double quantile(const input::RandomInput& random, double probability) const = 0;
-  /// Point `number` of the sequence in the unit cube.
+  /// Point `number` of the sequence in the unit cube; the first one is the origin.
   virtual std::vector<double> sobol_point(std::size_t n_dimensions, std::uint64_t number) const = 0;
   /// As uncertainty::orthonormal_polynomials.
   virtual std::vector<std::vector<double>> orthonormal_polynomials(const input::RandomInput& random,

@@ -113,10 +113,13 @@ public:
 
   std::vector<double> sobol_point(std::size_t n_dimensions, std::uint64_t number) const override {
     return with_openturns([&] {
+      std::vector<double> point(n_dimensions, 0);
       OT::SobolSequence sequence(n_dimensions);
-      const OT::Sample points = sequence.generate(number + 1);
-      std::vector<double> point(n_dimensions);
-      for (std::size_t k = 0; k < n_dimensions; ++k) point[k] = points(number, k);
+      if (number == 0) return point;
+      // OpenTURNS omits the origin, without which 2^m points are no net (Owen 2020, "On dropping the first
+      // Sobol' point").
+      const OT::Sample points = sequence.generate(number);
+      for (std::size_t k = 0; k < n_dimensions; ++k) point[k] = points(number - 1, k);
       return point;
     });
   }

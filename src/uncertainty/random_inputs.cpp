@@ -65,6 +65,8 @@ std::vector<double> hypercube_point(std::uint64_t seed, std::uint64_t n_points, 
   return point;
 }
 
+/// With a random digital shift, which keeps the points a net and moves the origin, where unbounded
+/// distributions have no quantile.
 std::vector<double> sobol_point(std::uint64_t seed, std::size_t n_dimensions, std::uint64_t number) {
   std::vector<double> point = openturns().sobol_point(n_dimensions, number);
   const RandomStream shifts(seed, 0, "shift of a Sobol sequence");

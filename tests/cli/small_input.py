@@ -19,6 +19,7 @@ seed = 5
 {ensemble}[specimen]
 size = ["2 mm", "12 mm", "30 mm"]
 {notch}[mesh]
+base = "shared"
 spacing = "2 mm"
 notch_spacing = "1 mm"
 growth = 0.2

@@ -29,6 +29,7 @@ seed = 2012
 size = ["5 mm", "2.45 cm", "140 mm"]
 {notches}
 [mesh]
+base = "shared"
 spacing = "1 mm"
 notch_spacing = "0.3 mm"
 

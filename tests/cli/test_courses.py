@@ -22,6 +22,7 @@ from crackle_launch import environment  # noqa: E402
 PROGRAM = Path()
 REST = """
 [mesh]
+base = "shared"
 spacing = "1 mm"
 notch_spacing = "0.5 mm"
 growth = 0.2

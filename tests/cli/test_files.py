@@ -263,6 +263,27 @@ class Files(SurvivalCase):
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertIn("2 done", result.stdout)
 
+    def test_samples_of_earlier_models_shared_their_base_points_unless_the_input_says_otherwise(self):
+        shutil.copytree(self.whole(self.small), self.out)
+        said = 'base = "shared"\n'
+        self.assertIn(said, SMALL)
+        (self.out / "input.toml").write_text(SMALL.replace(said, ""))
+        (self.out / "ensemble.h5").unlink()
+        for file in (self.out / "samples").iterdir():
+            file.write_bytes(file.read_bytes()[:-32])  # without its check sum
+            with h5py.File(file, "r+") as root:
+                root.attrs["model_version"] = 4
+                root.attrs["input"] = SMALL.replace(said, "")
+            seal(file)
+        for _ in range(2):  # with and without ensemble.h5
+            result = self.at_once("stats", self.out)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertIn("3 done", result.stdout)
+            self.assertIn("share one set of mother points", result.stdout)
+        with h5py.File(self.out / "ensemble.h5") as root:
+            self.assertIn(said, root.attrs["input"])
+            self.assertIn("mother_points", root)
+
     # What is given.
 
     def test_the_results_may_be_given_for_their_folder(self):

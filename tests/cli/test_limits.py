@@ -24,6 +24,7 @@ samples = 1
 [specimen]
 size = ["1 mm", "10 mm", "20 mm"]
 [mesh]
+base = "shared"
 spacing = "1 mm"
 [material]
 youngs_modulus = "32 GPa"

@@ -448,6 +448,7 @@ from = ["5 mm", "-9 mm"]
 to = ["11 mm", "-11 mm"]
 height = "1 mm"
 [mesh]
+base = "shared"
 spacing = "2 mm"
 notch_spacing = "0.7 mm"
 growth = 0.2

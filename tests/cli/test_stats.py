@@ -39,6 +39,7 @@ at = "7 mm"
 depth = "2 mm"
 height = "0.6 mm"
 [mesh]
+base = "shared"
 spacing = "1.5 mm"
 notch_spacing = "0.6 mm"
 growth = 0.2

@@ -156,7 +156,7 @@ class Uncertainty(unittest.TestCase):
 
     def test_a_draw_that_is_no_body_fails_as_a_sample(self):
         # With a deeper notch no crack could reach the section, and with one as deep as the plate is wide there is no body.
-        text = PLATE.replace("[mesh]", '[mesh]\nbase = "own"').replace('["3 mm", "4 mm"]', '["6 mm"]').replace('"5 N"', '"1 N"')
+        text = PLATE.replace('base = "shared"\n', "").replace('["3 mm", "4 mm"]', '["6 mm"]').replace('"5 N"', '"1 N"')
         name = self.write(text + DEPTHS.replace('"10 mm"', '"12 mm"'))
         checked = self.call("check", "--no-measure", name)
         output = self.call("run", name, "-o", "out", ranks=2, status=2)
@@ -175,7 +175,7 @@ class Uncertainty(unittest.TestCase):
         self.assertIn("specimen.notch[0].depth = ", np.array(rows["samples"]["error"])[failed][0])
 
     def test_samples_are_the_same_on_any_ranks(self):
-        text = PLATE.replace("samples = 6", "samples = 3\nreplicates = 2").replace("[mesh]", '[mesh]\nbase = "own"') + \
+        text = PLATE.replace("samples = 6", "samples = 3\nreplicates = 2").replace('base = "shared"\n', "") + \
             DEPTHS.replace('"10 mm"', '"3 mm"')
         self.call("run", self.write(text), "-o", "one")
         self.call("run", self.write(text.replace("seed = 1", "seed = 1\nranks_per_sample = 2"), "shared.toml"), "-o", "shared", ranks=3)
@@ -198,7 +198,7 @@ class Uncertainty(unittest.TestCase):
 
     def test_which_ensembles_can_be_extended(self):
         for plan, extends in (("sobol", True), ("independent", True), ("latin-hypercube", False)):
-            text = PLATE.replace("samples = 6", f'samples = 2\nplan = "{plan}"').replace("[mesh]", '[mesh]\nbase = "own"') + \
+            text = PLATE.replace("samples = 6", f'samples = 2\nplan = "{plan}"').replace('base = "shared"\n', "") + \
                 DEPTHS.replace('"10 mm"', '"3 mm"')
             self.call("run", self.write(text), "-o", plan)
             before = (self.folder / plan / "samples" / "0001.h5").read_bytes()

@@ -36,6 +36,7 @@ at = "18 mm"
 depth = "5 mm"
 height = "2 mm"
 [mesh]
+base = "shared"
 spacing = "2 mm"
 notch_spacing = "1 mm"
 growth = 0.2

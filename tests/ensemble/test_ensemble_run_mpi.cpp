@@ -179,8 +179,8 @@ TEST_F(EnsembleRun, SameEnsembleWithTwoRanksPerSample) {
 /// The same plate, with separate base points for each sample.
 input::Parameters with_own_base(const input::Parameters& parameters) {
   std::string text = parameters.text;
-  const std::string table = "[mesh]\n";
-  return input::parse(text.insert(text.find(table) + table.size(), "base = \"own\"\n"), "plate.toml");
+  const std::string shared = "base = \"shared\"\n";
+  return input::parse(text.erase(text.find(shared), shared.size()), "plate.toml");
 }
 
 TEST_F(EnsembleRun, SamplesWithABaseOfTheirOwnAreTheSameOnAnyNumberOfRanks) {

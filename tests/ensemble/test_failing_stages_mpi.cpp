@@ -50,6 +50,7 @@ at = "4 mm"
 depth = "1.5 mm"
 height = "1 mm"
 [mesh]
+base = "shared"
 spacing = "1.5 mm"
 notch_spacing = "1 mm"
 growth = 0.5

@@ -37,7 +37,8 @@ struct PlateText {
     std::string result = "[ensemble]\nsamples = 1\n[specimen]\n" + specimen + "\n";
     for (const std::string& hole : holes) result += "[[specimen.hole]]\n" + hole + "\n";
     for (const std::string& notch : notches) result += "[[specimen.notch]]\n" + notch + "\n";
-    return result + "[mesh]\n" + mesh + "\n[material]\npoisson_ratio = " + fmt::format("{}", poisson_ratio) +
+    return result + "[mesh]\nbase = \"shared\"\n" + mesh +
+           "\n[material]\npoisson_ratio = " + fmt::format("{}", poisson_ratio) +
            R"(
 youngs_modulus = "3300 MPa"
 density = "1180 kg/m^3"

@@ -368,6 +368,10 @@ TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
       ::testing::HasSubstr("hold for the second ensemble's base points only (mesh.base = \"shared\")"));
   EXPECT_THAT(remarks_of(compare({&shared, first}, {&shared, second})),
               ::testing::HasSubstr("hold for these base points only"));
+  replicated.random.resize(1);
+  replicated.ensemble.plan = input::SamplingPlan::sobol;
+  EXPECT_THAT(compare({&one, first}, {&replicated, second}).note,
+              ::testing::HasSubstr("lie more evenly than independent ones"));
 
   input::Parameters wider = one;
   wider.specimen.size[1] = 0.021;

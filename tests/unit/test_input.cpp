@@ -102,6 +102,11 @@ TEST(Input, MeshKeys) {
   EXPECT_EQ(p.mesh.min_quality, 0.5);
 }
 
+TEST(Input, SamplesHaveBasePointsOfTheirOwnUnlessItSaysOtherwise) {
+  EXPECT_EQ(parse_tables(minimal_tables()).mesh.base, input::Base::own);
+  EXPECT_EQ(test::parse_with("[mesh]", "base", R"("shared")").mesh.base, input::Base::shared);
+}
+
 TEST(Input, PointsAreRelativeToTheInputFile) {
   const auto folder = std::filesystem::path(::testing::TempDir()) / "crackle_input_points";
   std::filesystem::create_directories(folder / "sub");
@@ -112,6 +117,7 @@ TEST(Input, PointsAreRelativeToTheInputFile) {
   const auto p = input::read(folder / "plate.toml");
   ASSERT_TRUE(p.mesh.points.has_value());
   EXPECT_TRUE(std::filesystem::equivalent(*p.mesh.points, folder / "sub" / "cloud.txt"));
+  EXPECT_EQ(p.mesh.base, input::Base::shared);
   std::filesystem::remove_all(folder);
 }
 

@@ -80,6 +80,13 @@ TEST(Settings, AddKeysThatAreNotThere) {
   EXPECT_EQ(parameters.fracture.release, Release::facet);
 }
 
+TEST(Settings, CompleteWhatIsLeftOut) {
+  const std::string found = completed(text, {{"mesh.base", "\"shared\""}, {"mesh.spacing", "\"9 mm\""}});
+  EXPECT_EQ(found, with_settings(text, {{"mesh.base", "\"shared\""}}));
+  EXPECT_EQ(completed(found, {{"mesh.base", "\"own\""}}), found);
+  EXPECT_EQ(completed("[mesh", {{"mesh.base", "\"own\""}}), "[mesh");
+}
+
 TEST(Settings, RefuseWhatHasNoPlace) {
   EXPECT_THROW(with_settings(text, {{"specimen.notch[2].depth", "\"5 mm\""}}), InputError);
   EXPECT_THROW(with_settings(text, {{"boundary[1].rate[3]", "\"5 N/s\""}}), InputError);

@@ -73,8 +73,12 @@ std::vector<std::uint64_t> bits(const std::vector<double>& values) {
   return result;
 }
 
+LeaderFrame frame_of(const geometry::Body& body, const input::Sections& at) {
+  return {body, body.symmetries(), at};
+}
+
 TEST(LeaderFrame, AHalfTurnMapsTheNotchesOfThePlateOnEachOther) {
-  const LeaderFrame frame(plate(), sections);
+  const LeaderFrame frame = frame_of(plate(), sections);
   EXPECT_THAT(frame.reference(), ElementsAre(0, 0));
   const auto own = frame.source(0, 1, 1).value();
   EXPECT_EQ(own.start, 1);
@@ -93,13 +97,13 @@ TEST(LeaderFrame, ReflectionsMapTheNotchesOfOtherBodies) {
   // Opposite each other: reflected in y only, z unchanged.
   const auto opposite = body({3, 16, 24}, {notch(Face::y_max, 9, 4, 0.6), notch(Face::y_min, 9, 4, 0.6)});
   const input::Sections y{.y = {4 * mm, 12 * mm}, .z = {}};
-  const LeaderFrame in_y(opposite, y);
+  const LeaderFrame in_y = frame_of(opposite, y);
   EXPECT_THAT(in_y.reference(), ElementsAre(0, 0));
   EXPECT_EQ(in_y.source(1, 0, 0)->section, 1);
   EXPECT_FALSE(in_y.source(1, 0, 0)->extent);
   // In one face: reflected in z only, sections unchanged, even without an image.
   const auto beside = body({3, 16, 24}, {notch(Face::y_min, 7, 4, 0.6), notch(Face::y_min, 17, 4, 0.6)});
-  const LeaderFrame in_z(beside, {.y = {5 * mm}, .z = {}});
+  const LeaderFrame in_z = frame_of(beside, {.y = {5 * mm}, .z = {}});
   EXPECT_THAT(in_z.reference(), ElementsAre(0, 0));
   EXPECT_EQ(in_z.source(1, 0, 0)->section, 0);
   EXPECT_EQ(in_z.source(1, 0, 0)->extent, 24 * mm);
@@ -107,7 +111,7 @@ TEST(LeaderFrame, ReflectionsMapTheNotchesOfOtherBodies) {
   const auto five = body({3, 16, 24}, {notch(Face::y_min, 12, 4, 0.6), notch(Face::y_min, 7, 2, 0.6),
                                        notch(Face::y_max, 3, 2, 0.6), notch(Face::y_max, 21, 2, 0.6),
                                        notch(Face::y_min, 17, 2, 0.6)});
-  EXPECT_THAT(LeaderFrame(five, y).reference(), ElementsAre(0, 1, 2, 2, 1));
+  EXPECT_THAT(frame_of(five, y).reference(), ElementsAre(0, 1, 2, 2, 1));
 }
 
 TEST(LeaderFrame, LinesAreTurnedIntoTheirImages) {
@@ -116,7 +120,8 @@ TEST(LeaderFrame, LinesAreTurnedIntoTheirImages) {
   const input::SectionLine one{{8 * mm, 50 * mm}, {9 * mm, 70 * mm}};
   const input::SectionLine image{{16.5 * mm, 90 * mm}, {15.5 * mm, 70 * mm}};
   const input::SectionLine lonely{{8 * mm, 50 * mm}, {9 * mm, 71 * mm}};
-  const LeaderFrame frame(plate(), {.y = {12.25 * mm}, .z = {}, .lines = {own, one, image, lonely}});
+  const LeaderFrame frame =
+      frame_of(plate(), {.y = {12.25 * mm}, .z = {}, .lines = {own, one, image, lonely}});
   EXPECT_EQ(frame.n_sections(), 5);
   EXPECT_EQ(frame.source(1, 0, 0)->section, 0);
   EXPECT_EQ(frame.source(1, 0, 1)->section, 1);
@@ -135,7 +140,7 @@ TEST(LeaderFrame, SectionsAcrossZAreTurnedLikeThoseAcrossY) {
   // A half-turn of notches in z-faces: z sections go to length - z, positions y to width - y.
   const auto upright = body({5, 140, 24}, {notch(Face::z_min, 60, 5, 0.6), notch(Face::z_max, 80, 5, 0.6)});
   const input::Sections both{.y = {70 * mm, 30 * mm}, .z = {8 * mm, 10 * mm, 16 * mm}};
-  const LeaderFrame frame(upright, both);
+  const LeaderFrame frame = frame_of(upright, both);
   EXPECT_THAT(frame.reference(), ElementsAre(0, 0));
   EXPECT_EQ(frame.n_sections(), 5);
   EXPECT_EQ(frame.source(1, 0, 0)->section, 0) << "y = 70 mm is its own image";
@@ -148,7 +153,7 @@ TEST(LeaderFrame, SectionsAcrossZAreTurnedLikeThoseAcrossY) {
   EXPECT_FALSE(frame.source(0, 0, 3)->extent);
   // In one face: reflected in y only, z sections unchanged.
   const auto beside = body({5, 140, 24}, {notch(Face::z_min, 60, 5, 0.6), notch(Face::z_min, 80, 5, 0.6)});
-  const LeaderFrame in_y(beside, {.y = {}, .z = {10 * mm}});
+  const LeaderFrame in_y = frame_of(beside, {.y = {}, .z = {10 * mm}});
   EXPECT_EQ(in_y.source(1, 0, 0)->section, 0);
   EXPECT_EQ(in_y.source(1, 0, 0)->extent, 140 * mm);
 }
@@ -156,10 +161,83 @@ TEST(LeaderFrame, SectionsAcrossZAreTurnedLikeThoseAcrossY) {
 TEST(LeaderFrame, WithoutSymmetryEachNotchIsAClassOfItsOwn) {
   const auto other_depth =
       body({5, 24.5, 140}, {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.4, 0.6)});
-  for (const LeaderFrame& frame : {LeaderFrame(other_depth, sections), LeaderFrame(2, 4)}) {
+  for (const LeaderFrame& frame : {frame_of(other_depth, sections), LeaderFrame(2, 4)}) {
     EXPECT_THAT(frame.reference(), ElementsAre(0, 1));
     EXPECT_EQ(frame.source(1, 1, 1)->start, 1);
     EXPECT_EQ(frame.source(1, 1, 1)->section, 1);
+  }
+}
+
+/// The plate of `specimen` under conditions.
+input::Parameters loaded(const std::vector<input::Boundary>& conditions, input::Start start) {
+  input::Parameters p = parameters(1);
+  p.boundaries = conditions;
+  p.time.start = start;
+  return p;
+}
+
+input::Boundary held(const char* face, std::array<bool, 3> components = {true, true, true}) {
+  input::Boundary condition;
+  condition.on = face;
+  condition.components = components;
+  return condition;
+}
+
+input::Boundary pulled(const char* face, Vector value,
+                       input::BoundaryKind kind = input::BoundaryKind::force) {
+  input::Boundary condition;
+  condition.on = face;
+  condition.kind = kind;
+  condition.value = condition.rate = value;
+  condition.components = {false, value[1] != 0, value[2] != 0};
+  return condition;
+}
+
+/// A half-turn maps one notch onto the other, so the loads decide.
+TEST(LeaderFrame, IsThatOfTheLoadsToo) {
+  using enum input::BoundaryKind;
+  using enum input::Start;
+  input::Boundary offset = pulled("z-max", {0, 0, 10});
+  offset.region[1] = {0, 12 * mm};
+  input::Boundary late = pulled("z-min", {0, 0, -10});
+  late.history = {{0, 0}, {1, 1}};
+  const input::Boundary side = held("y-min", {false, true, false}), end = held("z-min");
+  const input::Boundary pull = pulled("z-max", {0, 0, 10}), other = pulled("z-min", {0, 0, -10});
+  const input::Boundary grip = pulled("z-max", {0, 0, 1 * mm}, displacement);
+  struct Case {
+    const char* name;
+    std::vector<input::Boundary> conditions;
+    bool is_symmetric, is_symmetric_from_rest;
+  };
+  const std::vector<Case> cases{
+      {"nothing", {}, true, true},
+      {"the paper's", {end, pull}, true, false},
+      {"forces at both ends", {other, pull}, true, true},
+      {"another force", {pulled("z-min", {0, 0, -9}), pull}, false, false},
+      {"both push the same way", {pulled("z-min", {0, 0, 10}), pull}, false, false},
+      {"one force later", {late, pull}, false, false},
+      {"a cantilever", {end, pulled("z-max", {0, 10, 0})}, false, false},
+      {"half an end", {end, offset}, false, false},
+      {"a traction", {end, pulled("z-max", {0, 0, 1e6}, traction)}, true, false},
+      {"grips", {end, grip}, true, false},
+      {"grips that move apart", {pulled("z-min", {0, 0, -1 * mm}, displacement), grip}, true, true},
+      {"an impact", {pulled("z-min", {0, 0, 10}, velocity)}, false, false},
+      {"a held side", {end, pull, side}, false, false},
+      {"both sides held", {end, pull, side, held("y-max", {false, true, false})}, true, false},
+      {"pressure on a side", {end, pulled("y-min", {1e6, 0, 0}, pressure)}, false, false},
+      {"pressure on both",
+       {pulled("y-min", {1e6, 0, 0}, pressure), pulled("y-max", {1e6, 0, 0}, pressure)},
+       true,
+       true},
+      {"one end absorbs", {other, pull, pulled("z-max", {}, absorbing)}, false, false}};
+  for (const Case& one : cases) {
+    for (const auto& [start, is_symmetric] :
+         {std::pair{quasi_static, one.is_symmetric}, std::pair{rest, one.is_symmetric_from_rest}}) {
+      const LeaderFrame frame(loaded(one.conditions, start));
+      EXPECT_EQ(frame.reference()[1], is_symmetric ? 0 : 1)
+          << one.name << (start == rest ? " from rest" : "");
+      EXPECT_EQ(frame.starts(0)[0], 0) << one.name;
+    }
   }
 }
 

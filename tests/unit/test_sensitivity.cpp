@@ -80,6 +80,7 @@ TEST(Sensitivity, OfIshigamisFunction) {
     EXPECT_NEAR(found.inputs[k].total.value, total[k], 0.03);
   }
   EXPECT_GT(found.predicted, 0.95);
+  EXPECT_TRUE(std::isnan(found.lack_of_fit)) << "no replicates";
   EXPECT_TRUE(std::isnan(found.mesh.value)) << "no replicates";
 }
 
@@ -127,6 +128,65 @@ TEST(Sensitivity, IntervalsHoldAsOftenAsTheySay) {
   }
   std::printf("rank correlation inside in %d\n", n_rank_hits);
   EXPECT_GE(n_rank_hits, 51);
+}
+
+TEST(Sensitivity, AJumpIsALackOfFitButTheMeshIsNot) {
+  const auto parameters = study(128, 2, "normal", normal_inputs);
+  const auto text_of = [&](const Function& function) {
+    const auto rows = rows_of(parameters, function);
+    const Sensitivities all = sensitivities(parameters, rows);
+    return std::pair(of_peak_load(parameters, rows).lack_of_fit, to_text(all, parameters));
+  };
+  // A checkerboard of the first two inputs.
+  const auto [jump, of_jump] = text_of([](const auto& v, std::uint64_t) {
+    return std::sin(4 * (v[0] / 1e9 - 100)) * std::sin(4 * (v[1] - 1000)) > 0 ? 500.0 : 100.0;
+  });
+  EXPECT_GT(jump, 0.7);
+  EXPECT_THAT(of_jump, HasSubstr("lack of fit"));
+  EXPECT_THAT(of_jump, HasSubstr("!: the expansion does not follow"));
+  const auto [smooth, of_smooth] =
+      text_of([&](const auto& v, std::uint64_t i) { return additive(parameters, v, i); });
+  EXPECT_LT(smooth, 0.15);
+  EXPECT_THAT(of_smooth, ::testing::Not(HasSubstr("!:")));
+}
+
+/// The number of a start is not a quantity: start 1, which leads where the modulus is near its mean, has a
+/// share.
+TEST(Sensitivity, TheLeadingStartIsAName) {
+  auto parameters = study(64, 1, "normal", normal_inputs);
+  for (const double at : {0.03, 0.06, 0.09})
+    parameters.specimen.notches.push_back(
+        {.face = input::Face::y_min, .at = at, .depth = 0.003, .height = 0.001});
+  auto rows = rows_of(parameters, [](const auto& v, std::uint64_t) { return v[0]; });
+  for (SampleSummary& row : rows)
+    row.leading_start = row.peak_load < 99.5e9 ? 0 : row.peak_load < 100.5e9 ? 1 : 2;
+  std::vector<std::string> shares;
+  for (const Sensitivity& one : sensitivities(parameters, rows).results)
+    if (std::string(one.info.name) == "leading_notch") {
+      shares.push_back(one.share_of);
+      EXPECT_NEAR(one.inputs[0].rank_correlation.value,
+                  one.share_of == "1"   ? 0
+                  : one.share_of == "0" ? -0.8
+                                        : 0.8,
+                  0.1);
+    }
+  EXPECT_THAT(shares, ::testing::ElementsAre("0", "1", "2"));
+  EXPECT_THROW(exceedance("leading_notch > 0", parameters, rows), std::runtime_error);
+}
+
+TEST(Sensitivity, IntervalsErrByThePlan) {
+  const auto note = [](int replicates, const std::string& plan) {
+    return note_on_plan(study(64, replicates, "normal", normal_inputs, 0, plan));
+  };
+  EXPECT_EQ(note(1, "independent"), "");
+  EXPECT_EQ(note(2, "independent"), "") << "intervals are by whole draws";
+  for (const char* const plan : {"sobol", "latin-hypercube"})
+    for (const int replicates : {1, 2}) {
+      EXPECT_THAT(note(replicates, plan), HasSubstr(plan));
+      EXPECT_THAT(note(replicates, plan), HasSubstr("wider than need be"));
+      EXPECT_THAT(note(replicates, plan), ::testing::Not(HasSubstr("narrow")));
+    }
+  EXPECT_EQ(note_on_plan(input::parse(test::to_text(test::minimal_tables()), "plate.toml")), "");
 }
 
 TEST(Sensitivity, OfAResultThatOwesNothingToTheInputs) {

@@ -14,7 +14,7 @@ namespace crackle::analysis {
 
 /// Crack positions in the frame of the leading crack.
 ///
-/// Crack starts that a symmetry of the body maps onto each other form a class; the one with the
+/// Crack starts that a symmetry of the loaded body maps onto each other form a class; the one with the
 /// lowest number is the reference. A sample led by another start of the class is transformed by the first
 /// symmetry that maps this start onto the reference: its other starts go to their images, and y and z to
 /// width - y and length - z if the symmetry reflects them. Thus a section is mapped onto the section at width
@@ -31,7 +31,11 @@ public:
     std::optional<double> extent;  ///< of the body, or the line, along the position, if that is reflected [m]
   };
 
-  LeaderFrame(const geometry::Body& body, const input::Sections& sections);
+  /// For the symmetries of the body that its boundary conditions share (geometry::loaded_symmetries).
+  explicit LeaderFrame(const input::Parameters& parameters);
+  /// @param symmetries of the body, the identity among them
+  LeaderFrame(const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
+              const input::Sections& sections);
   /// For a body without symmetry: each start is a class of its own.
   LeaderFrame(int n_starts, int n_sections);
 
@@ -56,6 +60,8 @@ public:
   std::optional<Source> source(int leading, int start, int section) const;
 
 private:
+  LeaderFrame(const input::Parameters& parameters, const geometry::Body& body);
+
   /// A symmetry of the body, as it maps a sample into the frame.
   struct Mapping {
     std::uint8_t axes;                          ///< reflected

@@ -48,6 +48,11 @@ inline bool is_of_the_body(const ResultInfo& info) {
   return name != "energy_error" && name != "equilibrium_residual";
 }
 
+/// True for numbers that stand for a word or a crack start: these have shares, no mean.
+inline bool is_nominal(const ResultInfo& info) {
+  return *info.categories != 0 || std::string_view(info.name) == "leading_notch";
+}
+
 /// Words for SampleStatus, as stored in the files.
 inline constexpr const char* status_categories = "0 pending, 1 done, 2 failed";
 

@@ -36,10 +36,16 @@ struct Sensitivity {
   /// Share of the variance among samples with the same draw: explained by the mesh alone and together with
   /// the inputs. NaN without replicates.
   Estimate mesh = {};
-  int degree = 0;                        ///< of the chaos expansion
-  double predicted = not_a_number;       ///< share of the variance predicted in cross-validation
+  int degree = 0;                   ///< of the chaos expansion
+  double predicted = not_a_number;  ///< share of the variance predicted in cross-validation
+  /// Share of the variance due neither to the mesh nor predicted: what the polynomials cannot follow, as
+  /// where a result jumps. NaN without replicates.
+  double lack_of_fit = not_a_number;
   std::vector<InputEffect> inputs = {};  ///< in the order of Parameters::random
 };
+
+/// Lack of fit above which the indices of a result are not to be relied on.
+inline constexpr double large_lack_of_fit = 0.2;
 
 struct Sensitivities {
   double confidence = default_confidence;
@@ -57,6 +63,10 @@ struct Sensitivities {
 /// @return no results without random inputs, or with too few draws
 Sensitivities sensitivities(const input::Parameters& parameters, std::span<const SampleSummary> rows,
                             double confidence = default_confidence);
+
+/// How intervals and p-values that assume independent draws err with draws that lie more evenly. Empty if
+/// they hold.
+std::string note_on_plan(const input::Parameters& parameters);
 
 /// As a readable table; empty without results.
 std::string to_text(const Sensitivities& sensitivities, const input::Parameters& parameters);

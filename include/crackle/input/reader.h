@@ -49,6 +49,10 @@ struct Setting {
 /// @throws InputError when a value cannot be placed: in a list that is too short, or in a missing table
 std::string with_settings(const std::string& text, const std::vector<Setting>& settings);
 
+/// The text of an input with values for those of the keys that it leaves out. A text that is not TOML stays.
+/// @throws InputError as with_settings
+std::string completed(const std::string& text, std::vector<Setting> settings);
+
 /// The parameters with other values, read and validated again as those of a draw; `text` is unchanged.
 /// @param name used as the file name in messages
 /// @throws InputError with every error

@@ -72,7 +72,11 @@ inline constexpr std::int64_t oldest_schema_version = 4;
 
 /// Incremented with every change that affects the results of some inputs: samples of different models cannot
 /// belong to one ensemble. Files without it are of model 1.
-inline constexpr std::int64_t model_version = 4;
+inline constexpr std::int64_t model_version = 5;
+
+/// The first model in which samples have base points of their own if the input does not say; before, they
+/// shared one set.
+inline constexpr std::int64_t first_model_of_own_bases = 5;
 
 /// A complete file written by a program version whose samples are incompatible with those of this one.
 class OlderFormat : public std::runtime_error {
@@ -141,6 +145,10 @@ StoredSample read_stored_sample(const std::filesystem::path& folder, const input
 /// The oldest version of the files in an ensemble's folder; the current one if there are none. Not
 /// collective.
 std::int64_t format_version(const std::filesystem::path& folder);
+
+/// The model of the samples in an ensemble's folder: that of one file, as runs never mix them. Without
+/// samples that of this program, or 0 for an ensemble file of an older version. Not collective.
+std::int64_t stored_model(const std::filesystem::path& folder);
 
 /// Refuses a folder with samples of an older format or another model. Checks a single file, as runs never mix
 /// them. Not collective.
