@@ -272,14 +272,14 @@ Match match(std::span<const Experiment> experiments, const ObservedSamples& samp
 }
 
 std::string advice(const SetMatchBy& by) {
-  const auto& [ratio, lower, upper] = by.scatter.ratio;
-  const auto& shift = by.scatter.shift;
+  const auto &ratio = by.scatter.ratio, &shift = by.scatter.shift;
   std::string text;
-  if (!std::isnan(ratio)) {
-    const std::string times = fmt::format("{:#.2g} times as much ({:#.2g} to {:#.2g})", ratio, lower, upper);
-    if (lower > 1)
+  if (!std::isnan(ratio.value)) {
+    const std::string times =
+        fmt::format("{:#.2g} times as much ({:#.2g} to {:#.2g})", ratio.value, ratio.lower, ratio.upper);
+    if (ratio.lower > 1)
       text = fmt::format("The experiments scatter {}: more disturbance or a varying material.", times);
-    else if (upper < 1)
+    else if (ratio.upper < 1)
       text = fmt::format("The experiments scatter {}: less disturbance or a finer mesh.", times);
     else
       text = fmt::format("The experiments scatter {}: no evidence that the disturbance is wrong.", times);
