@@ -153,7 +153,8 @@ class Compare(unittest.TestCase):
         self.assertEqual(comparison["samples"][0], {"n_done": 11, "n_undecided": 0, "n_failed": 1, "n_left": 0})
         self.assertGreater(comparison["n_looks"], 5)
         self.assertEqual(comparison["p_least"], 1e-4)
-        same = {entry["name"]: entry["same_as"] for entry in comparison["results"] if not entry["share_of"]}
+        scaled = json.loads(self.compare("--json", "a", "slots").stdout)["comparisons"][0]["results"]
+        same = {entry["name"]: entry["same_as"] for entry in scaled if not entry["share_of"]}
         self.assertEqual((same["onset_time"], same["onset_force"]), ("", "onset time"))
         self.assertFalse(json.loads(self.compare("--json", "own", "also-own").stdout)["comparisons"][0]["has_shared_base"])
 
