@@ -272,7 +272,8 @@ Match match(std::span<const Experiment> experiments, const ObservedSamples& samp
 }
 
 std::string advice(const SetMatchBy& by) {
-  const auto& [ratio, lower, upper] = by.scatter.ratio;
+  const double ratio = by.scatter.ratio.value;
+  const double lower = by.scatter.ratio.lower, upper = by.scatter.ratio.upper;
   const auto& shift = by.scatter.shift;
   std::string text;
   if (!std::isnan(ratio)) {
