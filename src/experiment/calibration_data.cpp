@@ -35,7 +35,7 @@ struct Part {
   Matrix error;                                   ///< of reading: columns x columns
 };
 
-std::vector<std::size_t> complete_rows(const ValueTable& table, const std::vector<std::size_t>& columns) {
+std::vector<std::size_t> rows_with_all(const ValueTable& table, const std::vector<std::size_t>& columns) {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < table.n_rows(); ++i)
     if (std::ranges::none_of(columns, [&](std::size_t c) { return std::isnan(table.row(i)[c]); }))
@@ -47,9 +47,9 @@ std::vector<std::size_t> complete_rows(const ValueTable& table, const std::vecto
 std::vector<std::size_t> usual_columns(const Observable& observable, std::size_t n_samples) {
   std::vector<std::size_t> columns;
   for (std::size_t c = 0; c < observable.of_samples.n_columns; ++c) {
-    const auto n_with = std::ssize(complete_rows(observable.of_samples, {c}));
+    const auto n_with = std::ssize(rows_with_all(observable.of_samples, {c}));
     const bool all_experiments =
-        complete_rows(observable.of_experiments, {c}).size() == observable.of_experiments.n_rows();
+        rows_with_all(observable.of_experiments, {c}).size() == observable.of_experiments.n_rows();
     if (all_experiments && static_cast<double>(n_with) >= least_share * static_cast<double>(n_samples))
       columns.push_back(c);
   }
@@ -76,12 +76,12 @@ Part part_of(const Observable& observable, std::size_t n_samples) {
   part.block = {.name = name_of(observable.quantity), .unit = observable.unit};
   part.columns = usual_columns(observable, n_samples);
   if (part.columns.empty()) return part;
-  const auto rows = complete_rows(observable.of_samples, part.columns);
+  const auto rows = rows_with_all(observable.of_samples, part.columns);
   const auto n = std::ssize(part.columns);
   part.experiments = observable.experiments;
   part.samples = chosen(observable.samples, rows);
   part.of_experiments =
-      rows_of(observable.of_experiments, complete_rows(observable.of_experiments, {}), part.columns);
+      rows_of(observable.of_experiments, rows_with_all(observable.of_experiments, {}), part.columns);
   part.of_samples = rows_of(observable.of_samples, rows, part.columns);
   part.as_read = rows_of(observable.with_error, rows, part.columns);
   part.error = std::pow(observable.error, 2) * Matrix::Identity(n, n);
