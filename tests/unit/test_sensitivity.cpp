@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Sensitivities of results with known values, written into the rows of samples, and the coverage of
 // intervals.
+#include "crackle/analysis/exceedance.h"
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/common/random.h"
 #include "crackle/input/reader.h"
