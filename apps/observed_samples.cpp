@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/failure.h"
+#include "crackle/geometry/symmetry.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/uncertainty/random_inputs.h"
 
@@ -16,13 +17,18 @@ namespace {
 
 /// Adds the crack of a sample, if its file is usable.
 bool add_crack(const std::filesystem::path& folder, const input::Parameters& parameters,
-               const geometry::Body& body, experiment::ObservedSample& sample) {
+               const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
+               experiment::ObservedSample& sample) {
   const io::StoredSample stored = io::read_stored_sample(folder, parameters, sample.number);
   if (stored.summary.status != analysis::SampleStatus::done) return false;
-  const auto own = parameters.random.empty()
-                       ? nullptr
-                       : geometry::make_body(uncertainty::sample_parameters(parameters, sample.number));
-  add_arms(own ? *own : body, stored.surface, sample);
+  if (parameters.random.empty()) {
+    add_arms(body, symmetries, stored.surface, sample);
+  } else {
+    const input::Parameters own = uncertainty::sample_parameters(parameters, sample.number);
+    const auto own_body = geometry::make_body(own);
+    add_arms(*own_body, geometry::loaded_symmetries(*own_body, own.boundaries, own.time.start),
+             stored.surface, sample);
+  }
   return true;
 }
 
@@ -34,11 +40,12 @@ experiment::ObservedSamples observed_samples(const std::filesystem::path& folder
   auto rows = stored_samples(folder, parameters).rows;
   analysis::leave_out_surplus(analysis::make_statistics(rows, parameters), 0, rows);
   auto found = experiment::sort_samples(rows, parameters.ensemble.seed);
+  found.symmetries = geometry::loaded_symmetries(body, parameters.boundaries, parameters.time.start);
   if (found.samples.empty()) fail("'{}' has no sample that is done and decided", folder.string());
   if (!with_arms) return found;
   std::vector<experiment::ObservedSample> with_crack;
   for (experiment::ObservedSample& sample : found.samples) {
-    if (add_crack(folder, parameters, body, sample))
+    if (add_crack(folder, parameters, body, found.symmetries, sample))
       with_crack.push_back(std::move(sample));
     else
       found.missing.push_back(sample.number);

@@ -12,7 +12,7 @@ from crackle_report import weibull
 from crackle_report.style import MILLIMETRE
 from problems import BAR_ARM, BAR_HEIGHT, BAR_WIDTH, Figure, Problem, always
 
-MEASURED, RANDOM = "semicircular-bend-experiments.toml", """
+MEASURED, RANDOM = "semicircular-bend.toml", """
 [[random]]
 key = "material.poisson_ratio"
 distribution = "uniform"
@@ -120,7 +120,7 @@ PROBLEMS = {
         Figure("Weibull modulus of the strengths", _modulus, always(f"{MODULUS}")),
         Figure("their scale", _scale(1), always(f"{STRENGTH} MPa")),
         Figure("p of 15 strengths of that distribution among the samples' loads", _together, always("above 0.05 if they are alike"))),
-        _ALUMINA, _FEW_BARS, experiments="alumina-experiments.toml", picture="experiments-peak-load"),
+        _ALUMINA, _FEW_BARS, experiments="alumina-bars.toml", picture="experiments-peak-load"),
     "small-alumina-bars": Problem("gallery/bend-bar.toml", (
         Figure("scale of the strengths of bars of half the size", _scale(SMALL), always(f"{STRENGTH * SMALL ** (-3 / MODULUS):.0f} MPa")),),
         _ALUMINA, _FEW_BARS, size=SMALL),

@@ -36,7 +36,7 @@ class Problem:
     coarse: dict[str, str | None] = field(default_factory=dict)  # further ones that make it a matter of seconds
     added: str = ""  # tables at the end of its input
     size: float = 1  # factor on all lengths, but those of reference volumes
-    experiments: str = ""  # a file in this folder, which is held against the samples
+    experiments: str = ""  # a file in jobs/experiments, which is held against the samples
     picture: str = ""  # of the report with these experiments, instead of one of the cracks
 
     @property
@@ -49,7 +49,7 @@ class Problem:
 
     @property
     def experiments_file(self) -> Path:
-        return ROOT / "jobs" / "gallery" / self.experiments
+        return ROOT / "jobs" / "experiments" / self.experiments
 
 
 def _mean(values: Sequence[float]) -> str:

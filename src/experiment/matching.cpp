@@ -231,8 +231,7 @@ std::vector<std::string> warnings_of(const ObservedSamples& samples, std::span<c
   if (const auto n_turned = count_turned(samples, experiments, body); n_turned > 0)
     warnings.push_back(
         fmt::format("in {} of the samples another crack leads than that from the experiment's start; their "
-                    "paths are turned "
-                    "by the symmetry of the body, which supposes that the loads have it too",
+                    "paths are turned by the symmetry of body and loads",
                     n_turned));
   return warnings;
 }

@@ -81,9 +81,9 @@ struct SeenPaths {
   double error_length = 0;
 };
 
-SeenPaths paths_of(std::span<const Experiment> experiments, const geometry::Body& body) {
+SeenPaths paths_of(std::span<const Experiment> experiments, const ObservedSamples& samples,
+                   const geometry::Body& body) {
   SeenPaths seen;
-  const auto symmetries = body.symmetries();
   for (std::size_t i = 0; i < experiments.size(); ++i) {
     const Experiment& experiment = experiments[i];
     if (experiment.lines.empty()) continue;
@@ -91,7 +91,7 @@ SeenPaths paths_of(std::span<const Experiment> experiments, const geometry::Body
     const int start = crack_start_of(body, experiment);
     if (seen.lines.empty()) seen.start = start;
     if (start != seen.start) {
-      const geometry::Symmetry* const symmetry = symmetry_to(symmetries, start, seen.start);
+      const geometry::Symmetry* const symmetry = symmetry_to(samples.symmetries, start, seen.start);
       if (symmetry == nullptr) continue;
       for (Point& p : line) p = image_of(*symmetry, p);
     }
@@ -108,7 +108,7 @@ std::optional<Observable> observe_path(std::span<const Experiment> experiments,
                                        const ObservedSamples& samples, const geometry::Body& body,
                                        std::uint64_t stream) {
   Observable found{.quantity = Quantity::path, .unit = "m"};
-  const SeenPaths seen = paths_of(experiments, body);
+  const SeenPaths seen = paths_of(experiments, samples, body);
   if (seen.lines.empty()) return std::nullopt;
   found.experiments = seen.experiments;
   found.error = common_error(experiments, found.experiments, &Experiment::path_error);

@@ -77,9 +77,9 @@ Point image_of(const geometry::Symmetry& symmetry, const Point& p) {
   return {image[1], image[2]};
 }
 
-void add_arms(const geometry::Body& body, const analysis::CrackSurface& surface, ObservedSample& sample) {
+void add_arms(const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
+              const analysis::CrackSurface& surface, ObservedSample& sample) {
   const auto lines = analysis::crack_lines(body, surface, analysis::find_branches(body, surface));
-  const auto symmetries = body.symmetries();
   const int leading = sample.summary.leading_start;
   const auto& starts = body.crack_starts();
   sample.arms.assign(starts.size(), {});

@@ -162,7 +162,8 @@ TEST(ModelLimits, NothingIsSaidOfTheJobs) {
   const auto jobs = std::filesystem::path(CRACKLE_SOURCE_DIR) / "jobs";
   int n_read = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(jobs)) {
-    if (entry.path().extension() != ".toml") continue;
+    if (entry.path().extension() != ".toml" || entry.path().parent_path().filename() == "experiments")
+      continue;
     const auto file = std::filesystem::relative(entry.path(), jobs).string();
     const input::Parameters parameters = test::job(file);
     // Bodies that must not break have a strength above that of atomic bonds.

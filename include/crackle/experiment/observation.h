@@ -37,6 +37,7 @@ struct ObservedSample {
 /// The samples of an ensemble, and those that do not count, by number.
 struct ObservedSamples {
   std::vector<ObservedSample> samples = {};
+  std::vector<geometry::Symmetry> symmetries = {};  ///< of the body and its loads
   std::size_t n_planned = 0;
   std::uint64_t seed = 0;
   std::vector<std::uint64_t> failed = {}, undecided = {}, missing = {};
@@ -48,10 +49,12 @@ ObservedSamples sort_samples(std::span<const analysis::SampleSummary> rows, std:
 /// Adds the arms of a sample's crack.
 ///
 /// For a start with a ligament this is the main line (crack_lines) of the leading crack, turned onto the
-/// start by a symmetry of the body; if there is no such symmetry, that of the start itself. For another start
+/// start by one of the symmetries; if there is none, that of the start itself. For another start
 /// these are the main lines of all its ligaments and, if two of them begin at one place inside the body, both
 /// as one.
-void add_arms(const geometry::Body& body, const analysis::CrackSurface& surface, ObservedSample& sample);
+/// @param symmetries of the body and its loads
+void add_arms(const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
+              const analysis::CrackSurface& surface, ObservedSample& sample);
 
 /// True if the arms of the samples are needed.
 bool needs_arms(std::span<const Experiment> experiments);
