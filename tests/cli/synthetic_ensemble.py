@@ -13,6 +13,7 @@ from typing import Iterator, Optional
 
 import h5py
 import numpy as np
+from scipy.spatial import cKDTree
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "tools"))
 
@@ -246,7 +247,7 @@ def _write_fields(root: h5py.File) -> None:
     root["mesh/nodes"], root["mesh/tetrahedra"] = nodes, tetrahedra
     surface = root["crack_surface"]
     middle = nodes[tetrahedra].mean(axis=1)
-    surface["tetrahedron"] = [np.argmin(np.linalg.norm(middle - facet.mean(axis=0), axis=1)) for facet in surface["corners"]]
+    surface["tetrahedron"] = cKDTree(middle).query(surface["corners"][...].mean(axis=1))[1]
     time = np.linspace(0, 60e-6, 4)
     frames = root.create_group("frames")
     frames.attrs.update({"youngs_modulus": 3300e6, "poisson_ratio": 0.38})

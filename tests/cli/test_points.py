@@ -15,6 +15,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
+import in_process  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -146,7 +147,7 @@ class Points(unittest.TestCase):
         for kept in (True, False):  # a report of the files that a run leaves, and of one that has not come to its end
             if not kept:
                 (self.out / "ensemble.h5").unlink()
-            report = subprocess.run([ROOT / "tools" / "crackle-report", self.out], capture_output=True, text=True, check=False)
+            report = in_process.report(self.out, "--no-animation")
             self.assertEqual((report.returncode, report.stderr), (0, ""))
             self.assertIn(scope, (self.out / "report.html").read_text())
 

@@ -26,13 +26,14 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
-from crackle_report import choosing, figures, reading, style, tables  # noqa: E402
+from crackle_report import choosing, command, figures, reading, style, tables  # noqa: E402
 from crackle_report.figures import convergence, crack_paths, crossings, growth  # noqa: E402
 from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
 from crackle.program import find_program  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+import in_process  # noqa: E402
 from box_mesh import box_mesh  # noqa: E402
 from synthetic_ensemble import SLOTS, changed, write_ensemble  # noqa: E402
 
@@ -44,26 +45,22 @@ def overlapping_texts(figure) -> list[str]:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     renderer = canvas.get_renderer()
-    boxes = []
+    boxes = {}
     for axes in [figure, *figure.axes]:
         for text in axes.findobj(Text):
-            shown = text.get_visible() and text.get_text().strip()
-            if shown and not any(text is other for other, _ in boxes):
-                boxes.append((text, text.get_window_extent(renderer)))
+            if text.get_visible() and text.get_text().strip():
+                boxes[id(text)] = (text, text.get_window_extent(renderer).extents)
     # Ticks beyond the limits of an axis are not drawn.
     for axis in itertools.chain.from_iterable((axes.xaxis, axes.yaxis) for axes in figure.axes):
         drawn = {id(label) for tick in axis._update_ticks() for label in (tick.label1, tick.label2)}
         ticks = [*axis.majorTicks, *axis.minorTicks]
-        hidden = {id(label) for tick in ticks for label in (tick.label1, tick.label2)} - drawn
-        boxes = [(text, box) for text, box in boxes if id(text) not in hidden]
-    slack = 0.5 * figure.dpi / 72
-    pairs = []
-    for (a, box_a), (b, box_b) in itertools.combinations(boxes, 2):
-        width = min(box_a.x1, box_b.x1) - max(box_a.x0, box_b.x0)
-        height = min(box_a.y1, box_b.y1) - max(box_a.y0, box_b.y0)
-        if width > slack and height > slack:
-            pairs.append(f"'{a.get_text()}' and '{b.get_text()}'")
-    return pairs
+        for hidden in {id(label) for tick in ticks for label in (tick.label1, tick.label2)} - drawn:
+            boxes.pop(hidden, None)
+    texts = [text.get_text() for text, _ in boxes.values()]
+    corners = np.array([extents for _, extents in boxes.values()]).reshape(-1, 4)
+    shared = np.minimum(corners[:, None, 2:], corners[:, 2:]) - np.maximum(corners[:, None, :2], corners[:, :2])
+    overlap = np.triu((shared > 0.5 * figure.dpi / 72).all(axis=2), k=1)
+    return [f"'{texts[a]}' and '{texts[b]}'" for a, b in np.argwhere(overlap)]
 
 
 class Ensembles(unittest.TestCase):
@@ -74,16 +71,14 @@ class Ensembles(unittest.TestCase):
         self.addCleanup(self._folder.cleanup)
         self.folder = Path(self._folder.name) / "demo"
 
-    def run_report(self, *arguments: str, animated: bool = False) -> subprocess.CompletedProcess:
-        command = [str(REPORT), *arguments, *([] if animated else ["--no-animation"])]
-        return subprocess.run(command, capture_output=True, text=True, check=False,
-                              env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+    def run_report(self, *arguments: str) -> subprocess.CompletedProcess:
+        return in_process.report(*arguments, "--no-animation")
 
 
 class Report(Ensembles):
     def test_a_finished_ensemble_gives_a_page_in_one_file(self):
         rows = write_ensemble(self.folder, 6)
-        result = self.run_report(str(self.folder), animated=True)
+        result = in_process.call(command.main, self.folder)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(result.stdout, f"report: {self.folder}/report.html\n")
 
@@ -115,10 +110,13 @@ class Report(Ensembles):
         self.assertNotIn("not finished", page)
 
     def test_the_same_results_give_the_same_files(self):
-        write_ensemble(self.folder, 4)
-        contents = []
-        for _ in range(2):
-            self.assertEqual(self.run_report(str(self.folder), animated=True).returncode, 0)
+        write_ensemble(self.folder, 3)
+        contents, chosen = [], ("--sample", "0")
+        for process_of_its_own in (True, False):  # with another seed of hashes
+            result = (subprocess.run([REPORT, self.folder, *chosen], capture_output=True, check=False,
+                                     env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+                      if process_of_its_own else in_process.call(command.main, self.folder, *chosen))
+            self.assertEqual(result.returncode, 0, result.stderr)
             files = sorted(self.folder.glob("report*/*")) + [self.folder / "report.html"]
             contents.append([file.read_bytes() for file in files])
         self.assertEqual(*contents)
@@ -127,7 +125,7 @@ class Report(Ensembles):
         write_ensemble(self.folder, 5, failed=(3,))
         with h5py.File(self.folder / "ensemble.h5", "r+") as root:
             root["samples/error"][3] = "quality 0.1 < 0.2 & no way out"
-        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        self.assertEqual(in_process.call(command.main, self.folder, "--no-animation", "--no-fringes").returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("quality 0.1 &lt; 0.2 &amp; no way out", page)
         self.assertIn("4 of 5", page)
@@ -296,8 +294,8 @@ class Report(Ensembles):
 
     def test_samples_and_times_can_be_chosen(self):
         write_ensemble(self.folder, 4, failed=(2,))
-        result = self.run_report(str(self.folder), "--sample", "3", "--times", "0,40", "--field",
-                                 "light", "--reverse", "--form", "integrated", "--wavelength", "600")
+        result = in_process.call(command.main, self.folder, "--sample", "3", "--times", "0,40", "--field",
+                                 "light", "--reverse", "--form", "integrated", "--wavelength", "600", "--no-animation")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertEqual(sorted(file.name for file in (self.folder / "report").glob("growth*")),
                          ["growth-0003.png", "growth-0003.svg"])
@@ -417,7 +415,7 @@ class Pictures(Ensembles):
         with_fringes = growth.section(ensemble, Options((0,), animation=False)).pictures[0].figure
         self.assertTrue(any(axes.get_images() for axes in with_fringes.axes))
         self.assertLess(picture.figure.get_figheight(), 0.7 * with_fringes.get_figheight())
-        result = self.run_report(str(self.folder), "--no-fringes", animated=True)
+        result = in_process.report(self.folder, "--no-fringes")
         self.assertEqual(result.returncode, 0, result.stderr)
         page = re.sub(r'="[^"]*base64[^"]*"|data-\w+="[^"]*"', "", (self.folder / "report.html").read_text(encoding="utf-8"))
         self.assertIn("<h2>Crack growth</h2>", page)

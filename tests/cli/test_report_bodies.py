@@ -9,7 +9,6 @@ import functools
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -26,9 +25,10 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 matplotlib.use("Agg")
 
 import crackle  # noqa: E402
+import in_process  # noqa: E402
 import small_input  # noqa: E402
 from crackle import units  # noqa: E402
-from crackle_report import figures, reading, style  # noqa: E402
+from crackle_report import command, figures, reading, style  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from test_report import overlapping_texts  # noqa: E402
 
@@ -74,8 +74,8 @@ def made() -> tuple[dict[str, Path], dict[str, str]]:
     folders = {name: small_input.run(PROGRAM, text, top / name) for name, text in inputs.items()}
     pages = {}
     for name in ("usual", "tiny", "smooth"):
-        command = [str(ROOT / "tools" / "crackle-report"), str(folders[name]), "--no-animation", "--no-fringes"]
-        subprocess.run(command, check=True, capture_output=True, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+        done = in_process.call(command.main, folders[name], "--no-animation", "--no-fringes")
+        assert done.returncode == 0, done.stderr
         pages[name] = text_of(folders[name] / "report.html")
     return folders, pages
 

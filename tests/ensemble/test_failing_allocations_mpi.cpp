@@ -114,7 +114,7 @@ input::Parameters pulled_bar() {
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
   parameters.fracture.release = input::Release::facet;
   parameters.time.duration = 4e-6;
-  parameters.time.step = 2e-8;
+  parameters.time.step = 4e-8;
   parameters.time.arrest = 1.5e-6;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));

@@ -56,7 +56,7 @@ public:
     motion_.start(duration);
     constexpr int n_moments = 60;
     const double interval = duration / n_moments;
-    const auto n_steps = static_cast<std::int64_t>(std::ceil(interval / (0.8 * motion_.stable_step())));
+    const auto n_steps = static_cast<std::int64_t>(std::ceil(interval / (0.9 * motion_.stable_step())));
     std::vector<std::size_t> watched;
     for (std::size_t n = 0; n < motion_.n_nodes(); ++n) {
       const auto& x = motion_.subdomain().nodes[n];
@@ -83,10 +83,10 @@ public:
   double worst() const { return worst_; }
   std::size_t n_watched() const { return n_watched_; }
 
-  static constexpr geometry::Point size{0.018, 0.018, 0.0135};
-  static constexpr double nearest = 0.006, farthest = 0.008;
-  /// The P wave returns from the far walls after (2 * 18 - 8 - 1) mm / c_P = 4.6 us, later from the bottom.
-  static constexpr double duration = 4.6e-6;
+  static constexpr geometry::Point size{0.0148, 0.0148, 0.011};
+  static constexpr double nearest = 0.005, farthest = 0.0065;
+  /// The P wave returns from the far walls after (2 * 14.8 - 6.5 - 1) mm / c_P = 3.8 us, as from the bottom.
+  static constexpr double duration = 3.8e-6;
   static constexpr double rise = 1.5e-6;
 
 private:
@@ -146,16 +146,17 @@ TEST(LambsProblem, SurfaceMovesAsInTheClosedForm) {
   // In the limit Boussinesq's displacement (1 - nu) / (2 pi mu r).
   EXPECT_NEAR(pekeris_integral(9) - pekeris_integral(8), 3.0 / 8, 1e-12);
   std::vector<double> errors;
-  for (const double spacing : {1e-3, 0.7e-3, 0.5e-3, 0.35e-3}) {
+  for (const double spacing : {0.5e-3, 0.35e-3}) {
     Block block(spacing);
     errors.push_back(block.error());
     std::printf(
-        "Lamb's problem, spacing %.2f mm: vertical displacement of %zu surface nodes at 6 to 8 mm, root mean "
+        "Lamb's problem, spacing %.2f mm: vertical displacement of %zu surface nodes at 5 to 6.5 mm, root "
+        "mean "
         "square difference to the closed form %.2f %%, largest %.2f %% (reference 0)\n",
         1e3 * spacing, block.n_watched(), 100 * errors.back(), 100 * block.worst());
   }
   EXPECT_LT(errors.back(), 0.015);
-  EXPECT_LT(errors[3], 0.6 * errors[2]) << "order 1.9 is left near the end";
+  EXPECT_LT(errors[1], 0.6 * errors[0]) << "order 1.9 is left near the end";
 }
 
 }  // namespace

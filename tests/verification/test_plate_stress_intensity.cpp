@@ -16,11 +16,11 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double width = 40e-3, thickness = 1.6e-3, load = 100;  // of the compact tension specimen [m, m, N]
+constexpr double width = 40e-3, thickness = 0.8e-3, load = 100;  // of the compact tension specimen [m, m, N]
 
 /// With a slot of `depth` [m] from the load line, according to ASTM E399.
 double energy_of_compact_tension(double spacing, double depth) {
-  test::PlateText text{R"(thickness = "1.6 mm"
+  test::PlateText text{R"(thickness = "0.8 mm"
 outline = [["0 mm", "0 mm"], ["50 mm", "0 mm"], ["50 mm", "48 mm"], ["0 mm", "48 mm"]])"};
   for (const double centre : {13, 35})
     text.holes.push_back(fmt::format(R"(center = ["10 mm", "{} mm"]
