@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle match: experiments beside an ensemble.
 #include "commands.h"
-#include "crackle/common/failure.h"
 #include "crackle/experiment/held_out.h"
 #include "crackle/experiment/matching.h"
 #include "crackle/geometry/body.h"
@@ -30,18 +29,11 @@ struct MatchOptions {
   std::string folder;
   std::string experiments;
   std::string held_out;
+  std::size_t n_held_out = 0;  ///< 0: each in turn
   bool json = false;
 };
 
 constexpr const char* all_samples = "each";
-
-std::size_t number_of(const std::string& held_out) {
-  std::size_t n = 0;
-  const auto [end, error] = std::from_chars(held_out.data(), held_out.data() + held_out.size(), n);
-  if (error != std::errc() || end != held_out.data() + held_out.size())
-    fail("--held-out: \"{}\" is neither a number of samples nor \"{}\"", held_out, all_samples);
-  return n;
-}
 
 void print_match(std::span<const experiment::Experiment> experiments,
                  const experiment::ObservedSamples& samples, const geometry::Body& body,
@@ -53,16 +45,17 @@ void print_match(std::span<const experiment::Experiment> experiments,
 /// Samples held against the others.
 void match_held_out(const MatchOptions& options, experiment::ObservedSamples samples,
                     const geometry::Body& body, const input::Parameters& parameters) {
-  if (options.held_out == all_samples) {
+  if (options.n_held_out == 0) {
     const std::size_t n = samples.samples.size();
-    fmt::print("{}", experiment::p_values_text(
-                         experiment::p_values_of_samples(samples, body, [n](std::size_t n_done) {
-                           if (::isatty(STDERR_FILENO) != 0)
-                             fmt::print(stderr, "\r{} of {}{}", n_done, n, n_done == n ? "\n" : "");
-                         })));
+    const auto p_values = experiment::p_values_of_samples(samples, body, [n](std::size_t n_done) {
+      if (::isatty(STDERR_FILENO) != 0)
+        fmt::print(stderr, "\r{} of {}{}", n_done, n, n_done == n ? "\n" : "");
+    });
+    fmt::print("{}", options.json ? experiment::p_values_json(samples, p_values)
+                                  : experiment::p_values_text(p_values));
     return;
   }
-  const auto [experiments, others] = experiment::hold_out(std::move(samples), number_of(options.held_out));
+  const auto [experiments, others] = experiment::hold_out(std::move(samples), options.n_held_out);
   print_match(experiments, others, body, parameters, options.json);
 }
 
@@ -70,8 +63,6 @@ int match(const parallel::Communicator& world, const MatchOptions& options) {
   const auto folder = folder_of(world, options.folder);
   const input::Parameters parameters = input_of(world, folder);
   const auto body = geometry::make_body(parameters.specimen);
-  if (options.experiments.empty() == options.held_out.empty())
-    fail("give either an experiments file or --held-out");
   std::vector<experiment::Experiment> experiments;
   if (!options.experiments.empty()) experiments = read_experiments(world, options.experiments, *body);
   parallel::agree_on_root(world, [&] {
@@ -109,6 +100,15 @@ void add_match_command(CLI::App& app, Action& run) {
   command->footer(
       "Exit status: 0 whatever is found; 1 usage error, or an error in the experiments or the ensemble.");
   command->callback([options, &run] {
+    if (options->experiments.empty() == options->held_out.empty())
+      throw CLI::ValidationError("match takes either an experiments file or --held-out");
+    if (!options->held_out.empty() && options->held_out != all_samples) {
+      const std::string& text = options->held_out;
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), options->n_held_out);
+      if (error != std::errc() || end != text.data() + text.size() || options->n_held_out == 0)
+        throw CLI::ValidationError(
+            fmt::format("--held-out: \"{}\" is neither a number of samples nor \"{}\"", text, all_samples));
+    }
     run = [options](const parallel::Communicator& world) { return match(world, *options); };
   });
 }

@@ -67,7 +67,7 @@ def _posterior(name: str) -> Callable[[Ensemble], str]:
 
 def _explained(ensemble: Ensemble) -> str:
     checks = ensemble.calibrate(measured("semicircular-bend-calibrated").experiments_file).attrs["document"]["checks"]
-    return f"{checks['distance_p_value']:.2f}"
+    return f"{checks['distance']['p_value']:.2f}"
 
 
 def _strengths(ensemble: Ensemble, size: float = 1) -> weibull.Weibull:

@@ -21,8 +21,6 @@ constexpr double held_share = 0.99;
 constexpr Eigen::Index most_components = 5;
 /// A column counts if at least this share of the samples has it.
 constexpr double least_share = 0.9;
-/// Loads with a larger correlation over the samples are one quantity.
-constexpr double same_load_correlation = 0.999;
 
 using Matrix = Eigen::MatrixXd;
 
@@ -97,17 +95,36 @@ void fill_from_exact(Part& part) {
     if (std::isnan(part.as_read(i))) part.as_read(i) = part.of_samples(i);
 }
 
-/// Least rank of what the components leave of the experiments' offsets, for all experiments together.
-double shape_p_value(const PathComponents& path, const Part& part) {
-  const auto rest = [&](const Eigen::RowVectorXd& offsets) {
-    const Eigen::VectorXd centred = offsets.transpose() - path.mean;
-    return (centred - path.basis * (path.basis.transpose() * centred)).norm();
+/// The mean of paths, and the directions of their largest variances.
+struct PathAxes {
+  Eigen::VectorXd mean, variance;  ///< ascending
+  Matrix direction;                ///< a column for each
+};
+
+PathAxes axes_of(const Matrix& offsets) {
+  const Eigen::VectorXd mean = offsets.colwise().mean();
+  const Matrix centred = offsets.rowwise() - mean.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix> axes(centred.transpose() * centred);
+  return {mean, axes.eigenvalues(), axes.eigenvectors()};
+}
+
+/// Least rank of what the components leave of the experiments' offsets, for all experiments together. The
+/// components that a sample is ranked by are those of the others.
+double shape_p_value(const PathAxes& all, const Part& part, Eigen::Index n_components) {
+  const auto rest = [&](const PathAxes& axes, const Eigen::RowVectorXd& offsets) {
+    const Matrix basis = axes.direction.rightCols(n_components);
+    const Eigen::VectorXd centred = offsets.transpose() - axes.mean;
+    return (centred - basis * (basis.transpose() * centred)).norm();
   };
   std::vector<double> of_samples;
-  for (Eigen::Index i = 0; i < part.as_read.rows(); ++i) of_samples.push_back(rest(part.as_read.row(i)));
+  Matrix others = part.of_samples.bottomRows(part.of_samples.rows() - 1);
+  for (Eigen::Index i = 0; i < part.as_read.rows(); ++i) {
+    of_samples.push_back(rest(axes_of(others), part.as_read.row(i)));
+    if (i < others.rows()) others.row(i) = part.of_samples.row(i);
+  }
   double least = 1;
   for (Eigen::Index i = 0; i < part.of_experiments.rows(); ++i) {
-    const double own = rest(part.of_experiments.row(i)) * (1 - rounding);
+    const double own = rest(all, part.of_experiments.row(i)) * (1 - rounding);
     const auto n_as_large = std::ranges::count_if(of_samples, [&](double each) { return each >= own; });
     least = std::min(least, static_cast<double>(n_as_large + 1) / static_cast<double>(of_samples.size() + 1));
   }
@@ -118,18 +135,17 @@ double shape_p_value(const PathComponents& path, const Part& part) {
 PathComponents reduce(const Observable& observable, Part& part) {
   PathComponents path{.frame = *observable.frame, .stations = part.columns, .mean = {}, .basis = {}};
   fill_from_exact(part);
-  path.mean = part.of_samples.colwise().mean();
-  const Matrix centred = part.of_samples.rowwise() - path.mean.transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix> axes(centred.transpose() * centred);
-  const double all = axes.eigenvalues().sum();
-  const Eigen::Index n = axes.eigenvalues().size();
+  const PathAxes axes = axes_of(part.of_samples);
+  path.mean = axes.mean;
+  const Eigen::Index n = axes.variance.size();
   Eigen::Index kept = 1;
-  while (kept < std::min(n, most_components) && axes.eigenvalues().tail(kept).sum() < held_share * all)
+  while (kept < std::min(n, most_components) &&
+         axes.variance.tail(kept).sum() < held_share * axes.variance.sum())
     ++kept;
-  path.basis = axes.eigenvectors().rightCols(kept).rowwise().reverse();
+  path.basis = axes.direction.rightCols(kept).rowwise().reverse();
   for (Eigen::Index k = 0; k < kept; ++k)
     if (path.basis.col(k).sum() < 0) path.basis.col(k) *= -1;
-  path.shape_p_value = shape_p_value(path, part);
+  path.shape_p_value = shape_p_value(axes, part, kept);
 
   std::vector<double> places{0};
   for (std::size_t k = 1; k < path.stations.size(); ++k) {
@@ -160,35 +176,30 @@ bool varies(const Matrix& values) {
   return values.rows() > 1 && range.minCoeff() > 0;
 }
 
-/// True if two loads are the same in nearly all samples.
-bool are_same(const Part& one, const Part& other) {
-  if (one.block.unit != "N" || other.block.unit != "N" || one.samples != other.samples) return false;
-  const Eigen::ArrayXd a = one.of_samples.col(0).array() - one.of_samples.col(0).mean();
-  const Eigen::ArrayXd b = other.of_samples.col(0).array() - other.of_samples.col(0).mean();
-  return (a * b).sum() > same_load_correlation * std::sqrt(a.square().sum() * b.square().sum());
-}
-
 /// The parts that can be used; notes say why others cannot.
 std::vector<Part> usable_parts(std::span<const Observable> observables, std::size_t n_samples,
                                CalibrationData& data) {
   std::vector<Part> parts;
+  std::vector<const Observable*> used;
   for (const Observable& each : observables) {
     Part part = part_of(each, n_samples);
     if (part.columns.empty()) {
-      data.notes.push_back(
-          fmt::format("{} is not used: more than a tenth of the samples lack it", part.block.name));
+      data.notes.push_back(fmt::format(
+          "{} is not used: an experiment or more than a tenth of the samples lack it", part.block.name));
       continue;
     }
     if (!varies(part.of_samples)) {
       data.notes.push_back(fmt::format("{} is not used: it is the same in all samples", part.block.name));
       continue;
     }
-    const auto same = std::ranges::find_if(parts, [&](const Part& other) { return are_same(part, other); });
-    if (same != parts.end()) {
-      data.notes.push_back(fmt::format("{} is not used: in the samples it is the same as {}", part.block.name,
-                                       same->block.name));
+    const auto same =
+        std::ranges::find_if(used, [&](const Observable* other) { return is_same_load(each, *other); });
+    if (same != used.end()) {
+      data.notes.push_back(fmt::format("{} is not used: in the samples it goes with {}", part.block.name,
+                                       name_of((*same)->quantity)));
       continue;
     }
+    used.push_back(&each);
     if (each.frame) data.path = reduce(each, part);
     parts.push_back(std::move(part));
   }

@@ -92,7 +92,8 @@ std::string coverage_text(const CalibrationChecks& checks) {
   for (const Coverage& each : checks.coverage)
     rows.push_back({each.key, percent_text(each.level), fmt::format("{} of {}", each.n_covered, each.n_draws),
                     fmt::format("{} to {}", percent_text(each.lower), percent_text(each.upper))});
-  return columns(rows) + "Each draw's results as an experiment, by an emulator without it.\n";
+  return columns(rows) +
+         "Each draw's results as one experiment, by an emulator without it and the plain model.\n";
 }
 
 std::string emulator_text(const CalibrationChecks& checks) {

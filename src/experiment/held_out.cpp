@@ -7,6 +7,7 @@
 #include "crackle/experiment/matching.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +29,8 @@ Experiment as_experiment(const ObservedSample& sample) {
   Experiment experiment{.name = fmt::format("sample {}", sample.number)};
   const int start = sample.summary.leading_start;
   if (start >= 0 && index(start) < sample.arms.size() && !sample.arms[index(start)].empty()) {
-    experiment.lines = {sample.arms[index(start)].front().points};
+    const auto length = [](const TimedLine& arm) { return length_of(arm.points); };
+    experiment.lines = {std::ranges::max_element(sample.arms[index(start)], {}, length)->points};
     experiment.is_arrested = true;
   }
   const auto given = [](double load) { return std::isnan(load) ? std::optional<double>{} : load; };
@@ -72,6 +74,13 @@ std::string p_values_text(std::vector<double> p_values) {
         100.0 * static_cast<double>(n) / static_cast<double>(std::max<std::size_t>(1, p_values.size())));
   }
   return text;
+}
+
+std::string p_values_json(const ObservedSamples& samples, const std::vector<double>& p_values) {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < p_values.size(); ++i)
+    list.push_back({{"sample", samples.samples[i].number}, {"p_value", p_values[i]}});
+  return list.dump(1, ' ') + "\n";
 }
 
 }  // namespace crackle::experiment

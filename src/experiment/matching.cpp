@@ -22,8 +22,7 @@ namespace crackle::experiment {
 
 namespace {
 
-/// Loads of a sample that differ by less, relatively, are the same.
-constexpr double same_load = 1e-3;
+constexpr const char* jointly_name = "jointly";
 
 /// The rows of some observables that all of them have.
 struct CommonRows {
@@ -81,15 +80,13 @@ std::pair<double, double> offset_and_deviation(const ValueTable& table) {
   return {mean_where_row_0_is(0) - others.mean(), others.standard_deviation()};
 }
 
-/// Loads that are the same in all samples, such as onset and peak of cracks that do not stop, count once.
+/// Loads that are one quantity count once.
 std::vector<Observable> distinct(std::span<const Observable> observables) {
   std::vector<Observable> found;
   for (const Observable& each : observables) {
     const bool is_known = std::ranges::any_of(found, [&](const Observable& other) {
       return other.samples == each.samples && other.experiments == each.experiments &&
-             std::ranges::equal(other.of_samples.values, each.of_samples.values, [](double one, double two) {
-               return std::abs(one - two) <= same_load * std::abs(one);
-             });
+             is_same_load(other, each);
     });
     if (!is_known) found.push_back(each);
   }
@@ -99,7 +96,7 @@ std::vector<Observable> distinct(std::span<const Observable> observables) {
 MatchBy match_by(std::span<const Observable> observables, const ObservedSamples& samples) {
   const CommonRows rows = common_rows(observables);
   MatchBy by;
-  by.name = observables.size() == 1 ? name_of(observables.front().quantity) : "jointly";
+  by.name = observables.size() == 1 ? name_of(observables.front().quantity) : jointly_name;
   by.unit = observables.size() == 1 ? observables.front().unit : "1";
   by.n_samples = rows.samples.size();
   for (std::size_t i = 0; i < samples.samples.size(); ++i)
@@ -159,7 +156,7 @@ SetMatchBy match_set_by(std::span<const Observable> observables) {
   by.n_samples = rows.samples.size();
   if (by.n_experiments < 2 || by.n_samples < 2) return by;
   by.test = group_test(distances_by(observables, rows), by.n_experiments);
-  by.name = observables.size() == 1 ? name_of(observables.front().quantity) : "jointly";
+  by.name = observables.size() == 1 ? name_of(observables.front().quantity) : jointly_name;
   by.unit = observables.size() == 1 ? observables.front().unit : "1";
   if (observables.size() > 1) return by;
   const Observable& only = observables.front();
@@ -182,10 +179,14 @@ std::optional<SetMatch> match_set(std::span<const Experiment> experiments, const
     used.push_back(std::move(each));
   }
   if (used.empty()) return std::nullopt;
-  if (const auto jointly = distinct(used); jointly.size() > 1)
-    if (SetMatchBy by = match_set_by(jointly); !by.name.empty()) found.by.push_back(std::move(by));
-  found.n_experiments = found.by.back().n_experiments;
-  found.p_value = found.by.back().test.p_value();
+  if (const auto all = distinct(used); all.size() > 1)
+    if (SetMatchBy by = match_set_by(all); !by.name.empty()) found.by.push_back(std::move(by));
+  const auto p_value = [](const SetMatchBy& by) { return by.test.p_value(); };
+  const SetMatchBy& least = *std::ranges::min_element(found.by, {}, p_value);
+  const bool is_joint = found.by.back().name == jointly_name;
+  found.p_value = is_joint ? p_value(found.by.back())
+                           : std::min(1.0, static_cast<double>(distinct(used).size()) * p_value(least));
+  found.n_experiments = std::ranges::max_element(found.by, {}, &SetMatchBy::n_experiments)->n_experiments;
   return found;
 }
 
@@ -211,14 +212,13 @@ std::vector<std::string> warnings_of(const ObservedSamples& samples, std::span<c
   if (parameters.mesh.base == input::Base::shared && !parameters.mesh.points)
     warnings.emplace_back(
         "the samples share their base of mother points (mesh.base = \"shared\"), an experiment does not: "
-        "they "
-        "are more alike than bodies of their own are, and the p-values are too small, so not valid; compute "
+        "they are more alike than bodies of their own are, and the p-values are too small, so not valid; "
+        "compute "
         "the ensemble with base = \"own\"");
   if (parameters.mesh.points)
     warnings.emplace_back(
         "the samples share their base of mother points, mesh.points, an experiment does not: the p-values "
-        "are "
-        "too small, so not valid");
+        "are too small, so not valid");
   if (parameters.ensemble.replicates > 1)
     warnings.push_back(fmt::format(
         "{} samples share each draw of the random inputs, so they are not independent, and the p-values are "

@@ -9,6 +9,7 @@
 #include "sample_arms.h"
 
 #include <fmt/format.h>
+#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
@@ -21,6 +22,10 @@ namespace {
 
 using plane::Point;
 
+/// Loads with a larger correlation over the samples are one quantity.
+constexpr double same_load_correlation = 0.999;
+/// A crack begins at the first point of its path unless the last one is this much nearer to a start.
+constexpr double much_nearer = 5;
 /// Places may lie outside of the body by this share of its size.
 constexpr double outside_share = 0.1;
 
@@ -113,7 +118,9 @@ std::optional<Observable> observe_path(std::span<const Experiment> experiments,
   found.experiments = seen.experiments;
   found.error = common_error(experiments, found.experiments, &Experiment::path_error);
   found.error_length = seen.error_length;
-  const plane::Bounds box = bounds_of(experiments[found.experiments.front()]);
+  Polyline all_points;
+  for (const Polyline& line : seen.lines) all_points.insert(all_points.end(), line.begin(), line.end());
+  const plane::Bounds box = plane::bounds_of(all_points);
   std::vector<const TimedLine*> arms;
   double margin = 0, n_arms = 0;  // all curves are drawn out alike
   for (std::size_t i = 0; i < samples.samples.size(); ++i) {
@@ -194,23 +201,20 @@ bool needs_arms(std::span<const Experiment> experiments) {
 }
 
 int crack_start_of(const geometry::Body& body, const Experiment& experiment) {
-  Polyline ends;
-  if (!experiment.lines.empty())
-    ends = {experiment.lines.front().front(), experiment.lines.front().back()};
-  else if (!experiment.tips.empty())
-    ends = {experiment.tips.front().at};
-  int nearest = -1;
-  double smallest = infinity;
-  for (std::size_t s = 0; s < body.crack_starts().size(); ++s) {
-    const geometry::Point& tip = body.crack_starts()[s].tip;
-    for (const Point& end : ends) {
-      const double distance = plane::norm(end - Point{tip[1], tip[2]});
-      if (distance >= smallest) continue;
-      smallest = distance;
-      nearest = static_cast<int>(s);
+  const auto nearest_to = [&](const Point& place) {
+    std::pair<int, double> nearest{-1, infinity};
+    for (std::size_t s = 0; s < body.crack_starts().size(); ++s) {
+      const geometry::Point& tip = body.crack_starts()[s].tip;
+      const double distance = plane::norm(place - Point{tip[1], tip[2]});
+      if (distance < nearest.second) nearest = {static_cast<int>(s), distance};
     }
-  }
-  return nearest;
+    return nearest;
+  };
+  if (experiment.lines.empty())
+    return experiment.tips.empty() ? -1 : nearest_to(experiment.tips.front().at).first;
+  const auto first = nearest_to(experiment.lines.front().front());
+  const auto last = nearest_to(experiment.lines.front().back());
+  return first.second <= much_nearer * last.second ? first.first : last.first;
 }
 
 void check_places(const std::filesystem::path& file, std::span<const Experiment> experiments,
@@ -247,6 +251,17 @@ const char* name_of(Quantity quantity) {
 double load_of(const analysis::SampleSummary& row, Quantity quantity) {
   if (quantity == Quantity::peak_load) return row.peak_load;
   return std::isnan(row.onset_force) ? row.first_break_load : row.onset_force;
+}
+
+bool is_same_load(const Observable& one, const Observable& other) {
+  if (one.unit != "N" || other.unit != "N" || one.samples != other.samples) return false;
+  const auto n = static_cast<Eigen::Index>(one.of_samples.n_rows());
+  const auto centred = [n](const Observable& each) {
+    const Eigen::Map<const Eigen::ArrayXd> load(each.of_samples.values.data(), n);
+    return Eigen::ArrayXd(load - load.mean());
+  };
+  const Eigen::ArrayXd a = centred(one), b = centred(other);
+  return n > 2 && (a * b).sum() > same_load_correlation * std::sqrt(a.square().sum() * b.square().sum());
 }
 
 std::vector<Observable> observe(std::span<const Experiment> experiments, const ObservedSamples& samples,

@@ -32,4 +32,7 @@ std::vector<double> p_values_of_samples(const ObservedSamples& samples, const ge
 /// cases.
 std::string p_values_text(std::vector<double> p_values);
 
+/// A JSON list with the number and the p-value of each sample.
+std::string p_values_json(const ObservedSamples& samples, const std::vector<double>& p_values);
+
 }  // namespace crackle::experiment

@@ -32,7 +32,7 @@ struct Neighbour {
 struct MatchBy {
   std::string name;  ///< of the quantity, or "jointly"
   std::string unit;  ///< SI; "1" of joint distances, where each quantity counts in its own scatter
-  double p_value = 1;
+  double p_value = not_a_number;         ///< NaN without samples
   std::size_t n_samples = 0;             ///< that count
   std::vector<std::uint64_t> left_out;   ///< samples without the quantity
   std::vector<Neighbour> nearest;        ///< the nearest one first
@@ -80,9 +80,9 @@ struct SetMatchBy {
 };
 
 struct SetMatch {
-  std::size_t n_experiments = 0;  ///< in the last comparison
-  std::vector<SetMatchBy> by;     ///< the last one is "jointly" if there are several
-  double p_value = not_a_number;  ///< of the last one
+  std::size_t n_experiments = 0;  ///< the most in one comparison
+  std::vector<SetMatchBy> by;  ///< the last one is "jointly" if several quantities have experiments in common
+  double p_value = not_a_number;  ///< of that, or the least one times their number (Bonferroni)
 };
 
 struct Match {

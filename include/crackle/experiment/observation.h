@@ -89,6 +89,10 @@ struct Observable {
   std::vector<std::size_t> turned = {};       ///< samples whose paths are turned by a symmetry of the body
 };
 
+/// True if two loads are one quantity in the samples, such as onset and peak of cracks that do not stop:
+/// their correlation is above 0.999. @pre the same samples have them
+bool is_same_load(const Observable& one, const Observable& other);
+
 /// Everything that any of the experiments has, with the samples seen as the experiments were: through the
 /// same window, with errors of the same size. Times of tips only for a single experiment, since others have
 /// their own places. Paths from other crack starts than the first experiment's are turned onto that by a

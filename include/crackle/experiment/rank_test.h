@@ -8,7 +8,7 @@
 #include <vector>
 
 /// Tests of one experiment against samples. If it comes from their distribution, it is exchangeable with
-/// them, and all p-values are exact for any number of samples.
+/// them, and p-values are valid for any number of samples: at most alpha in a share alpha of cases.
 namespace crackle::experiment {
 
 /// Smallest p-value that n samples can give.
