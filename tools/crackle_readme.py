@@ -18,7 +18,8 @@ BLOCKS = {
     "toughness": "jobs/verification/README.md",  # jobs/verification/verify toughness --readme
     # jobs/gallery/gallery --keep
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk",
-                                                   "brazilian-disk", "uncertain-strip")},
+                                                   "brazilian-disk", "uncertain-strip", "semicircular-bend",
+                                                   "semicircular-bend-calibrated", "alumina-bars", "small-alumina-bars")},
 }
 
 

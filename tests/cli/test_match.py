@@ -35,7 +35,7 @@ class Match(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = Path(cls.temporary.name)
-        text = small_input(samples=N).replace("[mesh]\n", '[mesh]\nbase = "own"\n')
+        text = small_input(samples=N).replace('base = "shared"', 'base = "own"')
         cls.out = run(PROGRAM, text, cls.folder / "out")
         with h5py.File(cls.out / "ensemble.h5") as file:
             undecided = file["samples/outcome"][:] == 4
@@ -235,7 +235,7 @@ origin = ["0 mm", "15 mm"]
         self.assertIn("holds no sample files", self.crackle("match", "part", "seven.toml", status=1).stderr)
 
     def test_a_shared_base_is_warned_of(self):
-        shared = run(PROGRAM, small_input(samples=3).replace("[mesh]\n", '[mesh]\nbase = "shared"\n'), self.folder / "shared")
+        shared = run(PROGRAM, small_input(samples=3), self.folder / "shared")
         load = '[[experiment]]\nname = "a"\npeak_load = "90 N"\n'
         self.assertIn("not valid", self.json(load, out=shared.name)["warnings"][0])
         self.assertIn("warning: the samples share their base", self.match(load, out=shared.name))

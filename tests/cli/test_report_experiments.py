@@ -53,7 +53,7 @@ class Experiments(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.temporary.cleanup)
         cls.folder = Path(cls.temporary.name)
-        cls.out = run(PROGRAM, small_input(samples=N).replace("[mesh]\n", '[mesh]\nbase = "own"\n'), cls.folder / "out")
+        cls.out = run(PROGRAM, small_input(samples=N).replace('base = "shared"', 'base = "own"'), cls.folder / "out")
         frames = SampleFiles(cls.out).frames(HELD_OUT)
         line = SampleFiles(cls.out).lines(HELD_OUT)[0].points
         (cls.folder / "path.csv").write_text("y_mm,z_mm\n" + "".join(f"{1e3 * (y - ORIGIN[0])},{1e3 * (z - ORIGIN[1])}\n" for y, z in line))

@@ -321,6 +321,9 @@ TEST(Observation, ExperimentsFromAnotherStartAreTurned) {
   for (Point& p : experiments[1].lines[0]) p = {16 * mm - p[0], 24 * mm - p[1]};
   EXPECT_EQ(crack_start_of(body, experiments[0]), 0);
   EXPECT_EQ(crack_start_of(body, experiments[1]), 1);
+  EXPECT_THAT(observe(experiments, made.samples, body, 0).at(0).experiments, ElementsAre(0u))
+      << "the loads are not symmetric";
+  made.samples.symmetries = body.symmetries();
   const Observable path = observe(experiments, made.samples, body, 0).at(0);
   ASSERT_THAT(path.experiments, SizeIs(2));
   for (const double offset : path.of_experiments.values) EXPECT_LT(std::abs(offset), 1.5 * mm);
