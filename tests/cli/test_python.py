@@ -106,9 +106,11 @@ class Kinds(unittest.TestCase):
             self.assertTrue(axes.get_xlabel() and axes.get_ylabel())
         self.assertEqual(len(ensemble.plot.load(over="time").lines), len(done))
         pyplot.close("all")
+        axes = pyplot.figure().add_subplot()
         for column in ensemble.samples:
-            self.assertTrue(ensemble.plot.histogram(column).get_xlabel())
-            pyplot.close()
+            axes.clear()
+            self.assertTrue(ensemble.plot.histogram(column, axes=axes).get_xlabel())
+        pyplot.close()
 
     def use_sample(self, sample: crackle.Sample, ensemble: crackle.Ensemble) -> None:
         row = ensemble.samples.loc[sample.number]
@@ -261,11 +263,9 @@ class Package(unittest.TestCase):
 
     def test_samples_that_ended_after_the_results_were_written_are_among_them(self):
         with tempfile.TemporaryDirectory() as name:
-            folder = Path(name) / "out"
-            shutil.copytree(self.folder, folder)
-            extended = re.sub(r"(?m)^samples = .*", "samples = 5", (folder / "input.toml").read_text())
+            folder = small_input.run(PROGRAM, small_input.small_input(samples=2), Path(name) / "out")
             source = Path(name) / "five.toml"
-            source.write_text(extended)
+            source.write_text(small_input.small_input(samples=5))
             subprocess.run([str(PROGRAM), "run", str(source), "-o", str(folder), "--resume", "--samples", "2-3"], check=True,
                            capture_output=True, env=environment())
             found = crackle.open(folder)
@@ -282,8 +282,7 @@ class Package(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name) / "out"
             source = Path(name) / "line.toml"
-            source.write_text((self.folder / "input.toml").read_text()
-                              + '\n[[sections.line]]\nfrom = ["4 mm", "60 mm"]\nto = ["20 mm", "80 mm"]\n')
+            source.write_text(small_input.small_input('[[sections.line]]\nfrom = ["2 mm", "8 mm"]\nto = ["10 mm", "22 mm"]\n'))
             subprocess.run([str(PROGRAM), "run", str(source), "-o", str(folder), "--samples", "0-0"], check=True,
                            capture_output=True, env=environment())
             subprocess.run([str(PROGRAM), "stats", str(folder)], check=True, capture_output=True, env=environment())

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -35,7 +36,7 @@ notch_spacing = "{} mm"
 growth = 0.15
 perturbation = 0.1
 symmetry = "none")",
-                          4e3 * spacing, 1e3 * spacing);
+                          1e3 * std::min(4 * spacing, thickness), 1e3 * spacing);
   text.section = "40 mm";
   text.poisson_ratio = 0;
   text.boundaries = R"([[boundary]]
