@@ -114,7 +114,7 @@ PROBLEMS = {
         *(Figure(name, _posterior(name), always(prior)) for name, prior in zip(DRAWN, (
             "0.33 to 0.43", "−2 to 2 mm, 0 as given", "−23.5 to −19.5 mm, −21.5 as given", "19.5 to 23.5 mm, 21.5 as given"))),
         Figure("p of the photographed path among such samples, with any inputs", _explained, always("above 0.05 for one of them"))),
-        {"ensemble.samples": "128", "ensemble.seed": "31", "ensemble.plan": '"sobol"'}, _FEW_PLATES | {"ensemble.samples": "16"}, RANDOM,
+        {"ensemble.samples": "64", "ensemble.seed": "31", "ensemble.plan": '"sobol"'}, _FEW_PLATES | {"ensemble.samples": "16"}, RANDOM,
         experiments=MEASURED, picture="posterior"),
     "alumina-bars": Problem("gallery/bend-bar.toml", (
         Figure("Weibull modulus of the strengths", _modulus, always(f"{MODULUS}")),
