@@ -106,7 +106,9 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
   };
   input::Parameters parameters =
       has_copy ? read_input(world, copy, points) : share_input(world, name, from_results);
-  const bool has_own_bases = io::stored_model(folder) >= io::first_model_of_own_bases;
+  bool has_own_bases = false;
+  parallel::agree_on_root(world,
+                          [&] { has_own_bases = io::stored_model(folder) >= io::first_model_of_own_bases; });
   if (parallel::share(world, has_own_bases)) return parameters;
   return share_input(world, name, [&] {
     return input::parse(input::completed(parameters.text, {{"mesh.base", "\"shared\""}}), name, points);

@@ -70,6 +70,8 @@ MeanOverBases mean_over(std::span<const Compared> bases, const Value& value, boo
   }
   found.variance = variance_components(values, base);
   found.mean = difference_of_means({std::vector<double>(means.size(), 0.0), means, true}, confidence);
+  // Here only the means are equal.
+  if (found.mean.has_no_width) found.mean = {means[0], means[0], means[0]};
   if (is_share) {
     found.mean.lower = std::isnan(found.mean.lower) ? not_a_number : std::max(0.0, found.mean.lower);
     found.mean.upper = std::isnan(found.mean.upper) ? not_a_number : std::min(1.0, found.mean.upper);

@@ -237,7 +237,7 @@ SampleCounts counts_of(std::span<const SampleSummary> rows) {
   return counts;
 }
 
-/// What the numbers hold for.
+/// Remarks on the base points that the numbers hold for.
 void add_scope(Comparison& comparison, const Samples& samples, const Compared& first,
                const Compared& second) {
   const auto is_shared = [](const Compared& one) { return one.parameters->mesh.base == input::Base::shared; };

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace crackle::analysis {
 
@@ -28,10 +29,19 @@ MeanEstimate estimate_mean(const std::vector<double>& values, Groups groups) {
   return {moments.mean(), deviation * deviation / moments.count(), moments.count() - 1.0};
 }
 
-/// A difference with its interval; without it if that has no width.
-Difference with_ends(double value, double lower, double upper) {
-  if (lower == upper) return {value, not_a_number, not_a_number, true};
-  return {value, lower, upper};
+bool are_equal(const std::vector<double>& values) {
+  return std::ranges::adjacent_find(values, std::ranges::not_equal_to{}) == values.end();
+}
+
+bool are_equal(const TwoSamples& samples) {
+  if (samples.are_paired) return are_equal(samples.differences());
+  return are_equal(samples.first) && are_equal(samples.second);
+}
+
+/// The difference without its interval if all values, or differences of pairs, are equal.
+Difference unless_equal(const TwoSamples& samples, const Difference& found) {
+  if (std::isnan(found.lower) || !are_equal(samples)) return found;
+  return {found.value, not_a_number, not_a_number, true};
 }
 
 /// Ends of the interval of a difference from the intervals of both parts (Zou and Donner 2008, Stat. Med. 27,
@@ -44,8 +54,8 @@ Difference combined(double first, const Interval& of_first, double second, const
   };
   const double value = second - first;
   if (std::isnan(of_first.lower) || std::isnan(of_second.lower)) return {value};
-  return with_ends(value, value - reach(second - of_second.lower, of_first.upper - first),
-                   value + reach(of_second.upper - second, first - of_first.lower));
+  return {value, value - reach(second - of_second.lower, of_first.upper - first),
+          value + reach(of_second.upper - second, first - of_first.lower)};
 }
 
 }  // namespace
@@ -72,18 +82,20 @@ Difference difference_of_means(const TwoSamples& samples, double confidence) {
   const double half_width =
       boost::math::quantile(boost::math::students_t(found.degrees), (1 + confidence) / 2) *
       std::sqrt(found.square_error);
-  return with_ends(found.mean, found.mean - half_width, found.mean + half_width);
+  return unless_equal(samples, {found.mean, found.mean - half_width, found.mean + half_width});
 }
 
 Difference difference_of_medians(const TwoSamples& samples, double confidence) {
   if (samples.are_paired) {
     const std::vector<double> differences = samples.differences();
     const Interval interval = median_interval(differences, samples.first_group, confidence);
-    return with_ends(quantile(differences, 0.5), interval.lower, interval.upper);
+    return unless_equal(samples, {quantile(differences, 0.5), interval.lower, interval.upper});
   }
-  return combined(
-      quantile(samples.first, 0.5), median_interval(samples.first, samples.first_group, confidence),
-      quantile(samples.second, 0.5), median_interval(samples.second, samples.second_group, confidence), 0);
+  return unless_equal(
+      samples,
+      combined(quantile(samples.first, 0.5), median_interval(samples.first, samples.first_group, confidence),
+               quantile(samples.second, 0.5),
+               median_interval(samples.second, samples.second_group, confidence), 0));
 }
 
 Difference difference_of_shares(const TwoSamples& samples, double confidence) {

@@ -133,11 +133,10 @@ Interval median_interval(std::span<const double> values, Groups groups, double c
   const auto n = static_cast<double>(sorted.size());
   const std::size_t n_groups = n_groups_of(sorted.size(), group);
   if (n_groups < index(least_values_for_median(confidence))) return {not_a_number, not_a_number};
-  double rank = 0;  // from 0, of the lower end
+  double rank = 0;  // of the lower end, from 1
   if (n_groups == sorted.size()) {
     const boost::math::binomial law(n, 0.5);
     while (2 * boost::math::cdf(law, rank) <= 1 - confidence) rank += 1;
-    rank -= 1;
   } else {
     const double median = quantile(sorted, 0.5);
     GroupedMoments below;
@@ -145,11 +144,11 @@ Interval median_interval(std::span<const double> values, Groups groups, double c
       below.add(in_order[i] < median ? 1 : in_order[i] == median ? 0.5 : 0, group[i]);
     const double t = boost::math::quantile(boost::math::students_t(static_cast<double>(n_groups - 1)),
                                            (1 + confidence) / 2);
-    rank = std::floor(n * (0.5 - t * std::sqrt(below.square_error())));
+    // From the least to the largest value, the interval holds with this many groups in any case.
+    rank = std::max(1.0, std::floor(n * (0.5 - t * std::sqrt(below.square_error()))));
   }
-  if (rank < 0) return {not_a_number, not_a_number};
   const auto lower = static_cast<std::size_t>(rank);
-  return {sorted[lower], sorted[sorted.size() - 1 - lower]};
+  return {sorted[lower - 1], sorted[sorted.size() - lower]};
 }
 
 }  // namespace crackle::analysis

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/comparison.h"
+#include "crackle/analysis/grouped_values.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 
@@ -18,11 +19,6 @@ namespace crackle::analysis {
 namespace {
 
 using Path = std::vector<double>;
-
-/// The group of value i.
-std::size_t group_of(const std::vector<std::size_t>& groups, std::size_t i) {
-  return groups.empty() ? i : groups[i];
-}
 
 /// Numbers of the units of a test: the groups of the values, those of the second list after the first's.
 class Units {
@@ -100,9 +96,12 @@ public:
     const auto mean = [&](std::size_t k) { return n[k] > 0 ? sum[k] / n[k] : 0; };
     const std::array<double, 2> means{mean(0), mean(1)};
     for (const Sum& one : sums_) square[side(one)] += std::pow(signed_sum(one) - one.n * means[side(one)], 2);
-    // A single unit has no variance; the other list's is used instead.
+    const auto of_mean = [&](std::size_t k) {
+      return count[k] > 1 ? square[k] * count[k] / ((count[k] - 1) * n[k] * n[k]) : 0;
+    };
+    // A single unit has no variance; that of the other list's units is used instead.
     const auto error = [&](std::size_t k) {
-      return n[k] > 0 ? square[k] * count[k] / (std::max(1.0, count[k] - 1) * n[k] * n[k]) : 0;
+      return count[k] == 1 ? count[1 - k] * of_mean(1 - k) : of_mean(k);
     };
     return studentized(means[1] - means[0], error(0) + error(1));
   }
@@ -277,11 +276,15 @@ JointTest joint_test(std::span<const TwoSamples> looks, std::span<const TwoGroup
   std::vector<Look> counted;
   std::vector<std::size_t> place;
   const auto can_be_significant = [&](const auto& lists) {
-    const double least = least_probability(units_of(lists).design());
-    found.least = std::fmin(found.least, least);
-    // Without such looks the others lose nothing (Tarone 1990, Biometrics 46, 515).
-    found.n_too_small += least > significant ? 1 : 0;
-    return least <= significant;
+    const Design design = units_of(lists).design();
+    found.least = std::fmin(found.least, least_probability(design));
+    // Looks too small for any labels are left out, so that the others lose nothing (Tarone 1990, Biometrics
+    // 46, 515); the observed labels must not decide it, since they are permuted.
+    const std::size_t half = design.n_units() / 2;
+    const bool can =
+        least_probability(design.are_paired ? design : Design{half, design.n_units() - half}) <= significant;
+    found.n_too_small += can ? 0 : 1;
+    return can;
   };
   for (std::size_t i = 0; i < looks.size(); ++i) {
     if (looks[i].first.empty() || looks[i].second.empty() || !varies(looks[i])) continue;

@@ -2,10 +2,9 @@
 #include "crackle/analysis/path_inference.h"
 
 #include "crackle/analysis/comparison.h"
+#include "crackle/analysis/text_table.h"
 #include "crackle/common/index.h"
 #include "crackle/common/random.h"
-
-#include "text_table.h"
 
 #include <fmt/format.h>
 #include <boost/math/distributions/normal.hpp>
@@ -13,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -25,18 +23,8 @@ constexpr int n_multipliers = 4000;
 constexpr int least_arrivals = 5;
 constexpr int least_arrivals_of_jackknife = 3;
 
-std::size_t group_of(Groups groups, std::size_t i) {
-  return groups.empty() ? i : groups[i];
-}
-
 std::size_t n_sections_of(std::span<const FramedPath> paths) {
   return paths.empty() ? 0 : paths.front().size();
-}
-
-/// A standard normal number (Box and Muller).
-double normal(RandomStream& stream) {
-  const double radius = std::sqrt(-2 * std::log(1 - stream.uniform()));
-  return radius * std::cos(2 * std::numbers::pi * stream.uniform());
 }
 
 /// Sums of the groups' residuals at one section, relative to the root of the sum of their squares.
@@ -60,7 +48,7 @@ double confidence_of_sections(const std::vector<std::vector<double>>& residuals,
   RandomStream stream(0, 0, "band of a path");
   std::vector<double> largest, multipliers(residuals.front().size());
   for (int k = 0; k < n_multipliers; ++k) {
-    for (double& multiplier : multipliers) multiplier = normal(stream);
+    for (double& multiplier : multipliers) multiplier = stream.normal();
     double most = 0;
     for (const auto& section : residuals)
       most = std::max(most,
@@ -110,8 +98,7 @@ std::vector<std::size_t> in_order(std::span<const int> previous) {
 /// Mean of the positions at each section, had no crack stopped.
 struct MeanOfAll {
   double mean = not_a_number;
-  int n = 0;
-  int n_beyond = 0;
+  int n = 0, n_predicted = 0, n_beyond = 0;
 };
 
 /// @param left_out group that does not count
@@ -140,8 +127,9 @@ std::vector<MeanOfAll> means_of_all(std::span<const FramedPath> paths, std::span
     }
     for (std::size_t i = 0; i < paths.size(); ++i) {
       if (!is_in(i) || !paths[i][s].counts) continue;
-      if (std::isnan(value[s][i]) && !std::isnan(earlier(i))) {
-        value[s][i] = line ? line->at(earlier(i)) : not_a_number;
+      if (line && std::isnan(value[s][i]) && !std::isnan(earlier(i))) {
+        value[s][i] = line->at(earlier(i));
+        found[s].n_predicted += 1;
         found[s].n_beyond += !(least_before <= earlier(i) && earlier(i) <= most_before) ? 1 : 0;
       }
       if (std::isnan(value[s][i])) continue;
@@ -225,6 +213,7 @@ std::vector<Stopped> stopped_cracks(std::span<const FramedPath> paths, std::span
   std::vector<Stopped> found(previous.size());
   const auto means = means_of_all(paths, previous, groups, {}, least_arrivals);
   const auto half_widths = jackknife(paths, previous, groups, confidence);
+  const bool are_alone = std::ranges::adjacent_find(groups) == groups.end();
   for (std::size_t s = 0; s < previous.size(); ++s) {
     found[s].previous = previous[s];
     if (previous[s] < 0) continue;
@@ -245,10 +234,11 @@ std::vector<Stopped> stopped_cracks(std::span<const FramedPath> paths, std::span
     };
     found[s].mean_arrived = mean_of(earlier.first);
     found[s].mean_stopped = mean_of(earlier.second);
-    if (found[s].n_arrived > 0 && found[s].n_stopped > 0)
+    if (are_alone && found[s].n_arrived > 0 && found[s].n_stopped > 0)
       found[s].probability = permutation_probability(earlier);
     found[s].mean_of_all = means[s].mean;
     found[s].n_all = means[s].n;
+    found[s].n_predicted = means[s].n_predicted;
     found[s].n_beyond = means[s].n_beyond;
     if (!std::isnan(means[s].mean)) found[s].half_width_of_all = half_widths[s];
   }
@@ -293,23 +283,23 @@ std::string path_inference_text(const Statistics& statistics, std::span<const Sa
   const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest, 0.1);
   const auto length = [&](double value) { return shown(value, ".3f", unit.factor); };
   TextTable table{{"cracks", "leading", "start", "section", "mean", "+- alone", "+- band", "stopped",
-                   "were at", "others at", "p", "mean of all", "+-"}};
+                   "were at", "others at", "p", "mean of all", "+-", "predicted", "beyond"}};
   const auto add = [&](const char* name, const RankStatistics& ranks) {
     const PathInference found = path_inference(ranks, statistics, samples, parameters);
     for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
       if (ranks.reached[p] == 0) continue;
       const std::size_t row = p / sections.size();
       const Stopped& stopped = found.stopped[p];
-      const bool some = stopped.n_stopped > 0;
+      const bool follows = stopped.previous >= 0, some = stopped.n_stopped > 0;
       const auto number = [](int n) { return fmt::format("{}", n); };
-      table.push_back({name, number(ranks.leading_start[row]), number(ranks.start[row]),
-                       input::name_of(sections[p % sections.size()]), length(ranks.z_mean[p]),
-                       length(ranks.z_half_width[p]), length(found.band_half_width[p]),
-                       stopped.previous < 0 ? "" : number(stopped.n_stopped),
-                       some ? length(stopped.mean_stopped) : "", some ? length(stopped.mean_arrived) : "",
-                       some ? shown_probability(stopped.probability) : "",
-                       stopped.previous < 0 ? "" : length(stopped.mean_of_all),
-                       stopped.previous < 0 ? "" : length(stopped.half_width_of_all)});
+      table.push_back(
+          {name, number(ranks.leading_start[row]), number(ranks.start[row]),
+           input::name_of(sections[p % sections.size()]), length(ranks.z_mean[p]),
+           length(ranks.z_half_width[p]), length(found.band_half_width[p]),
+           follows ? number(stopped.n_stopped) : "", some ? length(stopped.mean_stopped) : "",
+           some ? length(stopped.mean_arrived) : "", some ? shown_probability(stopped.probability) : "",
+           follows ? length(stopped.mean_of_all) : "", follows ? length(stopped.half_width_of_all) : "",
+           follows ? number(stopped.n_predicted) : "", follows ? number(stopped.n_beyond) : ""});
     }
   };
   add("leader", statistics.leader);
@@ -319,10 +309,11 @@ std::string path_inference_text(const Statistics& statistics, std::span<const Sa
              "\nalong the paths [{}]: the band holds at all sections of a path at once. Positions are those "
              "of "
              "the cracks that got there; \"stopped\" are those that reached the section before only, and "
-             "where "
-             "they and the others were there. \"Mean of all\" has them go on, by regression\n",
+             "where they and the others were there\n",
              unit.name) +
-         aligned(table);
+         aligned(table) +
+         "\"Mean of all\" has cracks go on, by regression on the section before: so many are predicted, some "
+         "beyond where those that arrive were. Its +- assumes that the line goes on there\n";
 }
 
 }  // namespace crackle::analysis

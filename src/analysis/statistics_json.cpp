@@ -150,6 +150,7 @@ Json stopped_before(const PathInference& found, const RankStatistics& ranks, std
                     {"mean_of_all", one.mean_of_all},
                     {"mean_of_all_half_width", one.half_width_of_all},
                     {"n_all", one.n_all},
+                    {"n_predicted", one.n_predicted},
                     {"n_beyond", one.n_beyond}});
   }
   return list;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
-
-#include "text_table.h"
+#include "crackle/analysis/text_table.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -220,8 +219,9 @@ void append_quantiles(std::string& text, const std::vector<ResultStatistics>& re
     const auto& [lower, upper] = result.of_median;
     fmt::format_to(out, " {:>8}   {}\n", result.n_values,
                    std::isnan(lower) ? "too few samples"
-                   : lower == upper  ? "all equal"
-                                     : shown_range(lower, upper, info.format, unit.factor));
+                   : result.quantiles.front() == result.quantiles.back()
+                       ? "all equal"
+                       : shown_range(lower, upper, info.format, unit.factor));
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "text_table.h"
+#include "crackle/analysis/text_table.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 namespace crackle::analysis {
 
-std::string aligned(const TextTable& table, std::size_t n_left) {
+std::string aligned(const TextTable& table, std::size_t n_left, bool is_last_left) {
   std::vector<std::size_t> width(table.empty() ? 0 : table.front().size());
   for (const auto& row : table)
     for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
@@ -17,7 +17,8 @@ std::string aligned(const TextTable& table, std::size_t n_left) {
     std::string line;
     for (std::size_t c = 0; c < row.size(); ++c) {
       if (c > 0) line += "  ";
-      line += c < n_left ? fmt::format("{:<{}}", row[c], width[c]) : fmt::format("{:>{}}", row[c], width[c]);
+      const bool is_left = c < n_left || (is_last_left && c + 1 == row.size());
+      line += is_left ? fmt::format("{:<{}}", row[c], width[c]) : fmt::format("{:>{}}", row[c], width[c]);
     }
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
@@ -32,6 +33,10 @@ std::string shown(double value, const std::string& format, double factor) {
 std::string shown_range(double lower, double upper, const std::string& format, double factor) {
   if (std::isnan(lower) || std::isnan(upper)) return "-";
   return fmt::format("{} to {}", shown(lower, format, factor), shown(upper, format, factor));
+}
+
+std::string shown_percent(double share) {
+  return std::isnan(share) ? "-" : fmt::format("{:.0f} %", 100 * share);
 }
 
 std::string shown_probability(double probability) {

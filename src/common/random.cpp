@@ -3,6 +3,9 @@
 
 #include "crackle/common/checksum.h"
 
+#include <cmath>
+#include <numbers>
+
 namespace crackle {
 
 namespace {
@@ -64,6 +67,11 @@ std::uint64_t RandomStream::bits() {
 
 double RandomStream::uniform() {
   return static_cast<double>(bits() >> 11) * 0x1.0p-53;
+}
+
+double RandomStream::normal() {
+  const double radius = std::sqrt(-2 * std::log(1 - uniform()));
+  return radius * std::cos(2 * std::numbers::pi * uniform());
 }
 
 }  // namespace crackle

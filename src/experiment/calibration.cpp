@@ -30,8 +30,7 @@ void require_draws(const CalibrationData& data, double lacking) {
   if (n >= needed) return;
   fail(
       "{} draws of the random inputs with all that is compared are too few for an emulator of {} number{} "
-      "with "
-      "{} input{}; {} or more are needed",
+      "with {} input{}; {} or more are needed",
       n, data.values.value.cols(), data.values.value.cols() == 1 ? "" : "s", data.random.size(),
       data.random.size() == 1 ? "" : "s", needed);
 }
@@ -44,13 +43,13 @@ std::vector<Spread> input_spreads(const InputTable& table, const PosteriorPoints
 }
 
 Spread prior_of(const InputTable& table, std::size_t input) {
-  // Of the normal distribution at (1 + calibration_level) / 2.
+  // Quantile of the normal distribution at (1 + calibration_level) / 2.
   constexpr double normal_quantile = 1.6448536269514722;
   return {table.mean(input), table.standard_deviation(input), table.value(input, -normal_quantile),
           table.value(input, normal_quantile)};
 }
 
-/// What the components of some quantities say.
+/// The inputs by the components of some quantities.
 Information information(const CalibrationData& data, const Emulator& emulator,
                         const std::vector<std::size_t>& blocks, const CovarianceTerms& terms,
                         const RandomStream& stream) {
@@ -136,8 +135,7 @@ std::vector<std::string> sample_warnings(const input::Parameters& parameters, co
   if (parameters.mesh.base == input::Base::shared || parameters.mesh.points)
     warnings.emplace_back(
         "the samples share their base of mother points: the scatter between bases is not in the mesh "
-        "scatter, "
-        "and the posterior is too narrow; compute the ensemble with base = \"own\"");
+        "scatter, and the posterior is too narrow; compute the ensemble with base = \"own\"");
   const std::size_t n_lacking = found.failed.size() + found.undecided.size() + found.left_out.size();
   if (n_lacking > 0)
     warnings.push_back(fmt::format(

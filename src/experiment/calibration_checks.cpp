@@ -142,7 +142,7 @@ CalibrationChecks calibration_checks(const CalibrationData& data, const Emulator
 std::vector<std::string> check_warnings(const Calibration& calibration) {
   const CalibrationChecks& checks = calibration.checks;
   std::vector<std::string> warnings;
-  // Of several shares, one is easily too small by chance.
+  // One of several shares is easily too small by chance.
   const double confidence =
       analysis::confidence_of_look(interval_confidence, static_cast<int>(checks.coverage.size()));
   for (const Coverage& each : checks.coverage)

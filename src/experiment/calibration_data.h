@@ -38,7 +38,7 @@ struct CalibrationData {
 /// third of theirs.
 Eigen::MatrixXd smooth_shape(const std::vector<double>& places);
 
-/// What experiments are as components.
+/// The experiments as components.
 /// @param values of the experiments: experiments x components; NaN: not observed
 void set_observed(const Eigen::MatrixXd& values, ObservedComponents& observed);
 

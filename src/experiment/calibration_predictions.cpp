@@ -32,10 +32,10 @@ Eigen::MatrixXd new_means(const SyntheticLikelihood& likelihood, const Posterior
     const auto [mean, covariance] = likelihood.expected(points.point[chosen[i]]);
     RandomStream random = stream.substream(i);
     Eigen::VectorXd x(mean.size());
-    for (double& each : x) each = normal(random);
+    for (double& each : x) each = random.normal();
     // By Wilson and Hilferty: chi-squared over its degrees of freedom.
     const double v = 2 / (9 * likelihood.degrees_of_freedom());
-    const double spread = std::pow(1 - v + std::sqrt(v) * normal(random), 3);
+    const double spread = std::pow(1 - v + std::sqrt(v) * random.normal(), 3);
     means.conservativeResize(std::ssize(chosen), mean.size());
     means.row(static_cast<Eigen::Index>(i)) =
         mean + Eigen::LLT<Eigen::MatrixXd>(covariance).matrixL() * x / std::sqrt(std::max(spread, 1e-3));

@@ -43,7 +43,7 @@ void add_predictions(const CalibrationData& data, const SyntheticLikelihood& lik
 CalibrationChecks calibration_checks(const CalibrationData& data, const Emulator& emulator,
                                      const RandomStream& stream);
 
-/// What is wrong by the checks.
+/// Sentences on failed checks.
 std::vector<std::string> check_warnings(const Calibration& calibration);
 
 }  // namespace crackle::experiment

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/text_table.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/experiment/calibration.h"
 #include "text_parts.h"
@@ -13,6 +14,11 @@ namespace crackle::experiment {
 
 namespace {
 
+using analysis::aligned;
+using analysis::shown_percent;
+using analysis::shown_probability;
+using analysis::TextTable;
+
 std::string number_text(double value, const std::string& unit) {
   if (std::isnan(value)) return "-";
   return unit.empty() ? fmt::format("{:.4g}", value) : quantity_text(value, unit);
@@ -20,10 +26,6 @@ std::string number_text(double value, const std::string& unit) {
 
 std::string range_text(const Spread& spread, const std::string& unit) {
   return fmt::format("{} to {}", number_text(spread.lower, unit), number_text(spread.upper, unit));
-}
-
-std::string percent_text(double share) {
-  return std::isnan(share) ? "-" : fmt::format("{:.0f} %", 100 * share);
 }
 
 std::string used_text(const Calibration& found) {
@@ -38,14 +40,14 @@ std::string used_text(const Calibration& found) {
 }
 
 std::string inputs_text(const Calibration& found) {
-  std::vector<Row> rows{{"input", "prior", "90 %", "posterior", "90 %", "deviation, of the prior's"}};
+  TextTable rows{{"input", "prior", "90 %", "posterior", "90 %", "deviation, of the prior's"}};
   for (const CalibratedInput& each : found.inputs) {
     const std::string& unit = each.random.unit;
     rows.push_back({each.random.key, number_text(each.prior.mean, unit), range_text(each.prior, unit),
                     number_text(each.posterior.mean, unit), range_text(each.posterior, unit),
                     fmt::format("{:.2f}", each.ratio())});
   }
-  return columns(rows);
+  return aligned(rows, 2, true);
 }
 
 std::string scales_text(const Calibration& found) {
@@ -67,51 +69,53 @@ std::string ratios_text(const Information& information, const Calibration& found
 }
 
 std::string contributions_text(const Calibration& found) {
-  std::vector<Row> rows{{"from", "bits", "deviations", "without: bits", "deviations"}};
+  TextTable rows{{"from", "bits", "deviations", "without: bits", "deviations"}};
   for (const Contribution& each : found.contributions)
     rows.push_back({readable(each.quantity), fmt::format("{:.2f}", each.alone.bits),
                     ratios_text(each.alone, found),
                     each.without ? fmt::format("{:.2f}", each.without->bits) : "-",
                     each.without ? ratios_text(*each.without, found) : "-"});
-  return columns(rows) +
+  return aligned(rows, 2, true) +
          fmt::format("All together {:.2f} bits. Deviations of the inputs, of the prior's, in their order.\n",
                      found.bits);
 }
 
 std::string predictions_text(const Calibration& found) {
-  std::vector<Row> rows{{"prediction", "observed", "mean", "90 %", "below the observed"}};
+  TextTable rows{{"prediction", "observed", "mean", "90 %", "below the observed"}};
   for (const Prediction& each : found.predictions)
     rows.push_back({readable(each.name), number_text(each.observed, each.unit),
                     number_text(each.predicted.mean, each.unit), range_text(each.predicted, each.unit),
-                    percent_text(each.place)});
-  return columns(rows);
+                    shown_percent(each.place)});
+  return aligned(rows, 2, true);
 }
 
 std::string coverage_text(const CalibrationChecks& checks) {
-  std::vector<Row> rows{{"coverage of", "interval", "covered", "95 % interval"}};
+  TextTable rows{{"coverage of", "interval", "covered", "95 % interval"}};
   for (const Coverage& each : checks.coverage)
-    rows.push_back({each.key, percent_text(each.level), fmt::format("{} of {}", each.n_covered, each.n_draws),
-                    fmt::format("{} to {}", percent_text(each.lower), percent_text(each.upper))});
-  return columns(rows) +
+    rows.push_back({each.key, shown_percent(each.level),
+                    fmt::format("{} of {}", each.n_covered, each.n_draws),
+                    fmt::format("{} to {}", shown_percent(each.lower), shown_percent(each.upper))});
+  return aligned(rows, 2, true) +
          "Each draw's results as one experiment, by an emulator without it and the plain model.\n";
 }
 
 std::string emulator_text(const CalibrationChecks& checks) {
-  std::vector<Row> rows{{"emulated", "degree", "predicted", "meshes", "lack of fit, p"}};
+  TextTable rows{{"emulated", "degree", "predicted", "meshes", "lack of fit, p"}};
   for (const EmulatedComponent& each : checks.components)
-    rows.push_back({readable(each.quantity), fmt::format("{}", each.degree), percent_text(each.predicted),
-                    percent_text(each.mesh), probability(each.lack_of_fit_p_value)});
-  return columns(rows) + "Shares of the variance; that of the meshes is known with replicates only.\n";
+    rows.push_back({readable(each.quantity), fmt::format("{}", each.degree), shown_percent(each.predicted),
+                    shown_percent(each.mesh), shown_probability(each.lack_of_fit_p_value)});
+  return aligned(rows, 2, true) +
+         "Shares of the variance; that of the meshes is known with replicates only.\n";
 }
 
 std::string distance_text(const CalibrationChecks& checks) {
   std::string text = fmt::format(
-      "Observations and model: {:.2f} standard deviations apart at least, in {} numbers; p = {} ({:.2g} at "
+      "Observations and model: {:.2f} standard deviations apart at least, in {} numbers; p: {} ({:.2g} at "
       "least), ranked among left-out draws.\n",
-      checks.distance, checks.n_components, probability(checks.distance_p_value), checks.least_p_value);
+      checks.distance, checks.n_components, shown_probability(checks.distance_p_value), checks.least_p_value);
   if (!std::isnan(checks.shape_p_value))
-    text += fmt::format("Shape of the paths beyond their components: p = {}.\n",
-                        probability(checks.shape_p_value));
+    text += fmt::format("Shape of the paths beyond their components, p: {}.\n",
+                        shown_probability(checks.shape_p_value));
   return text;
 }
 

@@ -76,7 +76,7 @@ public:
   Eigen::Index n_components() const { return coefficient_.cols(); }
   /// Covariance of the samples about the mean.
   const Eigen::MatrixXd& scatter() const { return scatter_; }
-  /// What the leverage multiplies in the covariance of the mean: the scatter, or with several samples of a
+  /// The factor of the leverage in the covariance of the mean: the scatter, or with several samples of a
   /// draw, which share the error of the expansion, the covariance of the sums over draws per sample.
   const Eigen::MatrixXd& shared_scatter() const { return shared_scatter_; }
   /// Variance of each component over all samples.

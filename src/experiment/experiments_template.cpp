@@ -17,7 +17,7 @@ std::string in_millimetres(double y, double z) {
   return fmt::format("y = {:.4g} mm, z = {:.4g} mm", 1e3 * y, 1e3 * z);
 }
 
-/// What one has to know of the body to place an experiment in it.
+/// The body's bounds and crack starts, by which an experiment is placed in it.
 std::string body_text(const geometry::Body& body, const input::Parameters& parameters) {
   const auto& [lower, upper] = body.bounds();
   std::string text = fmt::format("# The body goes from {} to {}.\n", in_millimetres(lower[1], lower[2]),

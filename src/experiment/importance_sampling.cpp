@@ -15,7 +15,7 @@ namespace crackle::experiment {
 
 namespace {
 
-/// Of the t distributions of a proposal.
+/// Degrees of freedom of a proposal's t distributions.
 constexpr int t_degrees = 6;
 constexpr Eigen::Index n_clusters = 3;
 constexpr int n_fit_steps = 5;
@@ -57,7 +57,7 @@ double log_density(const Mixture& mixture, const Eigen::VectorXd& x) {
 
 Eigen::VectorXd normals(Eigen::Index n, RandomStream& stream) {
   Eigen::VectorXd x(n);
-  for (double& each : x) each = normal(stream);
+  for (double& each : x) each = stream.normal();
   return x;
 }
 

@@ -13,8 +13,8 @@ namespace crackle::experiment {
 /// The likelihood at a point.
 struct Likelihood {
   double logarithm = 0;
-  /// Of the observations from what is expected there, in standard deviations, and of the point from the
-  /// middle of the prior.
+  /// Square of the observations' distance from what is expected there, in standard deviations, plus that of
+  /// the point from the middle of the prior.
   double squared_distance = 0;
 };
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/text_table.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/experiment/matching.h"
 #include "text_parts.h"
@@ -14,6 +15,11 @@
 namespace crackle::experiment {
 
 namespace {
+
+using analysis::aligned;
+using analysis::shown_percent;
+using analysis::shown_probability;
+using analysis::TextTable;
 
 std::string size_text(double value, const std::string& unit) {
   if (std::isnan(value)) return "-";
@@ -41,16 +47,16 @@ std::string nearest_text(const MatchBy& by) {
 }
 
 std::string experiments_table(const Match& match) {
-  std::vector<Row> rows{{"experiment", "by", "p", "distance", "usual", "offset", "std", "nearest samples"}};
+  TextTable rows{{"experiment", "by", "p", "distance", "usual", "offset", "std", "nearest samples"}};
   for (const ExperimentMatch& experiment : match.experiments) {
     std::string name = experiment.name;
     for (const MatchBy& by : experiment.by) {
-      rows.push_back({std::exchange(name, ""), readable(by.name), probability(by.p_value),
+      rows.push_back({std::exchange(name, ""), readable(by.name), shown_probability(by.p_value),
                       size_text(by.mean_distance, by.unit), size_text(by.usual_distance, by.unit),
                       size_text(by.offset, by.unit), size_text(by.deviation, by.unit), nearest_text(by)});
     }
   }
-  return rows.size() == 1 ? "" : columns(rows);
+  return rows.size() == 1 ? "" : aligned(rows, 2, true);
 }
 
 std::string departure_text(const Departure& part, const PathFrame& frame) {
@@ -95,29 +101,25 @@ std::string interval(const analysis::Difference& found, const auto& show) {
   return fmt::format("{} ({} to {})", show(found.value), show(found.lower), show(found.upper));
 }
 
-std::string percent(double share) {
-  return std::isnan(share) ? "-" : fmt::format("{:.0f} %", 100 * share);
-}
-
 std::string set_text(const SetMatch& set) {
-  std::vector<Row> rows{
-      {"together by", "experiments", "p", "of energy", "of depth", "shift", "scatter, ratio"}};
+  TextTable rows{{"together by", "experiments", "p", "of energy", "of depth", "shift", "scatter, ratio"}};
   for (const SetMatchBy& by : set.by) {
-    rows.push_back({readable(by.name), fmt::format("{}", by.n_experiments), probability(by.test.p_value()),
-                    probability(by.test.energy_p_value), probability(by.test.depth_p_value),
+    rows.push_back({readable(by.name), fmt::format("{}", by.n_experiments),
+                    shown_probability(by.test.p_value()), shown_probability(by.test.energy_p_value),
+                    shown_probability(by.test.depth_p_value),
                     interval(by.scatter.shift, [&](double value) { return size_text(value, by.unit); }),
                     interval(by.scatter.ratio, [](double value) { return fmt::format("{:#.2g}", value); })});
   }
-  std::string text = columns(rows);
+  std::string text = aligned(rows, 2, true);
   for (const SetMatchBy& by : set.by) {
     if (by.advice.empty()) continue;
     text += fmt::format("By {}: {}\n", readable(by.name), by.advice);
     if (by.power.n_trials > 0)
       text += fmt::format(
           "  {} experiments and {} samples find a shift of one standard deviation in {}, twice the scatter "
-          "in "
-          "{} of cases.\n",
-          by.n_experiments, by.n_samples, percent(by.power.of_shift), percent(by.power.of_scatter));
+          "in {} of cases.\n",
+          by.n_experiments, by.n_samples, shown_percent(by.power.of_shift),
+          shown_percent(by.power.of_scatter));
   }
   const GroupTest& test = set.by.back().test;
   return text +

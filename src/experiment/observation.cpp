@@ -65,7 +65,7 @@ std::optional<Observable> observe_load(std::span<const Experiment> experiments,
     RandomStream random = errors(samples, sample, quantity, stream);
     found.samples.push_back(i);
     found.of_samples.add(std::array{load});
-    found.with_error.add(std::array{load + (found.error > 0 ? found.error * normal(random) : 0)});
+    found.with_error.add(std::array{load + (found.error > 0 ? found.error * random.normal() : 0)});
   }
   return found;
 }
@@ -171,7 +171,7 @@ std::optional<Observable> observe_tips(const Experiment& experiment, const Obser
     for (std::size_t k = 0; k < times.size(); ++k)
       times[k] = arm == nullptr ? not_a_number : arrival_at(*arm, experiment.tips[k].at);
     found.of_samples.add(times);
-    for (double& time : times) time += found.error > 0 ? found.error * normal(random) : 0;
+    for (double& time : times) time += found.error > 0 ? found.error * random.normal() : 0;
     found.with_error.add(times);
   }
   return found;
@@ -233,10 +233,8 @@ void check_places(const std::filesystem::path& file, std::span<const Experiment>
     if (is_inside) continue;
     messages.push_back(fmt::format(
         "{}: experiment \"{}\": its crack goes from y = {:.4g} to {:.4g} mm and from z = {:.4g} to {:.4g} "
-        "mm, "
-        "the body from y = {:.4g} to {:.4g} mm and from z = {:.4g} to {:.4g} mm; set origin, angle and "
-        "mirror, "
-        "or the units in the header of the file",
+        "mm, the body from y = {:.4g} to {:.4g} mm and from z = {:.4g} to {:.4g} mm; set origin, angle and "
+        "mirror, or the units in the header of the file",
         file.string(), experiment.name, 1e3 * seen.lower[0], 1e3 * seen.upper[0], 1e3 * seen.lower[1],
         1e3 * seen.upper[1], 1e3 * lower[1], 1e3 * upper[1], 1e3 * lower[2], 1e3 * upper[2]));
   }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace crackle::experiment {
 
@@ -114,11 +113,6 @@ Polyline extended(const Polyline& line, double length) {
   return longer;
 }
 
-double normal(RandomStream& stream) {
-  const double radius = std::sqrt(-2 * std::log(1 - stream.uniform()));
-  return radius * std::cos(2 * std::numbers::pi * stream.uniform());
-}
-
 Polyline with_reading_error(const Polyline& line, double deviation, double correlation_length,
                             RandomStream stream) {
   if (!(deviation > 0)) return line;
@@ -129,13 +123,13 @@ Polyline with_reading_error(const Polyline& line, double deviation, double corre
   const double step = length / static_cast<double>(n_steps);
   const double memory = correlation_length > 0 ? std::exp(-step / correlation_length) : 0;
   Polyline read;
-  double error = deviation * normal(stream);
+  double error = deviation * stream.normal();
   for (std::size_t i = 0; i <= n_steps; ++i) {
     const double at = step * static_cast<double>(i);
     const Point chord =
         point_at(line, std::min(at + step, length)) - point_at(line, std::max(at - step, 0.0));
     read.push_back(point_at(line, at) + error * left_of(unit(chord)));
-    error = memory * error + deviation * std::sqrt(1 - memory * memory) * normal(stream);
+    error = memory * error + deviation * std::sqrt(1 - memory * memory) * stream.normal();
   }
   return read;
 }

@@ -60,7 +60,7 @@ public:
     Eigen::VectorXd mean;
     Eigen::MatrixXd covariance;
   };
-  /// Of the mean of the experiments.
+  /// Distribution of the mean of the experiments.
   Expected expected(const Eigen::VectorXd& variables) const;
   double degrees_of_freedom() const { return degrees_; }
 

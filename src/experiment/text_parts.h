@@ -9,14 +9,6 @@
 /// Parts of readable texts.
 namespace crackle::experiment {
 
-using Row = std::vector<std::string>;
-
-/// Columns of equal width; the first two and the last one begin at the left.
-std::string columns(const std::vector<Row>& rows);
-
-/// "0.034"; "-" for NaN
-std::string probability(double p);
-
 /// With blanks for underscores.
 std::string readable(std::string name);
 

@@ -127,7 +127,7 @@ class Calibrate(unittest.TestCase):
             self.assertTrue(np.all(np.abs(drawn[:, k] - each["posterior"]["mean"]) < 4 * each["posterior"]["standard_deviation"]))
             self.assertLess(each["posterior"]["standard_deviation"], 1.1 * prior[k])
         self.assertEqual({each["kind"] for each in found["scales"]}, {"discrepancy"})
-        # What exists is kept.
+        # Existing files are kept.
         self.assertIn("already exists", self.crackle("calibrate", "out", "load.toml", "-o", "posterior.toml", status=1).stderr)
         self.assertEqual((self.folder / "posterior.toml").read_text(), tables)
 

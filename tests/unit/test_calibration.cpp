@@ -18,7 +18,7 @@ input::RandomInput random_input(const std::string& key, double mean, double devi
 
 Eigen::VectorXd normals(Eigen::Index n, RandomStream stream) {
   Eigen::VectorXd x(n);
-  for (double& each : x) each = normal(stream);
+  for (double& each : x) each = stream.normal();
   return x;
 }
 
@@ -182,7 +182,7 @@ TEST(Calibration, AnEmulatorKnowsItsErrorAndReplicates) {
   for (std::size_t i = 0; i < data.draws.size(); ++i)
     sum += 4 * emulator.predict(Eigen::VectorXd{{data.draws[i][0], data.draws[i][1]}}).leverage[0];
   EXPECT_NEAR(sum, static_cast<double>(emulator.n_terms(0)), 1e-2);
-  // What a draw's own samples say is left out with it.
+  // A draw's own samples are left out with it.
   const Emulator without = emulator.refitted(data.values.without(3), {0, 1, 2});
   CalibrationData others = data;
   others.values = data.values.without(3);

@@ -69,7 +69,7 @@ TEST(Comparison, SharesAsInNewcombesTables) {
 }
 
 TEST(Comparison, MediansHaveExactIntervalsOrNone) {
-  // Of 6 differences the least and the largest: 1 - 2 / 2^6 = 96.9 %.
+  // From the least to the largest of 6 differences: 1 - 2 / 2^6 = 96.9 %.
   const Difference six = difference_of_medians({{0, 0, 0, 0, 0, 0}, {6, 5, 9, 1, 2, 3}, true}, 0.95);
   EXPECT_EQ(six.value, 4);
   EXPECT_EQ(six.lower, 1);
@@ -85,6 +85,41 @@ TEST(Comparison, EqualValuesHaveNoInterval) {
     EXPECT_TRUE(found.has_no_width);
     EXPECT_TRUE(std::isnan(found.lower) && std::isnan(found.upper));
   }
+}
+
+TEST(Comparison, IntervalsOfTiesAreShown) {
+  // The means of all draws and the middle order statistics are equal, the values are not.
+  const std::vector<std::size_t> draws{0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5};
+  const std::vector<double> zero(12, 0.0), one{1, 3, 1, 3, 1, 3, 1, 3, 1, 3, 1, 3};
+  const std::vector<double> ties{1, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 3};
+  for (const Difference& found :
+       {difference_of_means({zero, one, true, draws, draws}, 0.95),
+        difference_of_medians({zero, ties, true}, 0.95), difference_of_medians({zero, ties}, 0.95)}) {
+    EXPECT_FALSE(found.has_no_width);
+    EXPECT_EQ(found.lower, 2);
+    EXPECT_EQ(found.upper, 2);
+  }
+  EXPECT_TRUE(difference_of_medians({zero, std::vector<double>(12, 2.0)}, 0.95).has_no_width);
+}
+
+TEST(Comparison, ASingleUnitHasTheVarianceOfTheOthers) {
+  // Only these units have a value. Other labels that leave a single one of them on a side do not count as
+  // larger differences: {0} and 1 to 6 are 3.5 / sqrt(3.5 + 3.5 / 6) apart, {0, 1, 2} and 3 to 6 more.
+  const TwoSamples some{{0, 1, 2}, {3, 4, 5, 6}, false, {0, 1, 2}, {0, 1, 2, 3}};
+  const std::vector<std::size_t> groups{0, 1, 2, 3, 4, 5};
+  const std::vector<double> equal(6, 1.0);
+  const std::vector<TwoSamples> looks{some, {equal, equal, false, groups, groups}};
+  EXPECT_DOUBLE_EQ(joint_test(looks, {}).adjusted[0], 60.0 / 924);
+}
+
+TEST(Comparison, TheObservedLabelsDoNotDecideWhichLooksCount) {
+  // Ten units, of which other labels put up to five on the first side.
+  const TwoSamples uneven{{9}, {0, 1, 2, 3, 4, 5, 6, 7, 8}, false, {0}, {0, 1, 2, 3, 4, 5, 6, 7, 8}};
+  const std::vector<std::size_t> groups{0, 1, 2, 3, 4, 5, 6, 7, 8};
+  const std::vector<double> equal(9, 1.0);
+  const std::vector<TwoSamples> looks{uneven, {equal, equal, false, groups, groups}};
+  EXPECT_GT(least_probability(uneven), 0.05);
+  EXPECT_EQ(joint_test(looks, {}).n_looks, 1);
 }
 
 TEST(Comparison, AShiftOfEightPairsIsSignificantBesideManyLooks) {
@@ -256,8 +291,7 @@ TEST_F(DrawnComparison, ReplicatesAreTakenByWholeDraws) {
   const auto percent = [](int n) { return 100.0 * n / n_trials; };
   std::printf(
       "8 replicates with correlation 0.8: below 0.05 by chance %.1f %% by draws, %.1f %% by samples; of 95 "
-      "%% "
-      "intervals hold: means %.1f %%, medians %.1f %%, shares %.1f %%\n",
+      "%% intervals hold: means %.1f %%, medians %.1f %%, shares %.1f %%\n",
       percent(n_significant), 100.0 * n_alone / n_trials_alone, percent(n_means), percent(n_medians),
       percent(n_shares));
   EXPECT_NEAR(percent(n_significant), 5, 4.5);
@@ -303,22 +337,29 @@ SampleSummary done(double force, int branching_points, std::vector<double> z) {
   return row;
 }
 
-TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
-  const input::Parameters one = plate();
-  std::vector<SampleSummary> first, second;
-  for (int i = 0; i < 8; ++i) {
-    const double z = 0.05 + 1e-3 * std::sin(7.0 * i);
-    first.push_back(done(400 + 40 * std::cos(5.0 * i), 0, {z, z}));
-    second.push_back(done(first.back().onset_force + 5 + 0.1 * i, 1, {z + 1e-4, not_a_number}));
+/// Pairs of samples with loads 5 to 5.7 N apart; a pair has failed.
+struct Pairs {
+  Pairs() {
+    for (int i = 0; i < 8; ++i) {
+      const double z = 0.05 + 1e-3 * std::sin(7.0 * i);
+      first.push_back(done(400 + 40 * std::cos(5.0 * i), 0, {z, z}));
+      second.push_back(done(first.back().onset_force + 5 + 0.1 * i, 1, {z + 1e-4, not_a_number}));
+    }
+    second[3] = empty_summary(1, 2, SampleStatus::failed);
+    law.fracture.release = input::Release::facet;
   }
-  second[3] = empty_summary(1, 2, SampleStatus::failed);
+
+  input::Parameters one = plate(), law = one;
+  std::vector<SampleSummary> first, second;
+};
+
+TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
+  const Pairs pairs;
   const auto force_of = [](const Comparison& comparison) {
     return *std::ranges::find(comparison.results, std::string("onset_force"),
                               [](const ComparedResult& result) { return std::string(result.info.name); });
   };
-  input::Parameters law = one;
-  law.fracture.release = input::Release::facet;
-  const Comparison paired = compare({&one, first}, {&law, second});
+  const Comparison paired = compare({&pairs.one, pairs.first}, {&pairs.law, pairs.second});
   EXPECT_TRUE(paired.are_paired);
   EXPECT_EQ(paired.n_pairs, 7);
   EXPECT_NEAR(force_of(paired).of_means.value, 5 + 0.1 * 25 / 7, 1e-9);
@@ -328,26 +369,34 @@ TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
   EXPECT_NEAR(paired.paths[0].of_means[0].value, 1e-4, 1e-12);
   EXPECT_TRUE(std::isnan(paired.paths[0].of_means[1].value)) << "no crack of the second reaches it";
   EXPECT_GE(force_of(paired).adjusted, force_of(paired).probability);
+  std::printf("%s", to_text(paired, "a", "b", pairs.one.sections).c_str());
 
-  input::Parameters mesh = one;
+  input::Parameters mesh = pairs.one;
   mesh.mesh.perturbation = 0.3;
-  const Comparison independent = compare({&one, first}, {&mesh, second});
+  const Comparison independent = compare({&pairs.one, pairs.first}, {&mesh, pairs.second});
   EXPECT_FALSE(independent.are_paired);
   EXPECT_THAT(independent.note, ::testing::HasSubstr("mesh.perturbation = 0.3"));
   EXPECT_GT(force_of(independent).probability, 0.3);
   EXPECT_EQ(force_of(independent).n_first, 8);
+}
 
+TEST(Comparison, RemarksSayWhatTheNumbersHoldFor) {
+  const Pairs made;
+  const auto& [one, law, first, second] = made;
   const auto remarks_of = [](const Comparison& comparison) {
     std::string all;
     for (const std::string& remark : comparison.remarks) all += remark + "\n";
     return all;
   };
-  EXPECT_THAT(remarks_of(independent), ::testing::Not(::testing::HasSubstr("one draw")));
+  input::Parameters mesh = one;
+  mesh.mesh.perturbation = 0.3;
+  EXPECT_THAT(remarks_of(compare({&one, first}, {&mesh, second})),
+              ::testing::Not(::testing::HasSubstr("one draw")));
   input::Parameters replicated = law;
   replicated.ensemble.replicates = 2;
   EXPECT_THAT(remarks_of(compare({&one, first}, {&replicated, second})),
               ::testing::HasSubstr("are by whole draws, 4 and 4."));
-  EXPECT_THAT(remarks_of(paired),
+  EXPECT_THAT(remarks_of(compare({&one, first}, {&law, second})),
               ::testing::HasSubstr("Failed samples are in no number: 0 in the first, 1 in"));
   std::vector<SampleSummary> unfinished = second;
   unfinished[0].outcome = 4;
@@ -372,7 +421,11 @@ TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
   replicated.ensemble.plan = input::SamplingPlan::sobol;
   EXPECT_THAT(compare({&one, first}, {&replicated, second}).note,
               ::testing::HasSubstr("lie more evenly than independent ones"));
+}
 
+TEST(Comparison, PathsAreComparedInTheSameBodyAtTheSameSections) {
+  const Pairs made;
+  const auto& [one, law, first, second] = made;
   input::Parameters wider = one;
   wider.specimen.size[1] = 0.021;
   EXPECT_TRUE(compare({&one, first}, {&wider, second}).paths.empty());
@@ -382,7 +435,6 @@ TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
   EXPECT_TRUE(other_sections.are_paired);
   EXPECT_TRUE(other_sections.paths.empty());
   EXPECT_THAT(other_sections.note, ::testing::HasSubstr("sections differ"));
-  std::printf("%s", to_text(paired, "a", "b", one.sections).c_str());
 }
 
 }  // namespace

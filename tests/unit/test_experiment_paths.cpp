@@ -103,8 +103,8 @@ public:
     samples.seed = seed;
     for (std::size_t i = 0; i < n; ++i) {
       ObservedSample sample{.number = i};
-      sample.summary.onset_force = 100 + 5 * normal(stream_);
-      sample.summary.peak_load = sample.summary.onset_force + 1 + std::abs(normal(stream_));
+      sample.summary.onset_force = 100 + 5 * stream_.normal();
+      sample.summary.peak_load = sample.summary.onset_force + 1 + std::abs(stream_.normal());
       const Polyline points = crack();
       TimedLine arm{.points = points, .time = {}};
       for (std::size_t k = 0; k < points.size(); ++k) arm.time.push_back(1e-6 * static_cast<double>(k));
@@ -114,7 +114,7 @@ public:
   }
 
   Polyline crack(double scale = 1, double shift = 0) {
-    const double a = normal(stream_), b = normal(stream_), c = normal(stream_);
+    const double a = stream_.normal(), b = stream_.normal(), c = stream_.normal();
     return path([=](double s) {
       return shift + scale * (0.1 * a + 0.05 * b * s + 0.1 * c * std::sin(s)) + 0.02 * s * s;
     });
@@ -126,8 +126,8 @@ public:
     made.path_error_length = 1 * mm;
     made.lines = {with_reading_error(crack(scale, shift), made.path_error, made.path_error_length,
                                      stream_.substream(stream_.bits()))};
-    made.onset_load = 100 + 5 * normal(stream_);
-    made.peak_load = *made.onset_load + 1 + std::abs(normal(stream_));
+    made.onset_load = 100 + 5 * stream_.normal();
+    made.peak_load = *made.onset_load + 1 + std::abs(stream_.normal());
     return made;
   }
 

@@ -23,7 +23,7 @@ ValueTable numbers(const std::vector<double>& values) {
 
 /// A smooth curve of Gaussian shape coefficients: a random offset, slope and bend at `n` columns.
 std::vector<double> curve(RandomStream& stream, double scale = 1, double shift = 0, std::size_t n = 12) {
-  const double a = normal(stream), b = normal(stream), c = normal(stream);
+  const double a = stream.normal(), b = stream.normal(), c = stream.normal();
   std::vector<double> values;
   for (std::size_t k = 0; k < n; ++k) {
     const double s = static_cast<double>(k) / static_cast<double>(n - 1);
@@ -234,7 +234,7 @@ TEST(ValidScatter, IntervalsCoverTheTruth) {
   int n_ratio = 0, n_shift = 0;
   for (int trial = 0; trial < n_trials; ++trial) {
     ValueTable experiments = curves(stream, m, true_ratio, true_shift);
-    for (double& value : experiments.values) value += error * normal(stream);
+    for (double& value : experiments.values) value += error * stream.normal();
     const Scatter found = scatter(experiments, curves(stream, n), error, 0.9);
     n_ratio += found.ratio.lower <= true_ratio && true_ratio <= found.ratio.upper ? 1 : 0;
     n_shift += found.shift.lower <= true_shift && true_shift <= found.shift.upper ? 1 : 0;

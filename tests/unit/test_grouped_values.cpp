@@ -71,5 +71,38 @@ TEST(GroupedValues, IntervalsOfMediansHoldAtEverySmallNumber) {
   std::printf("\n");
 }
 
+TEST(GroupedValues, IntervalsOfMediansOfFewDrawsAreNotReversed) {
+  // One value of each draw is below the median, so that the share below does not vary.
+  const std::vector<std::size_t> draws{0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5};
+  const Interval even =
+      median_interval(std::vector<double>{1, 7, 2, 8, 3, 9, 4, 10, 5, 11, 6, 12}, draws, 0.95);
+  EXPECT_EQ(even.lower, 6);
+  EXPECT_EQ(even.upper, 7);
+  // Draws that are wholly alike are six values.
+  const Interval alike =
+      median_interval(std::vector<double>{1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6}, draws, 0.95);
+  EXPECT_EQ(alike.lower, 1);
+  EXPECT_EQ(alike.upper, 6);
+  constexpr int n_trials = 2000;
+  std::printf("95 %% intervals of the median of 6 draws of 2 replicates hold, by the draws' share:");
+  for (const double share : {0.0, 0.5, 0.9}) {
+    int n_held = 0;
+    for (std::uint64_t trial = 0; trial < n_trials; ++trial) {
+      RandomStream stream(2, trial, "median");
+      std::vector<double> values(12);
+      for (std::size_t i = 0; i < 12; i += 2) {
+        const double draw = std::sqrt(share) * stream.normal();
+        for (const std::size_t k : {i, i + 1}) values[k] = draw + std::sqrt(1 - share) * stream.normal();
+      }
+      const Interval found = median_interval(values, draws, 0.95);
+      EXPECT_LE(found.lower, found.upper);
+      n_held += found.lower <= 0 && 0 <= found.upper ? 1 : 0;
+    }
+    std::printf(" %.1f: %.1f %%", share, 100.0 * n_held / n_trials);
+    EXPECT_GE(100.0 * n_held / n_trials, 93);
+  }
+  std::printf("\n");
+}
+
 }  // namespace
 }  // namespace crackle::analysis

@@ -6,7 +6,6 @@
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>
-#include <boost/math/distributions/normal.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -19,10 +18,6 @@ using ::testing::HasSubstr;
 
 constexpr double none = not_a_number;
 
-double normal(RandomStream& stream) {
-  return boost::math::quantile(boost::math::normal(), stream.uniform() + std::ldexp(1.0, -54));
-}
-
 /// Paths whose position at each section follows from the one before.
 std::vector<FramedPath> made_paths(std::size_t n, std::size_t n_sections, double follows, double scatter,
                                    RandomStream& stream) {
@@ -30,7 +25,7 @@ std::vector<FramedPath> made_paths(std::size_t n, std::size_t n_sections, double
   for (FramedPath& path : paths)
     for (std::size_t s = 0; s < n_sections; ++s)
       path.push_back(
-          {true, s == 0 ? normal(stream) : follows * path[s - 1].value + scatter * normal(stream)});
+          {true, s == 0 ? stream.normal() : follows * path[s - 1].value + scatter * stream.normal()});
   return paths;
 }
 
@@ -114,7 +109,13 @@ TEST(PathInference, StoppedCracksByHand) {
   EXPECT_DOUBLE_EQ(found[1].probability, 2.0 / 21) << "only at 1 and 2 would they differ as much";
   EXPECT_DOUBLE_EQ(found[1].mean_of_all, 2 * (15 + 14) / 7.0);
   EXPECT_EQ(found[1].n_all, 7);
+  EXPECT_EQ(found[1].n_predicted, 2);
   EXPECT_EQ(found[1].n_beyond, 2);
+  // The fifth arrives and the sixth stops, of one draw.
+  const std::vector<std::size_t> draws{0, 1, 2, 3, 4, 4, 5, 6};
+  const Stopped of_draws = stopped_cracks(paths, std::vector<int>{-1, 0}, draws, 0.95)[1];
+  EXPECT_TRUE(std::isnan(of_draws.probability));
+  EXPECT_EQ(of_draws.mean_stopped, 7);
   paths.erase(paths.begin());
   EXPECT_TRUE(std::isnan(stopped_cracks(paths, std::vector<int>{-1, 0}, {}, 0.95)[1].mean_of_all))
       << "four arrivals";
@@ -149,7 +150,7 @@ TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
   // Three stopped, at 51 mm on average, the others at 55.5; with them the mean is 64 mm.
   EXPECT_THAT(text,
               ::testing::ContainsRegex("\nleader +0 +0 +y = 15 mm +65\\.500 +1\\.963 +[0-9.]+ +3 +51\\.000 "
-                                       "+55\\.500 +0\\.[0-9]+ +64\\.000 "));
+                                       "+55\\.500 +0\\.[0-9]+ +64\\.000 +[0-9.]+ +3 +3\n"));
   EXPECT_THAT(text, HasSubstr("+- band"));
 }
 

@@ -16,6 +16,11 @@ namespace crackle::analysis {
 /// Group of each value, in ascending order; empty if each value is a group of its own.
 using Groups = std::span<const std::size_t>;
 
+/// The group of value i.
+inline std::size_t group_of(Groups groups, std::size_t i) {
+  return groups.empty() ? i : groups[i];
+}
+
 /// Components of the variance by one-way random-effects analysis of variance (Searle, Casella and McCulloch
 /// 1992, Variance Components, chapter 3).
 struct VarianceComponents {
@@ -61,8 +66,8 @@ Interval share_interval(std::span<const double> values, Groups groups, double co
 /// Confidence interval of the median. For independent values between order statistics, exact for every
 /// continuous distribution by the binomial distribution (Conover 1999, Practical Nonparametric Statistics,
 /// section 3.2); of differences, it is that of the sign test. For groups by Woodruff's method (1952, J. Am.
-/// Stat. Assoc. 47, 635), with Student's t for the number of groups. NaN is ignored; NaN ends if there are
-/// fewer than least_values_for_median groups.
+/// Stat. Assoc. 47, 635), with Student's t for the number of groups, or from the least to the largest value.
+/// NaN is ignored; NaN ends if there are fewer than least_values_for_median groups.
 Interval median_interval(std::span<const double> values, Groups groups, double confidence);
 
 /// Fewer independent values have no interval of the median: 6 at 95 %.

@@ -32,7 +32,9 @@ struct Stopped {
   int n_arrived = 0, n_stopped = 0;
   double mean_arrived = not_a_number;  ///< at the section before, of those that arrive here [m]
   double mean_stopped = not_a_number;  ///< likewise, of those that stop
-  double probability = not_a_number;   ///< of the difference, by permutations
+  /// p of the difference, by permutations. NaN if a group has several cracks: some may arrive and others
+  /// stop, while the units that are permuted must be independent.
+  double probability = not_a_number;
   /// Mean here had no crack stopped [m]. Positions of those that stopped are predicted by linear regression
   /// on the section before, section after section: for normal positions that depend on the section before
   /// alone, the maximum-likelihood estimate from monotone missing data (Anderson 1957, J. Am. Stat. Assoc.
@@ -41,7 +43,8 @@ struct Stopped {
   double mean_of_all = not_a_number;
   double half_width_of_all = not_a_number;  ///< of its interval: jackknife over groups, Student's t [m]
   int n_all = 0;                            ///< cracks in this mean
-  int n_beyond = 0;  ///< of those predicted, outside the range of the arrivals one section earlier
+  int n_predicted = 0;                      ///< of these
+  int n_beyond = 0;  ///< of the predicted, outside the range of the arrivals one section earlier
 };
 
 /// For each section.
@@ -58,7 +61,7 @@ struct PathInference {
 PathInference path_inference(const RankStatistics& ranks, const Statistics& statistics,
                              std::span<const SampleSummary> samples, const input::Parameters& parameters);
 
-/// Of leaders and followers as a readable table; empty if no crack reached a section.
+/// The same for leaders and followers as a readable table; empty if no crack reached a section.
 std::string path_inference_text(const Statistics& statistics, std::span<const SampleSummary> samples,
                                 const input::Parameters& parameters);
 

@@ -20,7 +20,7 @@ inline constexpr double default_confidence = 0.95;
 /// Shares of the quantiles: minimum, quartiles and median, maximum.
 inline constexpr std::array<double, 5> quantile_shares{0, 0.25, 0.5, 0.75, 1};
 
-/// What the confidence intervals of an ensemble cover, as sentences for the user.
+/// The scope of an ensemble's confidence intervals, as sentences for the user.
 /// @param replicates samples with the same draw of the random inputs
 std::string interval_scope(input::Base base, int replicates = 1);
 

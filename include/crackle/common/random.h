@@ -30,6 +30,7 @@ public:
   double uniform();      ///< in [0, 1), 53 bits
   /// In [lower, upper), or `upper` itself due to rounding.
   double uniform(double lower, double upper) { return lower + (upper - lower) * uniform(); }
+  double normal();  ///< standard normal, from two uniform numbers (Box and Muller)
 
 private:
   std::array<std::uint32_t, 2> key_{};

@@ -35,17 +35,17 @@ struct CalibratedInput {
   input::RandomInput random;  ///< key, unit and prior
   Spread prior, posterior;
 
-  /// Of the standard deviations, posterior over prior.
+  /// Ratio of the standard deviations, posterior over prior.
   double ratio() const { return posterior.standard_deviation / prior.standard_deviation; }
 };
 
-/// What some of the observations say.
+/// The inputs by some of the observations.
 struct Information {
   double bits = not_a_number;  ///< Kullback-Leibler divergence of the posterior from the prior
   std::vector<Spread> inputs = {};
 };
 
-/// What one quantity contributes.
+/// A quantity's contribution to the posterior.
 struct Contribution {
   std::string quantity = {};
   Information alone = {};

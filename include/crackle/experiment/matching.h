@@ -102,7 +102,7 @@ ExperimentMatch match_one(const Experiment& experiment, const ObservedSamples& s
 Match match(std::span<const Experiment> experiments, const ObservedSamples& samples,
             const geometry::Body& body, const input::Parameters& parameters);
 
-/// What shift and scatter of experiments mean for the model, in sentences.
+/// Sentences on the shift and scatter of experiments: their meaning for the model.
 std::string advice(const SetMatchBy& by);
 
 /// The match as readable tables and sentences.

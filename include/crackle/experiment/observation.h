@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-/// What of a sample corresponds to an observation in an experiment.
+/// A sample's results that correspond to observations in an experiment.
 namespace crackle::experiment {
 
 /// A crack's main arm and when it arrived at its points.

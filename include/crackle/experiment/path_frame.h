@@ -35,9 +35,6 @@ Polyline extended(const Polyline& line, double length);
 Polyline with_reading_error(const Polyline& line, double deviation, double correlation_length,
                             RandomStream stream);
 
-/// A standard normal number.
-double normal(RandomStream& stream);
-
 /// Stations on a curve amid all others, with normals.
 struct PathFrame {
   std::vector<plane::Point> place;   ///< of each station

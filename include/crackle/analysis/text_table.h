@@ -8,8 +8,9 @@ namespace crackle::analysis {
 
 using TextTable = std::vector<std::vector<std::string>>;  ///< rows of equally many cells
 
-/// The table with its first columns aligned to the left and the others to the right.
-std::string aligned(const TextTable& table, std::size_t n_left = 1);
+/// The table with its first columns, and the last one if wanted, aligned to the left and the others to the
+/// right.
+std::string aligned(const TextTable& table, std::size_t n_left = 1, bool is_last_left = false);
 
 /// A number in the syntax of fmt, such as ".3f", times a factor; "-" for NaN.
 std::string shown(double value, const std::string& format, double factor = 1);
@@ -17,7 +18,10 @@ std::string shown(double value, const std::string& format, double factor = 1);
 /// "lower to upper", likewise.
 std::string shown_range(double lower, double upper, const std::string& format, double factor = 1);
 
-/// A p-value.
+/// A share, as "93 %".
+std::string shown_percent(double share);
+
+/// A p-value, as "0.034" or "< 0.001".
 std::string shown_probability(double probability);
 
 }  // namespace crackle::analysis
