@@ -137,7 +137,8 @@ class Compare(unittest.TestCase):
             text = file.attrs["input"]
         for key, value in keys.items():
             text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value}", text)
-        (self.folder / name / "input.toml").write_text(text.replace("[mesh]\n", f'[mesh]\nbase = "{base}"\n'))
+        text = re.sub(r"(?m)^base = .*\n", "", text).replace("[mesh]\n", f'[mesh]\nbase = "{base}"\n')
+        (self.folder / name / "input.toml").write_text(text)
         return self.folder / name
 
     def test_a_shared_base_and_samples_left_out_are_named(self):

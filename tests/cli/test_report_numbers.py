@@ -20,7 +20,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
-from crackle_report import program, reading  # noqa: E402
+from crackle import program  # noqa: E402
+from crackle_report import reading  # noqa: E402
 from synthetic_ensemble import SLOTS, WIDTH, write_ensemble  # noqa: E402
 
 

@@ -233,7 +233,7 @@ class Stats(unittest.TestCase):
             if "quantiles" in result and not is_place:
                 label = re.escape(result["label"] + (f" [{result['shown_units']}]" if result["shown_units"] else ""))
                 shown = " +".join(re.escape(format(value * result["shown_factor"], result["format"])) for value in result["quantiles"])
-                self.assertRegex(text, rf"\n{label} +{shown}\n")
+                self.assertRegex(text, rf"\n{label} +{shown} +3 +too few samples\n")
             if "counts" in result:
                 for word, count in zip(result["categories"], result["counts"]):
                     self.assertRegex(text, rf"\n{word} +{count}\n")
