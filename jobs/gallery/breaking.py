@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 import pictures
 from crackle import Ensemble
@@ -31,7 +31,8 @@ def draw_experiments(problem: Problem, folder: Path, picture: Path, program: Pat
     """A picture of the report that shows the experiments."""
     subprocess.run([ROOT / "tools" / "crackle-report", folder, "--experiments", problem.experiments_file, "--no-animation", "--program", program],
                    check=True)
-    shutil.copyfile(folder / "report" / f"{problem.picture}.png", picture)
+    with Image.open(folder / "report" / f"{problem.picture}.png") as drawn:
+        drawn.convert("RGB").quantize(64).save(picture, optimize=True)
 
 
 def main() -> int:
@@ -65,7 +66,7 @@ def main() -> int:
                 print(f"{name}: {np.mean(loads):.4g} ± {np.std(loads, ddof=1):.2g} N, {', '.join(ensemble.samples.outcome.unique())}", flush=True)
             if arguments.keep:
                 if problem and problem.picture:
-                    draw_experiments(problem, folder, GALLERY / f"{name}.png", arguments.program)
+                    draw_experiments(problem, ensemble.folder, GALLERY / f"{name}.png", arguments.program)
                 else:
                     pictures.draw(name, GALLERY / f"{name}.png", ensemble)
                 if problem:
