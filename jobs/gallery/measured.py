@@ -106,22 +106,22 @@ PROBLEMS = {
     "semicircular-bend": Problem("gallery/semicircular-bend.toml", (
         Figure("from the middle at z = 15, 20, 25, 30, 35, 40 mm", _places,
                always("6.2, 3.1, 1.3, 0.5, 0.1, −0.2 mm photographed; 6.3, 4.0, 2.6, 2.0, 1.5, 1.1 mm computed by its authors")),
-        Figure("p of the photographed path among the samples", _path(lambda row: f"{row.p_value:.3f}"), always("above 0.05 for one of them")),
+        Figure("p of the photographed path among the samples", _path(lambda row: f"{row.p_value:.3f}"), always("above 0.05")),
         Figure("its offset from their mean, along the path", _path(lambda row: f"{row.offset / MILLIMETRE:.2f} mm"),
                _path(lambda row: f"0, with a standard deviation of {row.standard_deviation / MILLIMETRE:.2f} mm"))),
         {}, _FEW_PLATES, experiments=MEASURED, picture="experiment-0-path"),
     "semicircular-bend-calibrated": Problem("gallery/semicircular-bend.toml", (
         *(Figure(name, _posterior(name), always(prior)) for name, prior in zip(DRAWN, (
             "0.33 to 0.43", "−2 to 2 mm, 0 as given", "−23.5 to −19.5 mm, −21.5 as given", "19.5 to 23.5 mm, 21.5 as given"))),
-        Figure("p of the photographed path among such samples, with any inputs", _explained, always("above 0.05 for one of them"))),
+        Figure("p of the photographed path with any inputs", _explained, always("above 0.05"))),
         {"ensemble.samples": "64", "ensemble.seed": "31", "ensemble.plan": '"sobol"'}, _FEW_PLATES | {"ensemble.samples": "16"}, RANDOM,
         experiments=MEASURED, picture="posterior"),
     "alumina-bars": Problem("gallery/bend-bar.toml", (
         Figure("Weibull modulus of the strengths", _modulus, always(f"{MODULUS}")),
         Figure("their scale", _scale(1), always(f"{STRENGTH} MPa")),
-        Figure("p of 15 strengths of that distribution among the samples' loads", _together, always("above 0.05 if they are alike"))),
+        Figure("p of the 15 strengths", _together, always("above 0.05"))),
         _ALUMINA, _FEW_BARS, experiments="alumina-bars.toml", picture="experiments-peak-load"),
     "small-alumina-bars": Problem("gallery/bend-bar.toml", (
-        Figure("scale of the strengths of bars of half the size", _scale(SMALL), always(f"{STRENGTH * SMALL ** (-3 / MODULUS):.0f} MPa")),),
+        Figure("scale for bars of half the size", _scale(SMALL), always(f"{STRENGTH * SMALL ** (-3 / MODULUS):.0f} MPa")),),
         _ALUMINA, _FEW_BARS, size=SMALL),
 }
