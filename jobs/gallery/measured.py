@@ -46,7 +46,7 @@ def measured(problem: str) -> Problem:
 
 
 def _path(form: Callable[[Any], str]) -> Callable[[Ensemble], str]:
-    """Of the row of the path in the match."""
+    """A text made from the path's row in the match."""
     return lambda ensemble: form(ensemble.match(measured("semicircular-bend").experiments_file).loc[("photographed", "path")])
 
 

@@ -19,7 +19,7 @@ from crackle_report import command, style  # noqa: E402
 
 
 def call(main: Callable[[], int], *arguments: object) -> subprocess.CompletedProcess:
-    """What a process that calls main() with these arguments would give."""
+    """The outcome that a process calling main() with these arguments would have."""
     out, err = io.StringIO(), io.StringIO()
     words = [str(argument) for argument in arguments]
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), warnings.catch_warnings(), \

@@ -135,7 +135,7 @@ class Experiments(unittest.TestCase):
             ensemble.calibrate(self.file, program=PROGRAM)
 
     def test_posterior(self):
-        """Of a made-up document of crackle calibrate."""
+        """Drawn from a made-up document of crackle calibrate."""
         def spread(mean: float, deviation: float) -> dict:
             return {"mean": mean, "standard_deviation": deviation, "lower": mean - 1.64 * deviation, "upper": mean + 1.64 * deviation}
 

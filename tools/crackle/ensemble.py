@@ -141,7 +141,7 @@ class Ensemble:
         return match_table(found)
 
     def calibrate(self, experiments: str | Path, program: str | Path | None = None) -> pd.DataFrame:
-        """What experiments (a TOML file) say of the random inputs, as `crackle calibrate` has it: a row for each input with its
+        """The random inputs given experiments (a TOML file), as `crackle calibrate` finds them: a row for each input with its
         prior and posterior [SI]. `.attrs` holds "draws" (a table of weighted draws from the posterior) and the whole "document".
 
         Raises crackle.ResultsError with the program's message, also where there are no random inputs.

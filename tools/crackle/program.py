@@ -44,13 +44,13 @@ def comparison_of(folders: Sequence[Path], program: Optional[Path] = None) -> di
 
 
 def match_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
-    """What `crackle match --json` says of experiments (a TOML file) and an ensemble. Raises ResultsError."""
+    """The document of `crackle match --json` for experiments (a TOML file) and an ensemble. Raises ResultsError."""
     check_folder(folder)
     return _ask(program, "match", str(folder), str(experiments), "--json")
 
 
 def calibration_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
-    """What `crackle calibrate --json` says of them. Raises ResultsError, also where the ensemble has no random inputs."""
+    """The document of `crackle calibrate --json` for them. Raises ResultsError, also where the ensemble has no random inputs."""
     check_folder(folder)
     return _ask(program, "calibrate", str(folder), str(experiments), "--json")
 

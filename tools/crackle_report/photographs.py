@@ -69,12 +69,12 @@ class Photograph:
 
 
 def photographs_of(experiment: dict[str, Any]) -> list[Photograph]:
-    """Of an experiment in the document of `crackle match`, in order of time."""
+    """Those of an experiment in the document of `crackle match`, in order of time."""
     return sorted(map(Photograph.of, experiment["observed"]["pictures"]), key=lambda photograph: photograph.time)
 
 
 def window(photographs: Sequence[Photograph], plate: Plate, beyond: float = 0.0) -> tuple[tuple[float, float], tuple[float, float]]:
-    """What they show of the body, with so much around it: ranges of y and of z [m]. Raises ResultsError when it is nothing."""
+    """The part of the body that they show, with so much around it: ranges of y and of z [m]. Raises ResultsError when it is nothing."""
     ends = np.array([photograph.ends for photograph in photographs])
     body = np.array([plate.ends(1), plate.ends(2)]).T + np.array([[-beyond], [beyond]])
     low, high = np.maximum(ends[:, 0].min(axis=0), body[0]), np.minimum(ends[:, 1].max(axis=0), body[1])
@@ -161,7 +161,7 @@ class _Comparison:
         self._is_new = True
 
     def result(self, numbers: list[int]) -> dict[str, Any]:
-        """Of these samples: rank p value, distances, the nearest ones."""
+        """Rank p value, distances and the nearest ones of these samples."""
         used = [number for number in numbers if number in self._images]
         found = {"p_value": 1.0, "least_p_value": 1 / (len(used) + 1), "n_samples": len(used),
                  "left_out": [number for number in numbers if number not in self._images], "unit": "1",

@@ -134,7 +134,7 @@ def _start(times: Unit, since_onset: float) -> str:
 
 
 def experiments(match: dict[str, Any]) -> str:
-    """What `crackle match` says of each experiment, and of all together."""
+    """Each experiment, and all together, as `crackle match` has them."""
     titles = (("experiment", ""), ("by", ""), ("p", "rank among the samples"), ("samples", ""), ("distance", "mean to the samples"),
               ("usual distance", "median of the samples"), ("offset", "from the samples' mean"), ("nearest samples", "and their distances"))
     rows = [[experiment["name"], name.replace("_", " "), _number(by["p_value"], ".3f"), str(by["n_samples"]),
@@ -153,7 +153,7 @@ def experiments(match: dict[str, Any]) -> str:
 
 
 def advice(match: dict[str, Any]) -> str:
-    """What follows from several experiments together, and what is to be known of single ones."""
+    """Sentences on several experiments together, and notes on single ones."""
     words = [f"{experiment['name']}: {experiment['note']}." for experiment in match["experiments"] if experiment["note"]]
     words += [f"By {name.replace('_', ' ')}: {by['advice']}" for name, by in (match["set"] or {"by": {}})["by"].items() if by.get("advice")]
     return " ".join(words)

@@ -28,7 +28,7 @@ class Weibull:
 
 
 def fit(values: np.ndarray, probability: np.ndarray, confidence: float = 0.95) -> Weibull | None:
-    """Of independent values; None for fewer than FEWEST, or where they are not positive, or all equal."""
+    """Fits independent values; None for fewer than FEWEST, or where they are not positive, or all equal."""
     if values.size < FEWEST or not (values > 0).all() or np.ptp(values) == 0:
         return None
     location, width = (float(found[0]) for found in _most_likely(np.log(values)[None]))

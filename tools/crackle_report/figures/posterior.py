@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What experiments say of the random inputs: posterior against prior, the numbers of `crackle calibrate`."""
+"""The random inputs given experiments: posterior against prior, by `crackle calibrate`."""
 from __future__ import annotations
 
 from typing import Any, Optional
