@@ -300,7 +300,7 @@ values = ["independent", "sobol"]
         self.write(PLATE, "plain.toml")
         wrong = self.write(PLATE + SWEEP.replace("[0.05, 0.1]", "[0.05, 0.9]"), "wrong.toml")
         refused = self.call("run", wrong, "-o", "out", status=1)
-        self.assertIn("wrong.toml:16: mesh.perturbation: 0.9 is out of range", refused)
+        self.assertIn("wrong.toml:17: mesh.perturbation: 0.9 is out of range", refused)
         self.assertIn('(in case 1: fracture.release = "element", mesh.perturbation = 0.9)', refused)
         self.assertFalse((self.folder / "out").exists())
         self.call("run", "plain.toml", "-o", "plain", "--samples", "0")
