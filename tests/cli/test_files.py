@@ -279,7 +279,7 @@ class Files(SurvivalCase):
             result = self.at_once("stats", self.out)
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             self.assertIn("3 done", result.stdout)
-            self.assertIn("share one set of mother points", result.stdout)
+            self.assertIn("hold for this base (one set of mother points)", result.stdout)
         with h5py.File(self.out / "ensemble.h5") as root:
             self.assertIn(said, root.attrs["input"])
             self.assertIn("mother_points", root)
