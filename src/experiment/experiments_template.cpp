@@ -43,9 +43,7 @@ std::string load_lines(const ObservedSamples& samples) {
   std::vector<double> onset, peak;
   for (const ObservedSample& sample : samples.samples) {
     const auto& row = sample.summary;
-    if (const double load = std::isnan(row.onset_force) ? row.first_break_load : row.onset_force;
-        !std::isnan(load))
-      onset.push_back(load);
+    if (const double load = load_of(row, Quantity::onset_load); !std::isnan(load)) onset.push_back(load);
     if (!std::isnan(row.peak_load)) peak.push_back(row.peak_load);
   }
   const std::string lines = load_line("onset_load", onset) + load_line("peak_load", peak);

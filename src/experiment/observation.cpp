@@ -4,7 +4,6 @@
 #include "crackle/analysis/crack_path.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
-#include "crackle/dynamics/sample_result.h"
 #include "crackle/input/reader.h"
 #include "sample_arms.h"
 
@@ -187,7 +186,7 @@ ObservedSamples sort_samples(std::span<const analysis::SampleSummary> rows, std:
       sorted.missing.push_back(i);
     else if (row.status == analysis::SampleStatus::failed)
       sorted.failed.push_back(i);
-    else if (row.outcome == static_cast<std::int32_t>(dynamics::Outcome::undecided))
+    else if (analysis::is_undecided(row))
       sorted.undecided.push_back(i);
     else
       sorted.samples.push_back({.number = i, .summary = row});
