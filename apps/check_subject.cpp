@@ -77,7 +77,7 @@ void add_criterion(Rows& rows, const Subject& subject) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain =
       geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
-  const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
+  const auto operators = mechanics::make_operators(subdomain, parameters.material().density);
   const auto criterion = fracture::make_criterion(
       parameters, fracture::tetrahedron_strengths(self, parameters, 0, subdomain, operators),
       subject.phase.grid.step);
@@ -126,7 +126,7 @@ void add_criterion(Rows& rows, const Subject& subject) {
 }
 
 void add_waves(Rows& rows, const input::Parameters& parameters) {
-  const auto& material = parameters.material;
+  const auto& material = parameters.material();
   const double dilatational = mechanics::dilatational_speed(material);
   const double shear = mechanics::shear_speed(material);
   rows.emplace_back("wave speeds", fmt::format("c_d {:.4g} m/s, c_s {:.4g} m/s, c_R {:.4g} m/s", dilatational,

@@ -26,7 +26,7 @@ double impact_stress(const input::Parameters& parameters) {
   double speed = 0;
   for (const auto& condition : parameters.boundaries)
     if (condition.kind == input::BoundaryKind::velocity) speed = std::max(speed, norm(condition.value));
-  return parameters.material.density * mechanics::dilatational_speed(parameters.material) * speed;
+  return parameters.material().density * mechanics::dilatational_speed(parameters.material()) * speed;
 }
 
 std::string text_of_load(double load) {
@@ -35,7 +35,7 @@ std::string text_of_load(double load) {
 
 std::string too_late(const input::Parameters& parameters, const LoadOutlook& outlook) {
   const double transit =
-      std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material);
+      std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material());
   const double reach = std::max(parameters.time.duration, transit);
   if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
   return fmt::format(

@@ -120,7 +120,7 @@ std::string bending_warning(const input::Parameters& parameters, const geometry:
 }
 
 std::string locking_warning(const input::Parameters& parameters) {
-  const double nu = parameters.material.poisson_ratio;
+  const double nu = parameters.material().poisson_ratio;
   if (nu <= compressible) return {};
   std::string text = fmt::format(
       "at Poisson's ratio {:.4g} linear tetrahedra lock: in bending the body is about {:.3g} times too stiff "
@@ -220,7 +220,7 @@ std::vector<std::string> model_warnings(const input::Parameters& parameters, con
 std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time) {
   if (parameters.time.start != input::Start::quasi_static) return {};
   const double transit =
-      std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material);
+      std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material());
   if (!(first_break_time < few_transits * transit)) return {};
   return fmt::format(
       "quasi-static loading reaches the first break after {}, but a wave takes {} along the body, so inertia "

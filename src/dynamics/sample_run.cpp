@@ -52,7 +52,7 @@ public:
         context_{&group_,
                  &body_,
                  &loads_,
-                 parameters.material.density,
+                 parameters.material().density,
                  setup_.criterion.get(),
                  setup_.criterion->screening_share(setup_.stable_step),
                  setup_.average.get(),
@@ -453,7 +453,7 @@ SampleResult run_from_checkpoint(const parallel::Communicator& group, const inpu
 double arrest_window(const input::Parameters& parameters) {
   if (parameters.time.arrest) return *parameters.time.arrest;
   const double length = *std::ranges::max_element(parameters.specimen.size);
-  return length / std::sqrt(parameters.material.youngs_modulus / parameters.material.density);
+  return length / std::sqrt(parameters.material().youngs_modulus / parameters.material().density);
 }
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,

@@ -27,7 +27,7 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
     : group(ranks),
       parameters(input),
       subdomain(part),
-      body(part, input.material, input.fracture.release, input.fracture.contact),
+      body(part, input.material(), input.fracture.release, input.fracture.contact),
       loads(mechanics::make_boundary_loads(ranks, input, part)),
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(splitting.stability_limit / largest_frequency(ranks, part, body.operators(), body.force())),

@@ -75,8 +75,8 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
 double stable_step(const input::Parameters& parameters, const geometry::Realization& realization) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
-  const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
-  const mechanics::ResidualStiffness intact(operators, mechanics::IsotropicElasticity(parameters.material));
+  const auto operators = mechanics::make_operators(subdomain, parameters.material().density);
+  const mechanics::ResidualStiffness intact(operators, mechanics::IsotropicElasticity(parameters.material()));
   const mechanics::InternalForce force(operators, intact);
   return splitting(parameters.time.integrator).stability_limit /
          largest_frequency(self, subdomain, operators, force);

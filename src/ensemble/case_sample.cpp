@@ -59,7 +59,7 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   analysis.crossings =
       analysis::section_crossings(own_body, analysis.surface, analysis.branches, own.sections);
   analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
-                                         analysis.branches, analysis.crossings, own.material);
+                                         analysis.branches, analysis.crossings, own.material());
   if (own.draw) analysis.summary.inputs = own.draw->values;
   analysis.history = analysis::crack_history(own_body, analysis.surface, result);
   return analysis;

@@ -66,7 +66,7 @@ public:
     const auto average =
         fracture::make_stress_average(parameters_.fracture, setup_.body, criterion->strengths());
     const dynamics::MotionContext context{&self_,          &setup_.body,
-                                          &setup_.loads,   parameters_.material.density,
+                                          &setup_.loads,   parameters_.material().density,
                                           criterion.get(), criterion->screening_share(setup_.stable_step),
                                           average.get(),   parameters_.damping_rate()};
     agitate();

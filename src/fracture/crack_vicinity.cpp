@@ -108,7 +108,7 @@ std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator&
   return parallel::agree(group, [&] {
     return std::make_unique<CrackVicinity>(body, criterion, average, std::move(strengths),
                                            parameters.specimen, spacings,
-                                           mechanics::dilatational_speed(parameters.material));
+                                           mechanics::dilatational_speed(parameters.material()));
   });
 }
 

@@ -23,7 +23,7 @@ double fitted(double at_zero, double exponent, double poisson_ratio) {
 }
 
 double energy_factor(const input::Parameters& parameters) {
-  const input::Material& material = parameters.material;
+  const input::Material& material = parameters.material();
   return toughness_factor(parameters.fracture.release, material.poisson_ratio) / material.youngs_modulus;
 }
 
@@ -106,7 +106,7 @@ std::vector<double> fracture_spacings(const parallel::Communicator& group,
   if (length == 0) return local_spacings(group, subdomain, operators);
   return std::vector<double>(
       operators.tetrahedra.size(),
-      spacings_per_length(parameters.fracture.release, parameters.material.poisson_ratio) * length);
+      spacings_per_length(parameters.fracture.release, parameters.material().poisson_ratio) * length);
 }
 
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,

@@ -218,32 +218,31 @@ void check_variation(Findings& findings, const Variation& variation) {
   }
 }
 
-/// Rejects a toughness if the corresponding strength is not known.
-void check_toughness(const Parameters& parameters, Findings& findings) {
-  constexpr double least = least_measured_poisson_ratio;
-  constexpr double greatest = greatest_measured_poisson_ratio;
-  const double nu = parameters.material.poisson_ratio;
-  if (findings.faulty("material.poisson_ratio") || (nu >= least && nu <= greatest)) return;
-  findings.report("material.poisson_ratio",
-                  "{} is out of range with fracture.toughness; give a ratio from {} to {}, or "
-                  "fracture.strength instead of the toughness",
-                  nu, least, greatest);
-}
-
 }  // namespace
 
 void complete_fracture(Parameters& parameters, Findings& findings) {
-  Fracture& fracture = parameters.fracture;
-  const double k = fracture.fracture_toughness;
-  if (k == 0) return;
+  if (parameters.fracture.fracture_toughness == 0) return;
   if (findings.given("fracture.toughness"))
     findings.report("fracture.fracture_toughness",
                     "is given together with toughness; give only one of the two");
-  for (const char* const key : {"material.youngs_modulus", "material.poisson_ratio"})
-    if (findings.faulty(key)) return;
-  const double nu = parameters.material.poisson_ratio;
-  fracture.toughness = k * k * (1 - nu * nu) / parameters.material.youngs_modulus;
+  for (const char* const key : {"youngs_modulus", "poisson_ratio"})
+    if (findings.faulty(material_key(parameters.materials, 0) + "." + key)) return;
+  parameters.fracture.toughness = parameters.fracture_of(0).toughness;
 }
+
+namespace {
+
+/// True if each material has its own value of a key of [fracture].
+bool given_by_materials(const Parameters& parameters, const std::string& key, const Findings& findings) {
+  for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
+    const std::string path = material_key(parameters.materials, i) + ".";
+    if (!findings.given(path + key) && !(key == "toughness" && findings.given(path + "fracture_toughness")))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
 
 void check_fracture(const Parameters& parameters, Findings& findings) {
   if (parameters.fracture.variation) check_variation(findings, *parameters.fracture.variation);
@@ -268,7 +267,7 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
   if (softens) {
     for (const auto& [key, is_missing] :
          {std::pair{"strength", fracture.strength == 0}, {"toughness", fracture.toughness == 0}})
-      if (is_missing)
+      if (is_missing && !given_by_materials(parameters, key, findings))
         findings.report(
             fmt::format("fracture.{}", key),
             "the key is missing, but release = \"softening\" requires it; give both strength, such as "
@@ -282,13 +281,11 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
       if (findings.given(key))
         findings.report(key, "applies to release = \"softening\" only; leave it out, or give that release");
   }
-  if (softens) return;
-  if (fracture.strength == 0 && fracture.toughness == 0) {
+  if (!softens && fracture.strength == 0 && fracture.toughness == 0 &&
+      !given_by_materials(parameters, "strength", findings) &&
+      !given_by_materials(parameters, "toughness", findings))
     findings.report("fracture.strength",
                     "the key is missing; give a strength such as \"35 MPa\", or toughness");
-  } else if (fracture.toughness != 0) {
-    check_toughness(parameters, findings);
-  }
 }
 
 void check_time(const Parameters& parameters, Findings& findings) {

@@ -28,6 +28,7 @@ void complete_specimen(Parameters& parameters, Findings& findings);
 void complete_fracture(Parameters& parameters, Findings& findings);
 
 void check_specimen(const Parameters& parameters, Findings& findings);
+void check_materials(const Parameters& parameters, Findings& findings);
 void check_mesh(const Parameters& parameters, Findings& findings);
 void check_sections(const Parameters& parameters, Findings& findings);
 void check_fracture(const Parameters& parameters, Findings& findings);
@@ -36,6 +37,9 @@ void check_time(const Parameters& parameters, Findings& findings);
 void check_output(const Parameters& parameters, Findings& findings);
 void check_random(const Parameters& parameters, Findings& findings);
 void check_sweeps(const Parameters& parameters, Findings& findings);
+
+/// Key of a material's table: "material", or "material[1]" of several.
+std::string material_key(const std::vector<Material>& materials, std::size_t i);
 
 /// The kinds given by a [[boundary]] in the file; there should be one.
 std::vector<std::string> kinds_given(const Findings& findings, const std::string& table);

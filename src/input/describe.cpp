@@ -15,13 +15,18 @@ namespace crackle::input {
 
 namespace {
 
+std::string path_in(const Parameters& parameters, const Table& table, std::size_t i) {
+  if (table.occurrence == Occurrence::many) return numbered(table.path, table.path, i);
+  const bool of_materials = table.path == "material" || table.part_of == "material";
+  return of_materials && is_list(parameters.materials) ? numbered(table.path, "material", i) : table.path;
+}
+
 std::vector<Line> resolved(const Parameters& parameters) {
   Parameters shown = parameters;
   std::vector<Line> lines;
   for (const Table& table : schema()) {
     for (std::size_t i = 0; i < (table.count ? table.count(shown) : 1); ++i) {
-      const std::string path =
-          table.occurrence == Occurrence::many ? fmt::format("{}[{}]", table.path, i) : table.path;
+      const std::string path = path_in(parameters, table, i);
       for (const Key& key : table.keys) {
         const auto text = key.show(shown, i);
         if (!text) continue;
@@ -115,7 +120,9 @@ std::string sample_identity(const Parameters& parameters) {
 std::string key_list() {
   std::string result;
   for (const Table& table : schema()) {
-    const char* occurrence = table.occurrence == Occurrence::many       ? ", any number"
+    const char* occurrence = table.occurrence == Occurrence::many ? ", any number"
+                             : table.occurrence == Occurrence::once_or_many
+                                 ? ", or `[[material]]`, each with a name"
                              : table.occurrence == Occurrence::optional ? ", optional"
                                                                         : "";
     result += fmt::format("{}**`{}`**{}: {}\n\n", result.empty() ? "" : "\n", header_of(table), occurrence,

@@ -37,7 +37,7 @@ std::string mega_is_meant(double stress, double least, double greatest) {
 }
 
 std::string of_modulus(const Parameters& parameters) {
-  const double modulus = parameters.material.youngs_modulus;
+  const double modulus = parameters.material().youngs_modulus;
   if (modulus < softest)
     return fmt::format("material.youngs_modulus = {} is softer than rubber, like a gel{}",
                        shown_stress(modulus), mega_is_meant(modulus, 100 * softest, stiffest));
@@ -47,7 +47,7 @@ std::string of_modulus(const Parameters& parameters) {
 }
 
 std::string of_density(const Parameters& parameters) {
-  const double density = parameters.material.density;
+  const double density = parameters.material().density;
   if (density >= lightest && density <= heaviest) return {};
   const double meant = 1000 * density;
   return fmt::format(
@@ -60,7 +60,7 @@ std::string of_density(const Parameters& parameters) {
 
 std::string of_strength(const Parameters& parameters) {
   const double strength = parameters.fracture.strength;
-  const double modulus = parameters.material.youngs_modulus;
+  const double modulus = parameters.material().youngs_modulus;
   if (modulus >= brittle_modulus && strength > ideal_strength * modulus)
     return fmt::format(
         "fracture.strength = {} is more than a tenth of Young's modulus, {}, which no solid sustains",
@@ -75,7 +75,7 @@ std::string of_strength(const Parameters& parameters) {
 /// A toughness corresponds to a strength of about sqrt(toughness * modulus / spacing).
 std::string of_toughness(const Parameters& parameters) {
   const Fracture& fracture = parameters.fracture;
-  const double modulus = parameters.material.youngs_modulus;
+  const double modulus = parameters.material().youngs_modulus;
   if (fracture.toughness == 0 || fracture.strength > 0 || modulus < brittle_modulus) return {};
   const double strength = std::sqrt(fracture.toughness * modulus / parameters.mesh.spacing);
   const bool by_intensity = fracture.fracture_toughness > 0;
@@ -96,7 +96,7 @@ std::string of_toughness(const Parameters& parameters) {
 }
 
 std::string of_duration(const Parameters& parameters) {
-  const Material& material = parameters.material;
+  const Material& material = parameters.material();
   const double transit =
       std::ranges::max(parameters.specimen.size) / std::sqrt(material.youngs_modulus / material.density);
   const double duration = parameters.time.duration;

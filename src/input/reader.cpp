@@ -32,21 +32,37 @@ void read_missing_table(const Table& table, Parameters& parameters, Context& con
                           fmt::join(needed, ", "));
 }
 
+/// Reads the tables of an entry that is part of a table given several times.
+void read_parts(const Table& table, const Value& wholes, Parameters& parameters, Context& context) {
+  const std::string part = table.path.substr(table.part_of.size() + 1);
+  for (std::size_t i = 0; i < wholes.elements.size(); ++i) {
+    const Value* const value = find_path(wholes.elements[i], part);
+    if (value != nullptr && value->kind == ValueKind::table)
+      read_table(table, *value, numbered(table.path, table.part_of, i), parameters, i, context);
+  }
+}
+
 /// Reads all tables of one entry of the schema.
 void read_tables(const Table& table, const Value& root, Parameters& parameters, Context& context) {
+  if (!table.part_of.empty())
+    if (const Value* const wholes = find_path(root, table.part_of);
+        wholes != nullptr && wholes->kind == ValueKind::array)
+      return read_parts(table, *wholes, parameters, context);
   const Value* value = find_path(root, table.path);
-  if (table.occurrence == Occurrence::many) {
+  const bool is_list = value != nullptr && value->kind == ValueKind::array;
+  if (table.occurrence == Occurrence::many || (table.occurrence == Occurrence::once_or_many && is_list)) {
     if (value == nullptr || value->kind != ValueKind::array) return;
     for (std::size_t i = 0; i < value->elements.size(); ++i) {
-      table.append(parameters);
+      // One of a table that must occur is there from the start.
+      if (table.occurrence == Occurrence::many || i > 0) table.append(parameters);
       if (value->elements[i].kind != ValueKind::table) continue;
       read_table(table, value->elements[i], fmt::format("{}[{}]", table.path, i), parameters, i, context);
     }
   } else if (value != nullptr) {
     if (value->kind != ValueKind::table) return;
-    if (table.append) table.append(parameters);
+    if (table.append && table.occurrence != Occurrence::once_or_many) table.append(parameters);
     read_table(table, *value, table.path, parameters, 0, context);
-  } else if (table.occurrence == Occurrence::once) {
+  } else if (table.occurrence == Occurrence::once || table.occurrence == Occurrence::once_or_many) {
     read_missing_table(table, parameters, context);
   }
 }
@@ -70,6 +86,10 @@ std::optional<std::string> with_outline(const std::string& text, const Value& na
 }
 
 }  // namespace
+
+std::string numbered(const std::string& path, const std::string& of, std::size_t i) {
+  return fmt::format("{}[{}]{}", of, i, path.substr(of.size()));
+}
 
 void locate(const Value& value, const std::string& key, Findings& findings) {
   if (!key.empty()) findings.locate(key, value.line);
@@ -137,8 +157,8 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
   complete_specimen(parameters, findings);
   complete_fracture(parameters, findings);
-  for (const auto check : {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries,
-                           check_time, check_output, check_sweeps})
+  for (const auto check : {check_specimen, check_materials, check_mesh, check_sections, check_fracture,
+                           check_boundaries, check_time, check_output, check_sweeps})
     check(parameters, findings);
   if (!parameters.draw) check_random(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));

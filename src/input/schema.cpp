@@ -86,27 +86,6 @@ Key points_key() {
           }};
 }
 
-Key impulse_key() {
-  const Range range{0, infinity, true};
-  return {"impulse",
-          "stress^exponent time",
-          required(),
-          "above 0, such as \"1e-8 MPa^2 s\" for exponent = 2",
-          "K_f of the Tuler-Butcher criterion",
-          [=](const Source& source, Parameters& parameters, std::size_t) {
-            // Without a valid exponent the dimension is unknown.
-            if (source.context.findings.faulty("fracture.exponent")) return;
-            const Dimension dimension = impulse_dimension(parameters.fracture.exponent);
-            if (const auto value = read_quantity(source, dimension, range)) {
-              parameters.fracture.impulse = *value;
-            }
-          },
-          [](Parameters& parameters, std::size_t) {
-            return format_quantity(parameters.fracture.impulse,
-                                   impulse_dimension(parameters.fracture.exponent));
-          }};
-}
-
 Key sections_key(const std::string& name, std::vector<double> Sections::*positions) {
   const std::string form = "an array of lengths, such as [\"7 mm\", \"12.25 mm\"]";
   return {name,
@@ -154,15 +133,6 @@ Table line_table() {
            end_key("to", &SectionLine::to, R"(["14 mm", "80 mm"])", "where it ends")},
           [](const Parameters& parameters) { return parameters.sections.lines.size(); },
           [](Parameters& parameters) { parameters.sections.lines.emplace_back(); }};
-}
-
-/// The key, hidden while its value is 0, which means not given.
-Key hidden_at_zero(Key key, const Access<double>& access) {
-  key.show = [=, show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (access(parameters, i) == 0) return {};
-    return show(parameters, i);
-  };
-  return key;
 }
 
 /// The key, hidden without softening, to which it belongs.
@@ -279,37 +249,6 @@ Table region_table() {
           [](Parameters& parameters) { parameters.mesh.regions.emplace_back(); }};
 }
 
-Table material_table() {
-  return {"material",
-          Occurrence::once,
-          "isotropic linear elasticity",
-          {quantity_key("youngs_modulus", in(&Parameters::material, &Material::youngs_modulus),
-                        with_example(stress_dimension, "3300 MPa"), positive_stress, required(),
-                        "Young's modulus"),
-           number_key("poisson_ratio", in(&Parameters::material, &Material::poisson_ratio),
-                      {-1, 0.5, true, true}, required(), "Poisson's ratio"),
-           quantity_key("density", in(&Parameters::material, &Material::density), density_dimension,
-                        {0, 1e6, true}, required(), "mass density")}};
-}
-
-/// An energy; for a stress intensity, the error refers to the corresponding key.
-Key toughness_key() {
-  Key key =
-      optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
-                            energy_per_area_dimension, {0, 1e9, true}, optional("from strength"),
-                            "energy per area of a slow crack, from which strengths follow with the local "
-                            "spacing (Poisson's ratio from 0 to 0.45); with strength, those at a crack");
-  key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
-    const Value& value = source.value;
-    if (value.kind == ValueKind::string &&
-        source.context.units.read(value.string, stress_intensity_dimension).error == QuantityError::none)
-      source.report("{} is a stress intensity, K_Ic; give it as fracture.fracture_toughness", value.source);
-    else
-      read(source, parameters, i);
-  };
-  return key;
-}
-
 Table fracture_table() {
   return {
       "fracture",
@@ -319,7 +258,9 @@ Table fracture_table() {
                              positive_stress, optional("from toughness"),
                              "sigma_0: largest principal stress that causes no damage; with toughness, where "
                              "there is no crack"),
-       toughness_key(),
+       toughness_key(in(&Parameters::fracture, &Fracture::toughness), optional("from strength"),
+                     "energy per area of a slow crack, from which strengths follow with the local spacing "
+                     "(Poisson's ratio from 0 to 0.45); with strength, those at a crack"),
        optional_quantity_key("fracture_toughness", in(&Parameters::fracture, &Fracture::fracture_toughness),
                              stress_intensity_dimension, {0, 1e12, true}, optional("from toughness"),
                              "K_Ic: toughness is K_Ic^2 (1 - nu^2) / E"),
@@ -329,7 +270,8 @@ Table fracture_table() {
                              "radius of the ball over which the stress is averaged: 1.5 spacings or more"),
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta"),
-       impulse_key(),
+       impulse_key(in(&Parameters::fracture, &Fracture::impulse), required(),
+                   "K_f of the Tuler-Butcher criterion"),
        choice_key<Accumulation>("accumulation", in(&Parameters::fracture, &Fracture::accumulation),
                                 {{"cumulative", Accumulation::cumulative}, {"step", Accumulation::step}},
                                 by_default("\"cumulative\""),
@@ -461,14 +403,23 @@ const std::vector<Table>& schema() {
   static const std::vector<Table> tables = [] {
     std::vector<Table> all{ensemble_table(), stop_table()};
     for (Table& table : specimen_tables()) all.push_back(std::move(table));
-    for (Table& table : std::vector<Table>{mesh_table(), region_table(), material_table(), fracture_table(),
-                                           variation_table(), boundary_table(), time_table(), damping_table(),
-                                           sections_table(), line_table(), output_table(), probe_table(),
-                                           random_table(), sweep_table()})
+    for (Table& table : std::vector<Table>{mesh_table(), region_table()}) all.push_back(std::move(table));
+    for (Table& table : material_tables()) all.push_back(std::move(table));
+    for (Table& table : std::vector<Table>{fracture_table(), variation_table(), boundary_table(),
+                                           time_table(), damping_table(), sections_table(), line_table(),
+                                           output_table(), probe_table(), random_table(), sweep_table()})
       all.push_back(std::move(table));
     return all;
   }();
   return tables;
+}
+
+Key hidden_at_zero(Key key, const Access<double>& access) {
+  key.show = [=, show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (access(parameters, i) == 0) return {};
+    return show(parameters, i);
+  };
+  return key;
 }
 
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
@@ -484,6 +435,43 @@ Key optional_quantity_key(std::string name, Access<double> access, const Dimensi
   return hidden_at_zero(
       quantity_key(std::move(name), access, dimension, range, std::move(requirement), std::move(help)),
       access);
+}
+
+Key toughness_key(const Access<double>& access, Requirement requirement, std::string help) {
+  Key key = optional_quantity_key("toughness", access, energy_per_area_dimension, {0, 1e9, true},
+                                  std::move(requirement), std::move(help));
+  key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
+    const Value& value = source.value;
+    if (value.kind == ValueKind::string &&
+        source.context.units.read(value.string, stress_intensity_dimension).error == QuantityError::none)
+      source.report("{} is a stress intensity, K_Ic; give it as {}", value.source,
+                    source.key.substr(0, source.key.rfind('.') + 1) + "fracture_toughness");
+    else
+      read(source, parameters, i);
+  };
+  return key;
+}
+
+Key impulse_key(const Access<double>& access, Requirement requirement, std::string help) {
+  return {"impulse",
+          "stress^exponent time",
+          std::move(requirement),
+          "above 0, such as \"1e-8 MPa^2 s\" for exponent = 2",
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            // Without a valid exponent the dimension is unknown. Materials are read before it.
+            if (source.context.findings.faulty("fracture.exponent")) return;
+            const Value* const root = source.context.root;
+            const Value* const exponent = root != nullptr ? find_path(*root, "fracture.exponent") : nullptr;
+            const Dimension dimension =
+                impulse_dimension(exponent != nullptr && exponent->number > 0 ? exponent->number
+                                                                              : parameters.fracture.exponent);
+            if (const auto value = read_quantity(source, dimension, {0, infinity, true}))
+              access(parameters, i) = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) {
+            return format_quantity(access(parameters, i), impulse_dimension(parameters.fracture.exponent));
+          }};
 }
 
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,

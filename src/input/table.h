@@ -50,7 +50,7 @@ struct BasicKey {
   std::function<std::optional<std::string>(Target&, std::size_t)> show;
 };
 
-enum class Occurrence { once, optional, many };
+enum class Occurrence { once, optional, many, once_or_many };
 
 template <class Target>
 struct BasicTable {
@@ -61,7 +61,13 @@ struct BasicTable {
   /// Number of these tables in the target; empty: one, always.
   std::function<std::size_t(const Target&)> count = {};
   std::function<void(Target&)> append = {};  ///< adds one to the target; empty: it has it
+  /// The table of which this is a part, if that may occur several times; the number of this one is then that
+  /// of its whole.
+  std::string part_of = {};
 };
+
+/// "material[1].variation" for "material.variation", a part of "material", if there are several.
+std::string numbered(const std::string& path, const std::string& of, std::size_t i);
 
 /// "[path]", or "[[path]]" of an array of tables.
 template <class Target>

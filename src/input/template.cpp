@@ -100,10 +100,14 @@ std::map<std::string, std::vector<std::string>> blocks_of(const std::string& tex
   std::map<std::string, std::vector<std::string>> blocks;
   std::string* block = &blocks[""].emplace_back();
   std::istringstream lines(text);
+  std::string list;  // the array of tables whose last one is open
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with('[')) {
       const auto begin = line.find_first_not_of('[');
-      block = &blocks[line.substr(begin, line.find(']') - begin)].emplace_back();
+      const std::string path = line.substr(begin, line.find(']') - begin);
+      // A table inside one of an array belongs to the last of these.
+      if (begin == 2) list = path;
+      if (begin == 2 || list.empty() || !path.starts_with(list + ".")) block = &blocks[path].emplace_back();
     }
     *block += line + "\n";
   }

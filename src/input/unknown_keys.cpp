@@ -15,7 +15,7 @@ namespace {
 
 /// A full path of the schema without indices ("boundary.region.y") and its kind.
 struct Place {
-  enum class Form { key, table, tables };
+  enum class Form { key, table, tables, either };
   std::string path;
   Form form;
 };
@@ -35,7 +35,9 @@ std::vector<Place> places_in(const std::vector<KnownTable>& tables) {
     }
     const std::string inside = table.path.empty() ? "" : table.path + ".";
     if (!inside.empty())
-      add(table.path, table.occurrence == Occurrence::many ? Place::Form::tables : Place::Form::table);
+      add(table.path, table.occurrence == Occurrence::many           ? Place::Form::tables
+                      : table.occurrence == Occurrence::once_or_many ? Place::Form::either
+                                                                     : Place::Form::table);
     for (const std::string& key : table.keys) {
       const auto dot = key.find('.');
       if (dot != std::string::npos) add(inside + key.substr(0, dot), Place::Form::table);
@@ -106,7 +108,8 @@ void visit(const Value& table, const std::string& path, const std::string& key,
       findings.report(
           shortened(member_key, 100), value.line,
           fmt::format("unknown {}; {}", tables ? "table" : "key", advice(places, path, member.name)));
-    } else if (place->form == Place::Form::table) {
+    } else if (place->form == Place::Form::table ||
+               (place->form == Place::Form::either && value.kind != ValueKind::array)) {
       if (is_table) {
         visit(value, member_path, member_key, places, findings);
       } else if (value.kind == ValueKind::array) {
@@ -114,7 +117,7 @@ void visit(const Value& table, const std::string& path, const std::string& key,
       } else {
         report(fmt::format("{} is {}; give a table [{}]", value.source, describe(value.kind), member_path));
       }
-    } else if (place->form == Place::Form::tables) {
+    } else if (place->form != Place::Form::key) {
       bool sound = value.kind == ValueKind::array;
       for (std::size_t i = 0; sound && i < value.elements.size(); ++i) {
         sound = value.elements[i].kind == ValueKind::table;

@@ -153,7 +153,7 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
   if (!governing.empty())
     hdf5::write_attribute<std::int32_t>(group, "governing", governing, {governing.size()});
   hdf5::write_attribute(group, "separated_at", separated_at);
-  hdf5::write_attribute(group, "rayleigh_speed", mechanics::rayleigh_speed(parameters.material));
+  hdf5::write_attribute(group, "rayleigh_speed", mechanics::rayleigh_speed(parameters.material()));
   if (!parameters.output.probes.empty()) write_probes(group, parameters.output.probes, rows);
 }
 

@@ -188,8 +188,8 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::s
   using dynamics::Frame;
   const hdf5::Handle group = hdf5::create_group(file, "frames");
   // Needed to compute the stress from the displacement.
-  hdf5::write_attribute(group, "youngs_modulus", parameters.material.youngs_modulus);
-  hdf5::write_attribute(group, "poisson_ratio", parameters.material.poisson_ratio);
+  hdf5::write_attribute(group, "youngs_modulus", parameters.material().youngs_modulus);
+  hdf5::write_attribute(group, "poisson_ratio", parameters.material().poisson_ratio);
   hdf5::write_attribute(group, "release_time", parameters.fracture.release_time);
   write_column<double>(group, "time", frames, &Frame::time, "s");
   write_column<std::int64_t>(group, "broken", frames, &Frame::broken);

@@ -151,7 +151,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
   });
   BoundaryLoads loads;
   for (std::size_t i = 0; i < regions.size(); ++i)
-    add_condition({group, subdomain, parameters.material, parameters.boundaries[i], static_cast<int>(i),
+    add_condition({group, subdomain, parameters.material(), parameters.boundaries[i], static_cast<int>(i),
                    regions[i], outward},
                   loads);
   assign_shared_components(group, index(subdomain.layout.n_owned), loads);

@@ -103,7 +103,7 @@ void register_benchmarks(const char* input) {
   const auto add = [&](const char* name, const Numbering& numbering) {
     std::printf("%-22s %zu nodes, %zu tetrahedra\n", name, numbering.nodes.size(),
                 numbering.tetrahedra.size());
-    benchmark::RegisterBenchmark(name, [numbering, material = parameters.material](benchmark::State& state) {
+    benchmark::RegisterBenchmark(name, [numbering, material = parameters.material()](benchmark::State& state) {
       evaluate_forces(state, numbering, material);
     })->Unit(benchmark::kMillisecond);
   };

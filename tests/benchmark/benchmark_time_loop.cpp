@@ -77,7 +77,7 @@ struct Sample {
         base(geometry::make_mother_points(geometry, input.mesh, input.ensemble.seed)),
         realization(geometry::make_realization(geometry, base, input.mesh, input.ensemble.seed, 0)),
         subdomain(geometry::split(realization, geometry::partition(realization, 1)).front()),
-        body(subdomain, input.material),
+        body(subdomain, input.material()),
         loads(mechanics::make_boundary_loads(self, input, subdomain)) {}
 
   std::unique_ptr<fracture::Criterion> criterion(double step) const {
@@ -85,7 +85,7 @@ struct Sample {
         parameters, fracture::tetrahedron_strengths(self, parameters, 0, subdomain, body.operators()), step);
   }
   dynamics::MotionContext context(fracture::Criterion& criterion, double screening_share) {
-    return {&self, &body, &loads, parameters.material.density, &criterion, screening_share};
+    return {&self, &body, &loads, parameters.materials[0].density, &criterion, screening_share};
   }
 };
 

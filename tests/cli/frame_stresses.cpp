@@ -89,7 +89,7 @@ void print_stresses(const std::filesystem::path& path) {
     std::ranges::copy_if(sample.stiffness_reductions, std::back_inserter(releases.stiffness_reductions),
                          is_open);
     const auto& parameters = sample.parameters;
-    fracture::BreakableBody body(subdomain, parameters.material, parameters.fracture.release,
+    fracture::BreakableBody body(subdomain, parameters.material(), parameters.fracture.release,
                                  parameters.fracture.contact);
     const double release_time = parameters.fracture.release_time;
     for (auto& record : releases.breaks)

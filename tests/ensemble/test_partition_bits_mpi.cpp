@@ -40,8 +40,8 @@ const Point size{0.002, 0.004, 0.012};
 input::Parameters held_and_loaded(double poisson_ratio) {
   input::Parameters parameters;
   parameters.specimen.size = size;
-  parameters.material = test::epoxy();
-  parameters.material.poisson_ratio = poisson_ratio;
+  parameters.material() = test::epoxy();
+  parameters.materials[0].poisson_ratio = poisson_ratio;
   parameters.fracture.toughness = 70;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {1, -7, 30}));
@@ -57,7 +57,7 @@ struct Share {
       : group(communicator),
         subdomain(geometry::split(mesh, partition(mesh, group.size()))[index(group.rank())]),
         parameters(held_and_loaded(poisson_ratio)),
-        body(subdomain, parameters.material, input::Release::facet, input::Contact::none),
+        body(subdomain, parameters.material(), input::Release::facet, input::Contact::none),
         loads(mechanics::make_boundary_loads(group, parameters, subdomain)) {}
 
   RandomStream stream(const char* name, std::int64_t number) const {
@@ -221,7 +221,7 @@ void PartitionBits::compare_products(Share& shared, Share& alone, double accurac
       largest = std::max(largest, std::abs(static_cast<double>(all[i])));
       error = std::max(error, std::abs(plain[i] - whole_exact[i]));
     }
-    const double stiffness = shared.parameters.material.youngs_modulus * 1e-3;
+    const double stiffness = shared.parameters.materials[0].youngs_modulus * 1e-3;
     EXPECT_LT(error, accuracy * stiffness * largest) << "operand " << number;
   }
 }

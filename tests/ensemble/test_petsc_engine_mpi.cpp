@@ -35,7 +35,7 @@ using input::Face;
 input::Parameters torn_bar() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.material = test::epoxy();
+  parameters.material() = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
   parameters.time.start = input::Start::rest;
   parameters.time.duration = 1.2e-5;
@@ -167,11 +167,11 @@ TEST_F(PetscEngine, MovesAsTheDefinitionDoes) {
   for (const auto release : {input::Release::element, input::Release::facet}) {
     for (const auto integrator : {input::Integrator::bilateral4, input::Integrator::verlet}) {
       const auto run = [&](const auto& make_motion) {
-        fracture::BreakableBody body(subdomain, parameters.material, release);
+        fracture::BreakableBody body(subdomain, parameters.material(), release);
         const auto criterion = fracture::make_criterion(
             parameters, fracture::tetrahedron_strengths(world_, parameters, 0, subdomain, body.operators()),
             *parameters.time.step);
-        const MotionContext context{&world_, &body, &loads, parameters.material.density, criterion.get()};
+        const MotionContext context{&world_, &body, &loads, parameters.materials[0].density, criterion.get()};
         const EnergyAccount account(world_, body);
         MotionState state{parallel::NodeField(world_, subdomain.layout),
                           parallel::NodeField(world_, subdomain.layout)};
@@ -281,12 +281,12 @@ TEST_F(PetscEngine, EndsOnAllRanksWhenANumberIsNotFinite) {
   const auto parameters = torn_bar();
   const auto subdomain = part(world_);
   for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-    fracture::BreakableBody body(subdomain, parameters.material);
+    fracture::BreakableBody body(subdomain, parameters.material());
     const auto loads = mechanics::make_boundary_loads(world_, parameters, subdomain);
     const auto criterion = fracture::make_criterion(
         parameters, fracture::tetrahedron_strengths(world_, parameters, 0, subdomain, body.operators()),
         *parameters.time.step);
-    const MotionContext context{&world_, &body, &loads, parameters.material.density, criterion.get()};
+    const MotionContext context{&world_, &body, &loads, parameters.materials[0].density, criterion.get()};
     const EnergyAccount account(world_, body);
     MotionState state{parallel::NodeField(world_, subdomain.layout),
                       parallel::NodeField(world_, subdomain.layout)};

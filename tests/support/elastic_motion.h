@@ -40,10 +40,10 @@ public:
   /// @param parameters only their material, damping and boundary list are used
   ElasticMotion(const geometry::Realization& mesh, const input::Parameters& parameters,
                 input::Integrator integrator = input::Integrator::bilateral4)
-      : density_(parameters.material.density),
+      : density_(parameters.materials[0].density),
         damping_rate_(parameters.damping_rate()),
         subdomain_(whole(mesh)),
-        body_(subdomain_, parameters.material),
+        body_(subdomain_, parameters.material()),
         loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
         criterion_(unbreakable(subdomain_)),
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)},

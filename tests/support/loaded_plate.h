@@ -38,12 +38,12 @@ struct LoadedPlate {
   }
 
   mechanics::PdsOperators operators() const {
-    return mechanics::make_operators(subdomain, parameters.material.density);
+    return mechanics::make_operators(subdomain, parameters.materials[0].density);
   }
 
   /// Equilibrium under the loads at t = 0, three components per node [m].
   std::vector<double> displacement() {
-    fracture::BreakableBody breakable(subdomain, parameters.material);
+    fracture::BreakableBody breakable(subdomain, parameters.material());
     const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
     auto criterion = tuler_butcher(parameters.fracture, subdomain);
     const dynamics::QuasiStaticLoading loading(self, breakable, loads, criterion, 1e-5);

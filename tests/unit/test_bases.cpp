@@ -112,7 +112,7 @@ TEST(Bases, WhatAreNotSeveralBasesIsRefused) {
   };
   refused(plate(1), "have the same seed, 1");
   auto other = plate(2);
-  other.material.density = 1000;
+  other.materials[0].density = 1000;
   refused(other, "differ in more than ensemble.seed");
   other = plate(2);
   other.mesh.base = input::Base::own;

@@ -129,9 +129,9 @@ TEST(Input, MaterialAndFractureKeys) {
   set_key(tables, "[fracture]", "strength", R"("35 N/mm^2")");
   set_key(tables, "[fracture]", "accumulation", R"("step")");
   const auto p = parse_tables(tables);
-  expect_close(p.material.youngs_modulus, 3.3e9);
-  expect_close(p.material.density, 1180);
-  EXPECT_EQ(p.material.poisson_ratio, -0.25);
+  expect_close(p.materials[0].youngs_modulus, 3.3e9);
+  expect_close(p.materials[0].density, 1180);
+  EXPECT_EQ(p.materials[0].poisson_ratio, -0.25);
   expect_close(p.fracture.strength, 35e6);
   expect_close(p.fracture.impulse, 1e4);
   EXPECT_EQ(p.fracture.accumulation, input::Accumulation::step);

@@ -205,7 +205,7 @@ TEST(InputEcho, KeepsTheValues) {
   const auto p = parse_tables(full_tables());
   const auto again = input::parse(input_from_echo(input::echo(p)), "echo.toml");
   const auto expect_near = [](double a, double b) { EXPECT_NEAR(a, b, 1e-9 * std::abs(b)); };
-  expect_near(again.material.youngs_modulus, 210e9);
+  expect_near(again.materials[0].youngs_modulus, 210e9);
   expect_near(again.fracture.impulse, 2.5e-7 * 1e9);
   ASSERT_TRUE(again.fracture.variation);
   EXPECT_EQ(again.fracture.variation->of, input::Varies::toughness);

@@ -60,7 +60,7 @@ TEST(Settings, ReplaceValuesWhereTheyStand) {
   EXPECT_THAT(changed, HasSubstr("        \"0 N/s\", \"7 N/s\"]"));
   EXPECT_THAT(changed, HasSubstr("size = [\"4 mm\", \"24.5 mm\", \"140 mm\"] # as in the paper"));
   const Parameters parameters = parse(changed, "plate.toml");
-  EXPECT_EQ(parameters.material.poisson_ratio, 0.25);
+  EXPECT_EQ(parameters.materials[0].poisson_ratio, 0.25);
   EXPECT_EQ(parameters.boundaries[1].rate[2], 7);
   EXPECT_THAT(parameters.specimen.notches,
               ElementsAre(::testing::Field(&Notch::depth, 6e-3), ::testing::Field(&Notch::depth, 5e-3)));

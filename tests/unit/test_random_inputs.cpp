@@ -158,7 +158,7 @@ TEST(RandomInputs, DrawsOfASobolPlanFillAllStrataOfEachInput) {
     std::set<int> of_modulus, of_strength;
     for (std::uint64_t sample = 0; sample < 128; ++sample) {
       const auto values = drawn_values(parameters, sample);
-      const boost::math::normal modulus(parameters.material.youngs_modulus, 165e6);
+      const boost::math::normal modulus(parameters.materials[0].youngs_modulus, 165e6);
       of_modulus.insert(static_cast<int>(128 * boost::math::cdf(modulus, values[0])));
       of_strength.insert(static_cast<int>(128 * (values[1] - 30e6) / 10e6));
     }
@@ -190,9 +190,9 @@ TEST(RandomInputs, ADrawIsAnInputWithOtherValues) {
   EXPECT_EQ(values, drawn_values(parameters, 3)) << "a replicate";
   EXPECT_NE(values, drawn_values(parameters, 4));
   const auto drawn = sample_parameters(parameters, 3);
-  EXPECT_EQ(drawn.material.youngs_modulus, values[0]);
+  EXPECT_EQ(drawn.materials[0].youngs_modulus, values[0]);
   EXPECT_EQ(drawn.fracture.strength, values[1]);
-  EXPECT_EQ(drawn.material.density, parameters.material.density);
+  EXPECT_EQ(drawn.materials[0].density, parameters.materials[0].density);
   EXPECT_EQ(drawn.text, parameters.text);
   EXPECT_EQ(sample_identity(drawn), sample_identity(parameters)) << "of the same ensemble";
   EXPECT_EQ(std::stod(fmt::format("{:.6g}", values[0])), values[0]) << "six digits";

@@ -72,7 +72,7 @@ protected:
     lines = analysis::crack_lines(mesh.body(), surface, branches);
     crossings = analysis::section_crossings(mesh.body(), surface, branches, parameters.sections);
     summary =
-        analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material);
+        analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
   }
   void write(const fs::path& file, std::uint64_t sample = 3) const {
     write_sample(file, {parameters, sample, mesh.realization(), result, surface, lines, branches, crossings,
@@ -205,7 +205,7 @@ TEST_F(SampleFile, HoldsTheHistory) {
   }
   crack_history = analysis::crack_history(mesh.body(), surface, result);
   summary =
-      analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material);
+      analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
   EXPECT_EQ(summary.peak_load, 7);
   EXPECT_EQ(summary.displacement_at_peak, 0);
   EXPECT_EQ(summary.work_of_fracture, 5);
@@ -257,7 +257,7 @@ TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   analysis::measure_crossings(mesh.body(), stored.surface, others, row);
   const SampleSummary expected = analysis::summarize(
       mesh.body(), result, surface, lines, branches,
-      analysis::section_crossings(mesh.body(), surface, branches, others), parameters.material);
+      analysis::section_crossings(mesh.body(), surface, branches, others), parameters.material());
   EXPECT_EQ(to_bytes(row), to_bytes(expected));
   EXPECT_NE(row.position, summary.position);
 }
@@ -273,7 +273,7 @@ TEST_F(SampleFile, GivesTheBranchingOfTheRun) {
   crossings = analysis::section_crossings(mesh.body(), surface, branches, parameters.sections);
   ASSERT_EQ(branches.points.size(), 1U);
   summary =
-      analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material);
+      analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
   EXPECT_EQ(summary.branching_points, 1);
   EXPECT_EQ(summary.branching_points_projected, 1);
   EXPECT_EQ(summary.branches, (std::vector<std::int32_t>{1, 2, 2, 0, 0, 0}));

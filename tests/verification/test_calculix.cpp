@@ -39,7 +39,7 @@ input::Parameters notched_plate() {
   parameters.mesh.growth = 0.1;
   parameters.mesh.perturbation = 0.2;
   parameters.mesh.min_quality = 0.2;
-  parameters.material = test::epoxy();
+  parameters.material() = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {20, -30, 100}));
@@ -64,8 +64,8 @@ void write_input(const std::filesystem::path& file, const input::Parameters& par
     out << fmt::format("{}, {}, {}, {}, {}\n", t + 1, nodes[0] + 1, nodes[1] + 1, nodes[2] + 1, nodes[3] + 1);
   }
   out << fmt::format("*MATERIAL, NAME=EPOXY\n*ELASTIC\n{:.17g}, {:.17g}\n*DENSITY\n{:.10g}\n",
-                     1e-6 * parameters.material.youngs_modulus, parameters.material.poisson_ratio,
-                     1e-12 * parameters.material.density);
+                     1e-6 * parameters.materials[0].youngs_modulus, parameters.materials[0].poisson_ratio,
+                     1e-12 * parameters.materials[0].density);
   out << "*SOLID SECTION, ELSET=BODY, MATERIAL=EPOXY\n*BOUNDARY\n";
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     if (mesh.nodes[n][2] == 0) out << fmt::format("{}, 1, 3\n", n + 1);
@@ -107,7 +107,7 @@ TEST(CalculiX, GivesTheSameStaticDisplacements) {
   const auto mesh = geometry::make_realization(plate, base, parameters.mesh, 1, 0);
   const auto subdomain = test::whole(mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
-  fracture::BreakableBody body(subdomain, parameters.material);
+  fracture::BreakableBody body(subdomain, parameters.material());
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
   auto criterion = test::tuler_butcher(parameters.fracture, subdomain);
   const QuasiStaticLoading loading(self, body, loads, criterion, 1e-5);
@@ -164,7 +164,7 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   const auto mesh = geometry::make_realization(plate, base, parameters.mesh, 1, 0);
   const auto subdomain = test::whole(mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
-  fracture::BreakableBody body(subdomain, parameters.material);
+  fracture::BreakableBody body(subdomain, parameters.material());
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
   std::vector<double> force(3 * mesh.nodes.size(), 0.0);
   loads.add_forces(30e-6, force);
@@ -184,7 +184,7 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   ASSERT_EQ(reference.size(), static_cast<std::size_t>(std::lround(duration / increment)));
 
   auto criterion = test::unbreakable(subdomain);
-  const MotionContext context{&self, &body, &loads, parameters.material.density, &criterion};
+  const MotionContext context{&self, &body, &loads, parameters.materials[0].density, &criterion};
   MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
   const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, duration, state);
   const auto& map = splitting(input::Integrator::verlet);

@@ -33,7 +33,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   input::Parameters parameters;
   const geometry::Point size{0.002, 0.002, 0.01};
   parameters.specimen.size = size;
-  parameters.material = test::epoxy();
+  parameters.material() = test::epoxy();
   const double duration = 120e-6;
   auto moved =
       test::boundary(Face::z_max, BoundaryKind::displacement, {false, false, true}, {0, 0, strain * size[2]});
@@ -42,7 +42,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   const auto mesh = test::make_box({.size = size, .cells = {3, 3, 15}, .disturbance = 0.1});
   const auto subdomain = test::whole(mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
-  fracture::BreakableBody body(subdomain, parameters.material, release, contact);
+  fracture::BreakableBody body(subdomain, parameters.material(), release, contact);
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
   const auto is_upper = [&](std::int32_t n) { return subdomain.nodes[index(n)][2] > 0.0049; };
   const mechanics::Symmetric tension{-0.38e-3, -0.38e-3, 1e-3, 0, 0, 0};
@@ -54,7 +54,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
 
   auto criterion = test::unbreakable(subdomain);
   MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
-  const MotionContext context{&self, &body, &loads, parameters.material.density, &criterion};
+  const MotionContext context{&self, &body, &loads, parameters.materials[0].density, &criterion};
   const auto& map = splitting(input::Integrator::bilateral4);
   PhaseOptions options;
   input::Time time;
@@ -66,7 +66,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   auto phase = run_explicit_phase(context, *motion, map, account, 0, options, state);
   // The energy of the prior breaks is not part of this motion.
   for (auto& row : phase.energy) row.released = 0;
-  const double unbroken = parameters.material.youngs_modulus * size[0] * size[1] * std::abs(strain);
+  const double unbroken = parameters.materials[0].youngs_modulus * size[0] * size[1] * std::abs(strain);
   return {std::abs(measure_loads(self, body, loads, state.displacement, duration).reaction.back()) / unbroken,
           energy_error(phase.energy)};
 }

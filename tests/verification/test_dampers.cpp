@@ -82,7 +82,7 @@ constexpr double length = 0.012;
 input::Parameters column(int axis) {
   input::Parameters parameters;
   parameters.specimen.size = {0.001, 0.001, length};
-  parameters.material = test::epoxy();
+  parameters.material() = test::epoxy();
   for (const Face face : {Face::y_min, Face::y_max})
     parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, {false, true, false}));
   for (const Face face : {Face::x_min, Face::x_max})
@@ -92,7 +92,7 @@ input::Parameters column(int axis) {
 
 TEST(Damping, LetsAVibrationDecayAsTheDampedOscillatorDoes) {
   input::Parameters parameters = column(2);
-  const double omega = pi / length * mechanics::dilatational_speed(parameters.material);
+  const double omega = pi / length * mechanics::dilatational_speed(parameters.material());
   const double period = 2 * pi / omega;
   parameters.damping = {.mass = 0.2 * omega};
   const double decay = 0.1 * omega, damped = std::sqrt(omega * omega - decay * decay);
@@ -132,8 +132,8 @@ TEST(AbsorbingFace, IsLeftByPulsesThatMeetItStraightOn) {
   for (const int axis : {2, 0}) {
     input::Parameters parameters = column(axis);
     parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::absorbing));
-    const double speed = axis == 2 ? mechanics::dilatational_speed(parameters.material)
-                                   : mechanics::shear_speed(parameters.material);
+    const double speed = axis == 2 ? mechanics::dilatational_speed(parameters.material())
+                                   : mechanics::shear_speed(parameters.material());
     test::ElasticMotion motion(test::irregular_box(parameters.specimen.size, 0.25e-3), parameters,
                                input::Integrator::verlet);
     const double width = 0.6e-3, middle = 0.6 * length;
@@ -218,7 +218,7 @@ double reflected_share_on_mesh(const input::Material& material, bool is_shear, d
   const double width = n_y * spacing, height = n_z * spacing;
   input::Parameters parameters;
   parameters.specimen.size = {spacing, width, height};
-  parameters.material = material;
+  parameters.material() = material;
   // Plane strain.
   for (const Face face : {Face::x_min, Face::x_max})
     parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, {true, false, false}));

@@ -221,7 +221,7 @@ TEST(Dynamics, WaveInASlenderBarArrivesWithTheBarSpeed) {
   const auto subdomain = test::whole(mesh);
   input::Parameters parameters;
   parameters.specimen.size = {width, width, length};
-  parameters.material = test::epoxy();
+  parameters.material() = test::epoxy();
   parameters.fracture = unbreakable();
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 0, stress}));
@@ -232,8 +232,8 @@ TEST(Dynamics, WaveInASlenderBarArrivesWithTheBarSpeed) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const SampleResult result = run_sample(self, parameters, subdomain);
 
-  const double c = std::sqrt(parameters.material.youngs_modulus / parameters.material.density);
-  const double plateau = stress / (parameters.material.density * c);
+  const double c = std::sqrt(parameters.materials[0].youngs_modulus / parameters.materials[0].density);
+  const double plateau = stress / (parameters.materials[0].density * c);
   double arrival = 0;
   for (const auto& frame : result.frames) {
     double velocity = 0;

@@ -23,8 +23,8 @@ constexpr double length = 0.04, width = 0.004, thickness = 0.002;
 class HistoryOfABar : public testing::Test {
 protected:
   HistoryOfABar() {
-    parameters.material = test::epoxy();
-    parameters.material.poisson_ratio = 0;
+    parameters.material() = test::epoxy();
+    parameters.materials[0].poisson_ratio = 0;
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
     parameters.specimen.size = {thickness, width, length};
     parameters.time.duration = 3e-5;
@@ -57,7 +57,7 @@ TEST_F(HistoryOfABar, InEquilibriumIsTheExactOne) {
   EXPECT_EQ(onset.phase, 0);
   EXPECT_EQ(onset.energy.broken, 0);
   const double strain = onset.load_time * 1e-6 / length;
-  const double stress = strain * parameters.material.youngs_modulus;
+  const double stress = strain * parameters.materials[0].youngs_modulus;
   const double force = stress * width * thickness;
   std::printf("load %.9g N, exact %.9g N; work %.9g J, exact %.9g J; probe %.9g Pa, exact %.9g Pa\n",
               onset.load, force, onset.energy.external, 0.5 * force * strain * length,
@@ -90,8 +90,8 @@ TEST_F(HistoryOfABar, FollowsAWave) {
   add(Face::z_max, BoundaryKind::velocity, {true, true, true}, 0, acceleration);
   const SampleResult result = run();
   EXPECT_TRUE(result.breaks.empty());
-  const double density = parameters.material.density;
-  const double c = std::sqrt(parameters.material.youngs_modulus / density);
+  const double density = parameters.materials[0].density;
+  const double c = std::sqrt(parameters.materials[0].youngs_modulus / density);
   const double largest = acceleration * parameters.time.duration;
   double worst_velocity = 0, worst_stress = 0, worst_displacement = 0, worst_reaction = 0;
   double previous = -1;
@@ -136,8 +136,8 @@ TEST_F(HistoryOfABar, TellsTheForceOfAnAbsorbingFace) {
   add(Face::z_max, BoundaryKind::velocity, {true, true, true}, 0, acceleration);
   add(Face::z_min, BoundaryKind::absorbing, {}, 0, 0);
   const SampleResult result = run();
-  const double c = std::sqrt(parameters.material.youngs_modulus / parameters.material.density);
-  const double impedance = parameters.material.density * c * width * thickness;
+  const double c = std::sqrt(parameters.materials[0].youngs_modulus / parameters.materials[0].density);
+  const double impedance = parameters.materials[0].density * c * width * thickness;
   const double largest = impedance * acceleration * (parameters.time.duration - length / c);
   double worst_force = 0, worst_reaction = 0;
   for (const HistoryRow& row : result.history) {
@@ -163,7 +163,7 @@ TEST_F(HistoryOfABar, TellsEveryPhaseAndTheLoadBetween) {
   parameters.specimen.size = {0.002, 0.004, 0.012};
   n_cells = 12;
   parameters.output.probes.clear();
-  parameters.material = test::epoxy();
+  parameters.material() = test::epoxy();
   parameters.fracture.impulse = 1e5;
   // A first phase in which nothing breaks.
   parameters.time.start = input::Start::equilibrium;

@@ -31,7 +31,7 @@ constexpr std::array<bool, 3> along{false, false, true};
 class Bar : public testing::Test {
 protected:
   Bar() {
-    parameters.material = test::epoxy();
+    parameters.material() = test::epoxy();
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
     parameters.specimen.size = {0.002, 0.004, 0.012};
     parameters.time.duration = 4e-5;
@@ -283,7 +283,7 @@ TEST_F(Bar, AFragmentThatLeavesTheNumberRangeAfterSeparationEndsThePhaseWithANot
 
 TEST(Separation, CountsPiecesByTheirVolume) {
   input::Parameters parameters;
-  parameters.material = test::epoxy();
+  parameters.material() = test::epoxy();
   parameters.specimen.size = {0.002, 0.004, 0.012};
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::traction, {}, {0, 0, -1}));
   const auto mesh =
@@ -292,7 +292,7 @@ TEST(Separation, CountsPiecesByTheirVolume) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
   const auto cut_at = [&](double z) {
-    fracture::BreakableBody body(subdomain, parameters.material);
+    fracture::BreakableBody body(subdomain, parameters.material());
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
       double low = 1, high = 0;
       for (const auto node : subdomain.tetrahedra[index(t)]) {

@@ -50,7 +50,7 @@ force = ["0 N", "0 N", "100 N"]
 )";
   test::LoadedPlate plate(text);
   const auto displacement = plate.displacement();
-  const fracture::BreakableBody body(plate.subdomain, plate.parameters.material);
+  const fracture::BreakableBody body(plate.subdomain, plate.parameters.material());
   return parallel::exact_sum(plate.self, body.strain_energies(displacement));
 }
 
@@ -123,7 +123,7 @@ std::array<double, 2> stress_intensities(const test::LoadedPlate& plate,
                                          const std::vector<double>& displacement,
                                          const std::array<double, 2>& tip, double angle, double inner,
                                          double outer) {
-  const double youngs_modulus = plate.parameters.material.youngs_modulus;
+  const double youngs_modulus = plate.parameters.materials[0].youngs_modulus;
   const double c = std::cos(angle), s = std::sin(angle);
   const auto turned = [&](double y, double z) { return std::array{c * y + s * z, c * z - s * y}; };
   std::array<double, 2> result{};

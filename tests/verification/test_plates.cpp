@@ -41,7 +41,7 @@ fix = ["y"]
     text.boundaries += fmt::format("[[boundary]]\non = \"{}\"\npressure = \"4 MPa\"\n", face);
   test::LoadedPlate plate(text);
   const auto u = plate.displacement();
-  const auto& material = plate.parameters.material;
+  const auto& material = plate.parameters.material();
   const double strain = -4e6 * (1 - 2 * material.poisson_ratio) / material.youngs_modulus;
   double worst = 0;
   for (std::size_t n = 0; n < plate.subdomain.nodes.size(); ++n)
@@ -106,7 +106,7 @@ double stress_at(const test::LoadedPlate& plate, const std::vector<double>& u, d
           return std::hypot(node[1] - y, node[2] - z) < 1e-9;
         }))
       continue;
-    sum += plate.parameters.material.youngs_modulus * mechanics::strain(t, u)[2] * t.volume;
+    sum += plate.parameters.materials[0].youngs_modulus * mechanics::strain(t, u)[2] * t.volume;
     volumes += t.volume;
   }
   return sum / volumes;

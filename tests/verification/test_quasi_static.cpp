@@ -24,7 +24,7 @@ using input::Face;
 
 input::Parameters epoxy_parameters() {
   input::Parameters parameters;
-  parameters.material = test::epoxy();
+  parameters.material() = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   parameters.time.duration = 4e-5;
   return parameters;
@@ -104,7 +104,7 @@ TEST(Hinge, ThatIsLeftOverEndsTheSampleAsSeparated) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = test::whole(mesh);
   const auto result = run_sample(self, parameters, subdomain);
-  fracture::BreakableBody body(subdomain, parameters.material);
+  fracture::BreakableBody body(subdomain, parameters.material());
   body.restore({result.breaks, {}, {}});
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
   std::printf("%s after %zu breaks, %s, energy error %.1e\n", to_string(result.outcome).c_str(),

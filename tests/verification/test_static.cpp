@@ -36,7 +36,7 @@ struct Bar {
     mesh = test::make_box(box);
     subdomain = test::whole(mesh);
     parameters.specimen.size = {thickness, width, length};
-    parameters.material = test::epoxy();
+    parameters.material() = test::epoxy();
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   }
 
@@ -64,12 +64,12 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
   const double stress = 10e6;
   bar.parameters.boundaries.push_back(
       test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, stress * width * thickness}));
-  fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
+  fracture::BreakableBody body(bar.subdomain, bar.parameters.material());
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
   auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
   const QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-5);
 
-  const double strain = stress / bar.parameters.material.youngs_modulus;
+  const double strain = stress / bar.parameters.materials[0].youngs_modulus;
   double worst = 0;
   const auto u = loading.displacement().local();
   for (std::size_t n = 0; n < bar.subdomain.nodes.size(); ++n) {
@@ -89,7 +89,7 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
 class HeldBar {
 public:
   template <class IsHeld>
-  HeldBar(const Bar& bar, const IsHeld& is_held) : bar_(&bar), body_(bar.subdomain, bar.parameters.material) {
+  HeldBar(const Bar& bar, const IsHeld& is_held) : bar_(&bar), body_(bar.subdomain, bar.parameters.material()) {
     for (const auto& node : bar.subdomain.nodes) held_.insert(held_.end(), 3, is_held(node) ? 1 : 0);
     solver_.emplace(bar.self, bar.subdomain, body_.operators(), body_.elasticity(), body_.edges(),
                     body_.residual_stiffness(), held_);
@@ -152,7 +152,7 @@ TEST(Static, RoundingIsNoLackOfEquilibrium) {
   Bar beam({.size = {0.001, 0.001, 0.1}, .cells = {1, 1, 100}, .disturbance = 0.2});
   beam.parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   beam.parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 1e-4, 0}));
-  fracture::BreakableBody body(beam.subdomain, beam.parameters.material);
+  fracture::BreakableBody body(beam.subdomain, beam.parameters.material());
   const auto loads = mechanics::make_boundary_loads(beam.self, beam.parameters, beam.subdomain);
   auto criterion = test::tuler_butcher(beam.parameters.fracture, beam.subdomain);
   const QuasiStaticLoading loading(beam.self, body, loads, criterion, 1e-5);
@@ -180,7 +180,7 @@ TEST_P(Onset, IsExactUnderLateralAndShearStress) {
   traction(Face::z_min, {0, -shear, 0}, {0, 0, -rate});
   traction(Face::y_max, {0, lateral, shear});
   traction(Face::y_min, {0, -lateral, -shear});
-  fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
+  fracture::BreakableBody body(bar.subdomain, bar.parameters.material());
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
   auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
   QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
@@ -211,7 +211,7 @@ TEST(Static, LoadHistoryIsFollowedFromKinkToKink) {
     load.history = {{0, 0}, {1, 2}, {2, 1}, {4, 5}};
     bar.parameters.boundaries.push_back(load);
   }
-  fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
+  fracture::BreakableBody body(bar.subdomain, bar.parameters.material());
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
   auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
   QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
@@ -230,7 +230,7 @@ TEST(Static, LoadThatStaysTooSmallBreaksNothing) {
     load.history = {{0, 0}, {1, 1}, {2, 0.5}};
     bar.parameters.boundaries.push_back(load);
   }
-  fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
+  fracture::BreakableBody body(bar.subdomain, bar.parameters.material());
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
   auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
   QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);

@@ -25,7 +25,7 @@ double strain_energy(double spacing, double depth, std::uint64_t sample) {
   parameters.specimen.notches.front().depth = depth;
   const auto subdomain = test::whole(test::realization(parameters, sample));
   const parallel::Communicator self(MPI_COMM_SELF);
-  fracture::BreakableBody body(subdomain, parameters.material);
+  fracture::BreakableBody body(subdomain, parameters.material());
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
   auto criterion = test::tuler_butcher(parameters.fracture, subdomain);
   const QuasiStaticLoading loading(self, body, loads, criterion, 1e-5);
@@ -37,14 +37,14 @@ double handbook_energy() {
   const auto parameters = test::job("verification/notched-strip.toml");
   const double stress = parameters.boundaries.back().value[2];
   const double half_width = parameters.specimen.size[1], thickness = parameters.specimen.size[0];
-  const double nu = parameters.material.poisson_ratio;
+  const double nu = parameters.materials[0].poisson_ratio;
   constexpr int n = 1000;
   double sum = 0;
   for (int i = 0; i < n; ++i) {
     const double a = shorter + (longer - shorter) * (i + 0.5) / n;
     sum += stress * stress * std::numbers::pi * a / std::cos(std::numbers::pi * a / (2 * half_width));
   }
-  return sum * (longer - shorter) / n * thickness * (1 - nu * nu) / parameters.material.youngs_modulus;
+  return sum * (longer - shorter) / n * thickness * (1 - nu * nu) / parameters.materials[0].youngs_modulus;
 }
 
 TEST(StressIntensity, OfANotchedStripIsTheHandbooksAtThreeSpacings) {

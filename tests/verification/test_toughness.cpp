@@ -21,7 +21,7 @@ using input::Face;
 /// A strip between rigid grips, with a crack along half of its mid-plane.
 input::Parameters strip() {
   input::Parameters parameters;
-  parameters.material = {32e9, 0.2, 2450};
+  parameters.material() = {32e9, 0.2, 2450};
   parameters.fracture = {.strength = 0, .exponent = 2, .impulse = 1e4};
   parameters.time.duration = 3e-5;
   parameters.time.integrator = input::Integrator::verlet;
@@ -55,7 +55,7 @@ TEST(Toughness, MakesTheLoadAtRunAwayIndependentOfTheSpacing) {
   auto parameters = strip();
   parameters.fracture.toughness = 30;
   const double height = parameters.specimen.size[2];
-  const mechanics::IsotropicElasticity elasticity(parameters.material);
+  const mechanics::IsotropicElasticity elasticity(parameters.material());
   const double griffith = std::sqrt(2 * 30 * height / (elasticity.lambda + 2 * elasticity.mu));
   std::vector<double> tough, strong;
   for (const int cells : {8, 12, 16}) {
@@ -85,9 +85,9 @@ class CrackedStrip : public ::testing::TestWithParam<double> {};
 
 TEST_P(CrackedStrip, BecomesUnstableAtTheLoadThatItsToughnessPredicts) {
   auto parameters = test::job("verification/griffith-strip.toml");
-  const double nu = parameters.material.poisson_ratio = GetParam();
+  const double nu = parameters.materials[0].poisson_ratio = GetParam();
   parameters.mesh.regions.front().spacing = 1e-3;
-  const double stiffness = parameters.material.youngs_modulus / (1 - nu * nu);
+  const double stiffness = parameters.materials[0].youngs_modulus / (1 - nu * nu);
   const double griffith =
       std::sqrt(2 * parameters.fracture.toughness * parameters.specimen.size[2] / stiffness);
   const parallel::Communicator self(MPI_COMM_SELF);

@@ -25,16 +25,16 @@ constexpr double length = 0.012;
 double error_of_standing_wave(int axis, double spacing, std::uint64_t sample) {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.002, length};
-  parameters.material = test::epoxy();
+  parameters.material() = test::epoxy();
   // Walls that let the plane wave pass along them.
   for (const Face face : {Face::y_min, Face::y_max})
     parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, {false, true, false}));
   for (const Face face : {Face::x_min, Face::x_max})
     parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, {axis == 2, false, axis == 0}));
   test::ElasticMotion motion(test::irregular_box(parameters.specimen.size, spacing, sample), parameters);
-  const mechanics::IsotropicElasticity elasticity(parameters.material);
+  const mechanics::IsotropicElasticity elasticity(parameters.material());
   const double modulus = axis == 2 ? elasticity.lambda + 2 * elasticity.mu : elasticity.mu;
-  const double period = 2 * length / std::sqrt(modulus / parameters.material.density);
+  const double period = 2 * length / std::sqrt(modulus / parameters.materials[0].density);
 
   const double amplitude = 1e-6;
   const auto component = static_cast<std::size_t>(axis);

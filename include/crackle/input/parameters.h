@@ -131,11 +131,19 @@ struct Outline {
   double radius = 0;       ///< of a circle around (radius, radius) [m]
 };
 
+/// A prism that consists of another material than the rest of the body.
+struct MaterialRegion {
+  std::string material;            ///< its name
+  std::optional<Hole> shape = {};  ///< in the plane of the plate; empty: the box
+  Region box = everywhere;         ///< its extent; with a shape, only x
+};
+
 struct Specimen {
   Vector size{};  ///< of the box, or of the bounding box of an outline [m]
   std::vector<Notch> notches;
   std::optional<Outline> outline = {};
   std::vector<Hole> holes = {};
+  std::vector<MaterialRegion> regions = {};  ///< of several, the last one that contains a point counts
   /// For a body other than a box with slots cut into its faces: its shape in the plane of the plate, with
   /// curves as chords. Derived from the other members and the mesh spacings.
   std::optional<plane::Shape> shape = {};
@@ -190,10 +198,49 @@ struct Mesh {
   std::vector<MeshRegion> regions;
 };
 
+enum class Distribution { weibull, lognormal };
+
+/// The property multiplied by a material's random field of stiffness.
+enum class StiffnessVaries { stiffness, density, both };
+
+/// Heterogeneity of stiffness or density: a random factor of mean 1 (lognormal) or scale 1 (Weibull).
+struct StiffnessVariation {
+  StiffnessVaries of = StiffnessVaries::stiffness;
+  Distribution distribution = Distribution::lognormal;
+  double modulus = 0;                   ///< of Weibull
+  double coefficient_of_variation = 0;  ///< of the lognormal distribution
+  double correlation_length = 0;        ///< [m]; 0: independent for each tetrahedron
+  double with_strength = 0;  ///< correlation of the underlying normal field with that of [fracture.variation]
+};
+
 struct Material {
+  std::string name = {};      ///< empty if the body has one material
   double youngs_modulus = 0;  ///< [Pa]
   double poisson_ratio = 0;
   double density = 0;  ///< [kg/m^3]
+  std::optional<StiffnessVariation> variation = {};
+  // In place of those of [fracture]; 0 if not given.
+  double strength = 0;                      ///< [Pa]
+  double toughness = 0;                     ///< [J/m^2]
+  double fracture_toughness = 0;            ///< [Pa m^0.5]
+  double impulse = 0;                       ///< [Pa^beta s]
+  std::optional<double> release_time = {};  ///< [s]
+};
+
+/// Number of the material with this name, or -1.
+int material_named(const std::vector<Material>& materials, const std::string& name);
+
+/// True if the materials are given as [[material]], each with a name.
+inline bool is_list(const std::vector<Material>& materials) {
+  return !materials.front().name.empty();
+}
+
+/// The tetrahedra with a node on a boundary between two materials.
+struct Interface {
+  std::array<std::string, 2> between;  ///< names of the materials
+  // In place of those of the tetrahedra's own material; 0 if not given.
+  double strength = 0;   ///< [Pa]
+  double toughness = 0;  ///< [J/m^2]
 };
 
 enum class Accumulation { cumulative, step };  ///< of damage
@@ -206,7 +253,6 @@ enum class Contact { none, frictionless };  ///< of opened facets that close aga
 /// proportional to the strength squared, so both share one field f: with `toughness` the strength is
 /// multiplied by its square root.
 enum class Varies { strength, toughness, both };
-enum class Distribution { weibull, lognormal };
 
 /// Heterogeneity of the material.
 struct Variation {
@@ -381,7 +427,8 @@ struct Parameters {
   Ensemble ensemble;
   Specimen specimen;
   Mesh mesh;
-  Material material;
+  std::vector<Material> materials = {{}};  ///< the first one fills the body outside the regions
+  std::vector<Interface> interfaces = {};
   Fracture fracture;
   std::vector<Boundary> boundaries;
   Time time;
@@ -391,6 +438,11 @@ struct Parameters {
   std::vector<RandomInput> random = {};
   std::vector<Sweep> sweeps = {};
   std::optional<Draw> draw = {};  ///< for the parameters of one sample
+
+  /// The material of a uniform body; in others the one outside the regions.
+  const Material& material() const { return materials.front(); }
+  /// [fracture] as it applies to a material.
+  Fracture fracture_of(std::size_t material) const;
 
   double damping_rate() const { return damping ? damping->mass : 0; }  ///< [1/s]
 };
