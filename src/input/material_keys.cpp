@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// [material], or [[material]], with its variation, and [[interface]].
+#include "schema.h"
+
+#include <array>
+
+namespace crackle::input {
+
+namespace {
+
+template <class T>
+Access<T> material(T Material::*member) {
+  return [=](Parameters& parameters, std::size_t i) -> T& { return parameters.materials.at(i).*member; };
+}
+
+Key name_key() {
+  return {"name",
+          "text",
+          optional("required with [[material]]"),
+          accepted_name("glass"),
+          "of one of several materials",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto name = read_name(source, "glass")) parameters.materials.at(i).name = *name;
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const std::string& name = parameters.materials.at(i).name;
+            if (name.empty()) return {};
+            return name;
+          }};
+}
+
+Key release_time_key() {
+  const Dimension dimension = with_example(time_dimension, "0.2 us");
+  const Range range{0, 1};
+  return {"release_time",
+          "time",
+          optional("as in [fracture]"),
+          quantity_form(dimension),
+          "in place of that of [fracture]",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto value = read_quantity(source, dimension, range))
+              parameters.materials.at(i).release_time = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const auto& value = parameters.materials.at(i).release_time;
+            if (!value) return {};
+            return format_quantity(*value, dimension);
+          }};
+}
+
+Table material_table() {
+  const Requirement as_fracture = optional("as in [fracture]");
+  return {"material",
+          Occurrence::once_or_many,
+          "isotropic linear elasticity",
+          {name_key(),
+           quantity_key("youngs_modulus", material(&Material::youngs_modulus),
+                        with_example(stress_dimension, "3300 MPa"), positive_stress, required(),
+                        "Young's modulus"),
+           number_key("poisson_ratio", material(&Material::poisson_ratio), {-1, 0.5, true, true}, required(),
+                      "Poisson's ratio"),
+           quantity_key("density", material(&Material::density), density_dimension, {0, 1e6, true},
+                        required(), "mass density"),
+           optional_quantity_key("strength", material(&Material::strength), stress_dimension, positive_stress,
+                                 as_fracture, "in place of that of [fracture]"),
+           toughness_key(material(&Material::toughness), as_fracture, "in place of that of [fracture]"),
+           optional_quantity_key("fracture_toughness", material(&Material::fracture_toughness),
+                                 stress_intensity_dimension, {0, 1e12, true}, as_fracture,
+                                 "K_Ic, in place of that of [fracture]"),
+           hidden_at_zero(
+               impulse_key(material(&Material::impulse), as_fracture, "in place of that of [fracture]"),
+               material(&Material::impulse)),
+           release_time_key()},
+          [](const Parameters& parameters) { return parameters.materials.size(); },
+          [](Parameters& parameters) { parameters.materials.emplace_back(); }};
+}
+
+/// The key, hidden for materials that do not vary.
+Key of_variation(Key key) {
+  key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
+    auto& variation = parameters.materials.at(i).variation;
+    if (!variation) variation.emplace();
+    read(source, parameters, i);
+  };
+  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (!parameters.materials.at(i).variation) return {};
+    return show(parameters, i);
+  };
+  return key;
+}
+
+Table stiffness_variation_table() {
+  const auto variation = [](auto StiffnessVariation::*member) {
+    return [=](Parameters & parameters, std::size_t i) -> auto& {
+      return parameters.materials.at(i).variation.value().*member;
+    };
+  };
+  std::vector<Key> keys{
+      choice_key<StiffnessVaries>("of", variation(&StiffnessVariation::of),
+                                  {{"stiffness", StiffnessVaries::stiffness},
+                                   {"density", StiffnessVaries::density},
+                                   {"both", StiffnessVaries::both}},
+                                  by_default("\"stiffness\""),
+                                  "property that the random factor multiplies; stiffness is Young's modulus"),
+      choice_key<Distribution>("distribution", variation(&StiffnessVariation::distribution),
+                               {{"weibull", Distribution::weibull}, {"lognormal", Distribution::lognormal}},
+                               required(), "of the factor: Weibull with scale 1, lognormal with mean 1"),
+      optional_number_key("modulus", variation(&StiffnessVariation::modulus), {1, 1000},
+                          "required for \"weibull\"", "Weibull modulus (shape)"),
+      optional_number_key("coefficient_of_variation",
+                          variation(&StiffnessVariation::coefficient_of_variation), {0, 2, true},
+                          "required for \"lognormal\"", "of the lognormal distribution"),
+      optional_quantity_key("correlation_length", variation(&StiffnessVariation::correlation_length),
+                            with_example(length_dimension, "2 mm"), positive_length,
+                            optional("each tetrahedron has its own factor"),
+                            "of the Gaussian field from which the factor follows"),
+      number_key("with_strength", variation(&StiffnessVariation::with_strength), {-1, 1}, by_default("0"),
+                 "correlation with the field of [fracture.variation], whose correlation length it then has")};
+  for (Key& key : keys) key = of_variation(std::move(key));
+  return {"material.variation",
+          Occurrence::optional,
+          "random variation of the stiffness in space; the field of sample i depends on (seed, i)",
+          std::move(keys),
+          [](const Parameters& parameters) { return parameters.materials.size(); },
+          {},
+          "material"};
+}
+
+Key between_key() {
+  const std::string form = "the names of two materials, such as [\"glass\", \"epoxy\"]";
+  return {"between",
+          "two names",
+          required(),
+          form,
+          "the materials that meet",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto names = read_elements(source, 2, form);
+            for (std::size_t k = 0; names && k < 2; ++k)
+              if (const auto name = read_text((*names)[k], "the name of a material"))
+                parameters.interfaces.at(i).between[k] = *name;
+          },
+          [](Parameters& parameters, std::size_t i) {
+            const auto& [a, b] = parameters.interfaces.at(i).between;
+            return bracketed({a, b});
+          }};
+}
+
+Table interface_table() {
+  const auto interface = [](double Interface::*member) -> Access<double> {
+    return
+        [=](Parameters& parameters, std::size_t i) -> double& { return parameters.interfaces.at(i).*member; };
+  };
+  const Requirement own = optional("that of the material");
+  return {"interface",
+          Occurrence::many,
+          "where two materials meet: the tetrahedra with a node on their boundary",
+          {between_key(),
+           optional_quantity_key("strength", interface(&Interface::strength), stress_dimension,
+                                 positive_stress, own, "of these tetrahedra"),
+           toughness_key(interface(&Interface::toughness), own, "of these tetrahedra")},
+          [](const Parameters& parameters) { return parameters.interfaces.size(); },
+          [](Parameters& parameters) { parameters.interfaces.emplace_back(); }};
+}
+
+}  // namespace
+
+std::vector<Table> material_tables() {
+  return {material_table(), stiffness_variation_table(), interface_table()};
+}
+
+}  // namespace crackle::input

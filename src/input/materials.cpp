@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/input/parameters.h"
+
+#include <algorithm>
+
+namespace crackle::input {
+
+namespace {
+
+/// Irwin's relation in plane strain [J/m^2].
+double toughness_of(double intensity, const Material& material) {
+  const double nu = material.poisson_ratio;
+  return intensity * intensity * (1 - nu * nu) / material.youngs_modulus;
+}
+
+}  // namespace
+
+int material_named(const std::vector<Material>& materials, const std::string& name) {
+  const auto found = std::ranges::find(materials, name, &Material::name);
+  return found == materials.end() ? -1 : static_cast<int>(found - materials.begin());
+}
+
+Fracture Parameters::fracture_of(std::size_t number) const {
+  const Material& material = materials[number];
+  Fracture result = fracture;
+  if (material.strength > 0) result.strength = material.strength;
+  if (material.fracture_toughness > 0)
+    result.toughness = toughness_of(material.fracture_toughness, material);
+  else if (material.toughness > 0)
+    result.toughness = material.toughness;
+  else if (fracture.fracture_toughness > 0)
+    result.toughness = toughness_of(fracture.fracture_toughness, material);
+  if (material.impulse > 0) result.impulse = material.impulse;
+  if (material.release_time) result.release_time = *material.release_time;
+  return result;
+}
+
+}  // namespace crackle::input
