@@ -11,6 +11,7 @@
 #include "crackle/ensemble/cost_model.h"
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/fracture/criterion.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/fracture/resolution.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/condition_region.h"
@@ -77,10 +78,10 @@ void add_criterion(Rows& rows, const Subject& subject) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain =
       geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
-  const auto operators = mechanics::make_operators(subdomain, parameters.material().density);
+  const fracture::BreakableBody body(
+      subdomain, fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
   const auto criterion = fracture::make_criterion(
-      parameters, fracture::tetrahedron_strengths(self, parameters, 0, subdomain, operators),
-      subject.phase.grid.step);
+      parameters, fracture::tetrahedron_strengths(self, parameters, 0, body), subject.phase.grid.step);
   const auto strengths = criterion->strengths();
   const auto spread = [](std::vector<double> values, double unit, const char* name) {
     const auto q = geometry::quantiles(std::move(values));
@@ -100,15 +101,15 @@ void add_criterion(Rows& rows, const Subject& subject) {
     return;
   }
   const char* const from = parameters.fracture.length > 0 ? "the averaging length" : "the local spacing";
-  if (parameters.fracture.separates_nucleation()) {
-    const auto growth = fracture::growth_strengths(self, parameters, 0, subdomain, operators);
+  if (parameters.fracture_of(0).separates_nucleation()) {
+    const auto growth = fracture::growth_strengths(self, parameters, 0, body);
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
                                       fmt::format(" where there is no crack{}", varied));
     rows.emplace_back("strength at cracks", spread(growth, 1e6, "MPa") +
                                                 fmt::format(", from the toughness and {}{}", from, varied));
     return;
   }
-  if (parameters.fracture.toughness > 0) {
+  if (parameters.fracture_of(0).toughness > 0) {
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
                                       fmt::format(", from the toughness and {}{}", from, varied));
     return;
@@ -119,10 +120,9 @@ void add_criterion(Rows& rows, const Subject& subject) {
   if (parameters.fracture.accumulation == input::Accumulation::step)
     rows.emplace_back("strength",
                       fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
-  rows.emplace_back(
-      "toughness",
-      spread(fracture::tetrahedron_toughness(self, parameters, subdomain, operators, strengths), 1, "J/m^2") +
-          fmt::format(", from the strength and {}{}", from, varied));
+  rows.emplace_back("toughness",
+                    spread(fracture::tetrahedron_toughness(self, parameters, body, strengths), 1, "J/m^2") +
+                        fmt::format(", from the strength and {}{}", from, varied));
 }
 
 void add_waves(Rows& rows, const input::Parameters& parameters) {

@@ -113,6 +113,8 @@ double AveragedBreakingCheck::load(std::int32_t centre, int n_steps) {
 }
 
 double AveragedBreakingCheck::fast_load(std::int32_t centre, int n_steps) {
+  // The average over nodes is that of the strain.
+  if (context_->material_varies) return load(centre, n_steps);
   const auto& [nodes, gradients] = context_->average->node_shares(centre);
   displacements_.resize(nodes.size());
   motion_->relative_displacements(nodes, n_steps, displacements_);
@@ -121,7 +123,7 @@ double AveragedBreakingCheck::fast_load(std::int32_t centre, int n_steps) {
     const auto product = mechanics::symmetric_product(gradients[n], displacements_[n]);
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += product[i];
   }
-  return context_->criterion->stress()(context_->body->elasticity()(sum));
+  return context_->criterion->stress()(context_->body->intact_stress(centre, sum));
 }
 
 bool AveragedBreakingCheck::reaches(double share, std::int32_t centre, double fast) {
@@ -130,8 +132,8 @@ bool AveragedBreakingCheck::reaches(double share, std::int32_t centre, double fa
 
 const mechanics::Symmetric& AveragedBreakingCheck::stress(std::int32_t tetrahedron, int n_steps) {
   return stresses_[index(n_steps)].get(tetrahedron, [&](std::int32_t t) {
-    return context_->body->elasticity()(n_steps == 0 ? motion_->strain(t)
-                                                     : motion_->strain_before(t, n_steps));
+    return context_->body->intact_stress(
+        t, n_steps == 0 ? motion_->strain(t) : motion_->strain_before(t, n_steps));
   });
 }
 

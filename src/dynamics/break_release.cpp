@@ -14,8 +14,9 @@ std::span<const std::int32_t> BreakRelease::apply(std::span<const std::int32_t> 
   failure.guard([&] {
     const auto strain = [&](std::int32_t t) { return motion_->strain(t); };
     if (body.is_releasing())
-      body.continue_releases([&](double broke_at) { return remaining(phase_time - broke_at); }, strain);
-    for (const auto t : breaking) body.release(t, strain(t), load_time_, phase_time, remaining(0));
+      body.continue_releases(
+          [&](std::int32_t t, double broke_at) { return remaining(t, phase_time - broke_at); }, strain);
+    for (const auto t : breaking) body.release(t, strain(t), load_time_, phase_time, remaining(t, 0));
   });
   failure.guard_messages([&] {
     body.release_bridges(*context_.group, load_time_, phase_time,
@@ -32,8 +33,9 @@ std::span<const std::int32_t> BreakRelease::apply(std::span<const std::int32_t> 
 }
 
 void BreakRelease::restore(const fracture::Releases& releases, double phase_time) {
-  motion_->release(restore_releases(releases, *context_.body, *context_.criterion,
-                                    [&](double broke_at) { return remaining(phase_time - broke_at); }));
+  motion_->release(
+      restore_releases(releases, *context_.body, *context_.criterion,
+                       [&](std::int32_t t, double broke_at) { return remaining(t, phase_time - broke_at); }));
 }
 
 void BreakRelease::update_strengths(double phase_time) {
@@ -41,9 +43,10 @@ void BreakRelease::update_strengths(double phase_time) {
   motion_->update_strengths(context_.vicinity->update(*context_.group, phase_time));
 }
 
-double BreakRelease::remaining(double since_break) const {
-  if (release_time_ == 0) return 0;
-  return std::max(0.0, 1 - (since_break + time_step_ / 2) / release_time_);
+double BreakRelease::remaining(std::int32_t tetrahedron, double since_break) const {
+  const double release_time = release_time_[tetrahedron];
+  if (release_time == 0) return 0;
+  return std::max(0.0, 1 - (since_break + time_step_ / 2) / release_time);
 }
 
 }  // namespace crackle::dynamics

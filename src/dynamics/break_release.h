@@ -3,6 +3,7 @@
 
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/fracture/break_record.h"
+#include "crackle/mechanics/tetrahedron_field.h"
 
 #include "step_failure.h"
 
@@ -17,10 +18,11 @@ class BreakRelease {
 public:
   /// The context's members and the motion must outlive the object.
   /// @param load_time time of the load curves at the start of the phase [s]
-  /// @param release_time over which the stiffness of a breaking tetrahedron falls; 0: it is lost at once [s]
+  /// @param release_time over which the stiffness of a breaking tetrahedron falls; 0: it is lost at once [s].
+  ///   Must outlive the object
   /// @param time_step [s]
-  BreakRelease(const MotionContext& context, MovingBody& motion, double load_time, double release_time,
-               double time_step)
+  BreakRelease(const MotionContext& context, MovingBody& motion, double load_time,
+               const mechanics::TetrahedronField<double>& release_time, double time_step)
       : context_(context),
         motion_(&motion),
         load_time_(load_time),
@@ -48,11 +50,13 @@ public:
 private:
   /// The share of its stiffness that a breaking tetrahedron keeps in the coming step: the mean of a linear
   /// fall over the step.
-  double remaining(double since_break) const;
+  double remaining(std::int32_t tetrahedron, double since_break) const;
 
   MotionContext context_;
   MovingBody* motion_;
-  double load_time_, release_time_, time_step_;
+  double load_time_;
+  const mechanics::TetrahedronField<double>& release_time_;
+  double time_step_;
 };
 
 }  // namespace crackle::dynamics

@@ -20,7 +20,7 @@ public:
   void start() override {
     over_.clear();
     for (const auto t : motion_->overloaded())
-      if (stress(motion_->strain(t)) > criterion_->strength(static_cast<std::size_t>(t))) over_.push_back(t);
+      if (stress(t, motion_->strain(t)) > criterion_->strength(static_cast<std::size_t>(t))) over_.push_back(t);
   }
 
   std::span<const std::int32_t> end_step(std::int64_t) override {
@@ -31,9 +31,9 @@ public:
     breaking_.clear();
     for (const auto t : candidates_) {
       const auto number = static_cast<std::size_t>(t);
-      const double earlier = stress(motion_->strain_before(t, 2));
-      const double before = stress(motion_->strain_before(t, 1));
-      const double after = stress(motion_->strain(t));
+      const double earlier = stress(t, motion_->strain_before(t, 2));
+      const double before = stress(t, motion_->strain_before(t, 1));
+      const double after = stress(t, motion_->strain(t));
       if (criterion_->advance(number, earlier, before, after))
         breaking_.push_back(t);
       else if (after > criterion_->strength(number))
@@ -43,8 +43,8 @@ public:
   }
 
 private:
-  double stress(const mechanics::Symmetric& strain) const {
-    return criterion_->stress()(body_->elasticity()(strain));
+  double stress(std::int32_t tetrahedron, const mechanics::Symmetric& strain) const {
+    return criterion_->stress()(body_->intact_stress(tetrahedron, strain));
   }
 
   const fracture::BreakableBody* body_;

@@ -79,7 +79,9 @@ CarriedShare::CarriedShare(const parallel::Communicator& group, const fracture::
   std::vector<double> volumes;
   for (std::size_t t = 0; t < body.operators().tetrahedra.size(); ++t)
     if (body.subdomain().counted[t] != 0) volumes.push_back(body.operators().tetrahedra[t].volume);
-  bar_stiffness_ = body.elasticity().mu * parallel::exact_sum(group, volumes) / (extent * extent);
+  const double largest = parallel::largest_of_all(
+      group, std::ranges::max(body.elasticity().values(), {}, &mechanics::IsotropicElasticity::mu).mu);
+  bar_stiffness_ = largest * parallel::exact_sum(group, volumes) / (extent * extent);
 }
 
 double CarriedShare::work(std::size_t pattern, const std::vector<double>& displacement) const {

@@ -128,7 +128,7 @@ void restore_memory(const parallel::NumberedRows& memory, const geometry::Subdom
 
 std::span<const std::int32_t> restore_releases(const fracture::Releases& releases,
                                                fracture::BreakableBody& body, fracture::Criterion& criterion,
-                                               const std::function<double(double phase_time)>& remaining) {
+                                               const fracture::RemainingShare& remaining) {
   const std::size_t n_changes = body.changes().size();
   body.restore(releases, remaining);
   const auto changes = body.changes().subspan(n_changes);

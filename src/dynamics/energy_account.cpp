@@ -109,11 +109,13 @@ EnergyRow EnergyAccount::row(double time, const Measured& measured) const {
 
 double energy_at_strength(const parallel::Communicator& group, const fracture::BreakableBody& body,
                           std::span<const double> strength) {
-  const double modulus = body.elasticity().lambda + 2 * body.elasticity().mu;
   std::vector<double> energies;
-  for (std::size_t t = 0; t < strength.size(); ++t)
-    if (body.subdomain().counted[t] != 0)
-      energies.push_back(body.operators().tetrahedra[t].volume * strength[t] * strength[t] / (2 * modulus));
+  for (std::size_t t = 0; t < strength.size(); ++t) {
+    if (body.subdomain().counted[t] == 0) continue;
+    const auto& [lambda, mu] = body.elasticity()[static_cast<std::int32_t>(t)];
+    const double modulus = lambda + 2 * mu;
+    energies.push_back(body.operators().tetrahedra[t].volume * strength[t] * strength[t] / (2 * modulus));
+  }
   return parallel::exact_sum(group, energies);
 }
 

@@ -109,7 +109,7 @@ public:
     const auto strengths = context_.criterion->strengths();
     for (const auto t : screening_.candidates(force_.nodes(), movement_)) {
       if (body.is_broken(t)) continue;
-      if (context_.criterion->stress().exceeds(body.elasticity()(strain(t)),
+      if (context_.criterion->stress().exceeds(body.intact_stress(t, strain(t)),
                                                context_.screening_share * strengths[index(t)]))
         overloaded_.push_back(t);
     }

@@ -26,7 +26,10 @@ double impact_stress(const input::Parameters& parameters) {
   double speed = 0;
   for (const auto& condition : parameters.boundaries)
     if (condition.kind == input::BoundaryKind::velocity) speed = std::max(speed, norm(condition.value));
-  return parameters.material().density * mechanics::dilatational_speed(parameters.material()) * speed;
+  double impedance = 0;
+  for (const auto& material : parameters.materials)
+    impedance = std::max(impedance, material.density * mechanics::dilatational_speed(material));
+  return impedance * speed;
 }
 
 std::string text_of_load(double load) {
@@ -34,8 +37,8 @@ std::string text_of_load(double load) {
 }
 
 std::string too_late(const input::Parameters& parameters, const LoadOutlook& outlook) {
-  const double transit =
-      std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material());
+  const double transit = std::ranges::max(parameters.specimen.size) /
+                         mechanics::slowest_dilatational_speed(parameters.materials);
   const double reach = std::max(parameters.time.duration, transit);
   if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
   return fmt::format(

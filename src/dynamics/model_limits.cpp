@@ -120,13 +120,13 @@ std::string bending_warning(const input::Parameters& parameters, const geometry:
 }
 
 std::string locking_warning(const input::Parameters& parameters) {
-  const double nu = parameters.material().poisson_ratio;
+  const double nu = std::ranges::max(parameters.materials, {}, &input::Material::poisson_ratio).poisson_ratio;
   if (nu <= compressible) return {};
   std::string text = fmt::format(
       "at Poisson's ratio {:.4g} linear tetrahedra lock: in bending the body is about {:.3g} times too stiff "
       "with 10 cells over its height",
       nu, locking_stiffness_ratio(nu));
-  if (parameters.fracture.strength > 0)
+  if (parameters.fracture_of(0).strength > 0)
     text += fmt::format(", and with fracture.strength a smooth beam breaks at about {:.2g} times its load",
                         locking_load_ratio(nu));
   return text + fmt::format("; use a material.poisson_ratio of at most {:.2g}", compressible);
@@ -219,8 +219,8 @@ std::vector<std::string> model_warnings(const input::Parameters& parameters, con
 
 std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time) {
   if (parameters.time.start != input::Start::quasi_static) return {};
-  const double transit =
-      std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material());
+  const double transit = std::ranges::max(parameters.specimen.size) /
+                         mechanics::slowest_dilatational_speed(parameters.materials);
   if (!(first_break_time < few_transits * transit)) return {};
   return fmt::format(
       "quasi-static loading reaches the first break after {}, but a wave takes {} along the body, so inertia "

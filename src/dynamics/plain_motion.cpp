@@ -94,7 +94,7 @@ public:
     for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
       if (body.is_broken(t)) continue;
       const auto& criterion = *context_.criterion;
-      if (criterion.stress().exceeds(body.elasticity()(strain(t)),
+      if (criterion.stress().exceeds(body.intact_stress(t, strain(t)),
                                      context_.screening_share * criterion.strength(index(t))))
         overloaded_.push_back(t);
     }

@@ -12,6 +12,7 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/sample_setup.h"
 #include "crackle/dynamics/separation.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -52,12 +53,12 @@ public:
         context_{&group_,
                  &body_,
                  &loads_,
-                 parameters.material().density,
                  setup_.criterion.get(),
                  setup_.criterion->screening_share(setup_.stable_step),
                  setup_.average.get(),
                  parameters.damping_rate(),
-                 setup_.vicinity.get()} {
+                 setup_.vicinity.get(),
+                 parameters.stiffness_varies()} {
     result_.stable_step = setup_.stable_step;
     result_.load_is_reaction = machine_reacts();
     result_.time_step = setup_.grid.step;
@@ -241,7 +242,8 @@ private:
     const std::int64_t number = result_.counts.dynamic_phases;
     PhaseOptions options{.grid = setup_.grid,
                          .arrest_window = arrest_window,
-                         .release_time = parameters_.fracture.release_time,
+                         .release_time = fracture::fracture_field(parameters_, fracture::span_of(subdomain_),
+                                                                  &input::Fracture::release_time),
                          .ends_out_of_range = parameters_.time.precision == input::Precision::double_,
                          .n_frames = parameters_.output.frames,
                          .history_interval = parameters_.output.history,
@@ -453,7 +455,10 @@ SampleResult run_from_checkpoint(const parallel::Communicator& group, const inpu
 double arrest_window(const input::Parameters& parameters) {
   if (parameters.time.arrest) return *parameters.time.arrest;
   const double length = *std::ranges::max_element(parameters.specimen.size);
-  return length / std::sqrt(parameters.material().youngs_modulus / parameters.material().density);
+  double slowest = infinity;  // longitudinal wave in a bar
+  for (const input::Material& material : parameters.materials)
+    slowest = std::min(slowest, std::sqrt(material.youngs_modulus / material.density));
+  return length / slowest;
 }
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/sample_setup.h"
 
+#include "crackle/fracture/material_field.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/mechanics/rigid_motion.h"
 #include "crackle/parallel/agreement.h"
@@ -27,13 +28,15 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
     : group(ranks),
       parameters(input),
       subdomain(part),
-      body(part, input.material(), input.fracture.release, input.fracture.contact),
+      body(part, fracture::make_material_field(input, sample, fracture::span_of(part)),
+           input.fracture.release, input.fracture.contact),
       loads(mechanics::make_boundary_loads(ranks, input, part)),
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(splitting.stability_limit / largest_frequency(ranks, part, body.operators(), body.force())),
       grid(choose_time_grid(input.time, stable_step)),
       criterion(fracture::make_criterion(
-          input, fracture::tetrahedron_strengths(ranks, input, sample, part, body.operators()), grid.step)),
+          input, fracture::tetrahedron_strengths(ranks, input, sample, body), grid.step,
+          fracture::fracture_field(input, fracture::span_of(part), &input::Fracture::impulse))),
       average(fracture::make_stress_average(input.fracture, body, criterion->strengths())) {
   refuse_overdamping(input.damping_rate(), grid);
   fracture::soften_by_input(ranks, input, sample, body);

@@ -4,6 +4,7 @@
 #include "crackle/common/failure.h"
 #include "crackle/common/random.h"
 #include "crackle/dynamics/integrator.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
@@ -75,8 +76,9 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
 double stable_step(const input::Parameters& parameters, const geometry::Realization& realization) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
-  const auto operators = mechanics::make_operators(subdomain, parameters.material().density);
-  const mechanics::ResidualStiffness intact(operators, mechanics::IsotropicElasticity(parameters.material()));
+  const auto material = fracture::make_material_field(parameters, 0, fracture::span_of(subdomain));
+  const auto operators = mechanics::make_operators(subdomain, material.density);
+  const mechanics::ResidualStiffness intact(operators, material.elasticity);
   const mechanics::InternalForce force(operators, intact);
   return splitting(parameters.time.integrator).stability_limit /
          largest_frequency(self, subdomain, operators, force);

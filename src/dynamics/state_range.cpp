@@ -44,11 +44,15 @@ struct Extremes {
   double longest_edge = 0;
   double shortest_edge = -infinity;  // negated, so that the maximum can be taken
   double strength = 0;
+  double impedance = 0;                // of shear waves, largest
+  double least_impedance = -infinity;  // negated
+  double least_modulus = -infinity;    // Young's, negated
 
   void all_reduce(const parallel::Communicator& group) {
-    const std::array<double*, 8> all{&velocity,      &prescribed_velocity, &state_stress,  &load_stress,
-                                     &stretch_force, &longest_edge,        &shortest_edge, &strength};
-    std::array<double, 8> values{};
+    const std::array<double*, 11> all{&velocity,      &prescribed_velocity, &state_stress,  &load_stress,
+                                      &stretch_force, &longest_edge,        &shortest_edge, &strength,
+                                      &impedance,     &least_impedance,     &least_modulus};
+    std::array<double, 11> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
     parallel::agree(group);
     parallel::all_reduce(group, values, MPI_MAX);
@@ -82,21 +86,25 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
   const auto& subdomain = body.subdomain();
   const auto& edges = body.edges();
   const double end = load_time + duration;
-  const double lambda = body.elasticity().lambda, mu = body.elasticity().mu;
-  const double wave_speed = std::sqrt(mu / context.density);
-  const double impedance = context.density * wave_speed;
+  const auto& density = body.material().density;
+  parallel::agree(*context.group);
+  const double heaviest = parallel::largest_of_all(*context.group, std::ranges::max(density.values()));
 
   Extremes e;
   e.velocity = largest_component(state.velocity.owned());
   e.strength = largest_component(context.criterion->strengths());
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
+    const double impedance = density[t] * std::sqrt(body.elasticity()[t].mu / density[t]);
+    e.impedance = std::max(e.impedance, impedance);
+    e.least_impedance = std::max(e.least_impedance, -impedance);
+    e.least_modulus = std::max(e.least_modulus, -body.elasticity()[t].youngs_modulus());
     if (body.is_broken(t)) continue;
     const auto sigma = body.stress(t, state.displacement.local());
     e.state_stress = std::max(e.state_stress, mechanics::contract(sigma, sigma));
   }
   e.state_stress = std::sqrt(e.state_stress);
   const auto node_volume = [&](std::int32_t node) {
-    return body.operators().node_mass[index(node)] / context.density;
+    return body.operators().node_mass[index(node)] / heaviest;
   };
   for (const auto& pattern : context.loads->forces) {
     const double amplitude =
@@ -124,6 +132,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
         const auto& g = t.gradient[index(std::ranges::find(t.nodes, node) - t.nodes.begin())];
         return norm(g);
       };
+      const auto& [lambda, mu] = body.elasticity()[number];
       // Multiply the two gradients first: a and b are swapped between ranks.
       stiffness += t.volume * (std::abs(lambda) + 2 * mu) * (gradient(a) * gradient(b));
     }
@@ -133,11 +142,11 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
   }
   e.all_reduce(*context.group);
 
-  const double from_loads = load_concentration * (e.load_stress + impedance * e.prescribed_velocity);
-  double stress = std::max({e.state_stress, std::min(e.strength, from_loads), 2 * impedance * e.velocity});
+  const double from_loads = load_concentration * (e.load_stress + e.impedance * e.prescribed_velocity);
+  double stress = std::max({e.state_stress, std::min(e.strength, from_loads), 2 * e.impedance * e.velocity});
   if (!(stress > 0)) stress = e.strength;
-  const double velocity = stress / impedance;
-  const double youngs_modulus = mu * (3 * lambda + 2 * mu) / (lambda + mu);
+  const double velocity = stress / -e.least_impedance;
+  const double youngs_modulus = -e.least_modulus;
   return {std::max(largest_strain * e.longest_edge, largest_turn * -e.shortest_edge),
           velocity_room * (velocity + e.prescribed_velocity + free_flight_velocity(context, load_time, end)),
           force_room * e.stretch_force * stress / youngs_modulus, stress / youngs_modulus};

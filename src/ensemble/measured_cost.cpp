@@ -58,17 +58,19 @@ public:
 
   void measure_phase(MeasuredCost& cost, double seconds) {
     // Lower strength under the same load: equivalent, up to scale, to a higher load.
-    auto weakened =
-        fracture::tetrahedron_strengths(self_, parameters_, 0, subdomain_, setup_.body.operators());
+    auto weakened = fracture::tetrahedron_strengths(self_, parameters_, 0, setup_.body);
     for (double& value : weakened) value /= overload;
     const auto criterion = fracture::make_criterion(parameters_, weakened, setup_.grid.step);
     fracture::update_strengths(*criterion, setup_.body, setup_.body.changes());
     const auto average =
         fracture::make_stress_average(parameters_.fracture, setup_.body, criterion->strengths());
-    const dynamics::MotionContext context{&self_,          &setup_.body,
-                                          &setup_.loads,   parameters_.material().density,
-                                          criterion.get(), criterion->screening_share(setup_.stable_step),
-                                          average.get(),   parameters_.damping_rate()};
+    const dynamics::MotionContext context{&self_,
+                                          &setup_.body,
+                                          &setup_.loads,
+                                          criterion.get(),
+                                          criterion->screening_share(setup_.stable_step),
+                                          average.get(),
+                                          parameters_.damping_rate()};
     agitate();
     const ThreadClock start;
     const auto motion =

@@ -47,15 +47,15 @@ mechanics::EdgeSet crossed_edges(int cut) {
   return static_cast<mechanics::EdgeSet>(crossed);
 }
 
-BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
+BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, mechanics::MaterialField material,
                              input::Release release, input::Contact contact)
     : subdomain_(&subdomain),
       release_(release),
       contact_(contact),
-      operators_(mechanics::make_operators(subdomain, material.density)),
+      material_(std::move(material)),
+      operators_(mechanics::make_operators(subdomain, material_.density)),
       edges_(mechanics::make_edges(subdomain)),
-      elasticity_(material),
-      residual_stiffness_(operators_, elasticity_),
+      residual_stiffness_(operators_, material_.elasticity),
       force_(operators_, residual_stiffness_),
       broken_(subdomain.tetrahedra.size(), 0) {}
 
@@ -66,7 +66,7 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
   if (softening_ && reduce_stiffness(tetrahedron, strain, load_time, phase_time)) return;
   const Symmetric sigma = residual_stiffness_.stress(tetrahedron, strain);
   const double before = residual_stiffness_.energy(tetrahedron, strain);
-  const int cut = most_loaded_cut(operators_.tetrahedra[index], elasticity_(strain));
+  const int cut = most_loaded_cut(operators_.tetrahedra[index], intact_stress(tetrahedron, strain));
   open(tetrahedron, cut, remaining);
   const bool is_counted = subdomain_->counted[index] != 0;
   if (remaining > 0)
@@ -77,11 +77,11 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
                       before - residual_stiffness_.energy(tetrahedron, strain), cut});
 }
 
-void BreakableBody::continue_releases(const std::function<double(double)>& remaining,
+void BreakableBody::continue_releases(const RemainingShare& remaining,
                                       const std::function<Symmetric(std::int32_t)>& strain) {
   std::erase_if(releasing_, [&](const Releasing& one) {
     const Symmetric eps = strain(one.tetrahedron);
-    const double share = remaining(one.phase_time);
+    const double share = remaining(one.tetrahedron, one.phase_time);
     const double before = residual_stiffness_.energy(one.tetrahedron, eps);
     residual_stiffness_.reduce(one.tetrahedron, share);
     changes_.push_back(one.tetrahedron);
@@ -101,7 +101,8 @@ bool BreakableBody::reduce_stiffness(std::int32_t tetrahedron, const Symmetric& 
   const auto index = static_cast<std::size_t>(tetrahedron);
   auto& softened = softened_[tetrahedron];
   if (softened.n_fallen == 0)
-    softened.ductility = dissipation_[index] / (0.5 * mechanics::contract(elasticity_(strain), strain));
+    softened.ductility =
+        dissipation_[index] / (0.5 * mechanics::contract(intact_stress(tetrahedron, strain), strain));
   const auto teeth = softening_->teeth(softened.ductility);
   ++softened.n_fallen;
   if (softened.n_fallen == std::ssize(teeth)) return false;
@@ -147,7 +148,7 @@ void BreakableBody::release_edges(std::int32_t tetrahedron, mechanics::EdgeSet e
   changes_.push_back(tetrahedron);
 }
 
-void BreakableBody::restore(const Releases& releases, const std::function<double(double)>& remaining) {
+void BreakableBody::restore(const Releases& releases, const RemainingShare& remaining) {
   for (const auto& fall : releases.stiffness_reductions) {
     const std::int32_t t = subdomain_->local_number(fall.tetrahedron);
     if (t < 0) continue;
@@ -162,7 +163,7 @@ void BreakableBody::restore(const Releases& releases, const std::function<double
     const std::int32_t t = subdomain_->local_number(record.tetrahedron);
     if (t < 0) continue;
     const bool is_counted = subdomain_->counted[static_cast<std::size_t>(t)] != 0;
-    const double share = remaining ? remaining(record.phase_time) : 0;
+    const double share = remaining ? remaining(t, record.phase_time) : 0;
     open(t, record.cut, share);
     if (share > 0)
       releasing_.push_back(
@@ -241,7 +242,7 @@ std::vector<double> BreakableBody::strain_energies(std::span<const double> displ
     const Symmetric e = strain(t, displacement);
     // Nearly all tetrahedra are intact, so avoid a function call.
     if (residual_stiffness_.is_intact(t))
-      energies.push_back(0.5 * operators_.tetrahedra[i].volume * mechanics::contract(elasticity_(e), e));
+      energies.push_back(0.5 * operators_.tetrahedra[i].volume * mechanics::contract(intact_stress(t, e), e));
     else
       energies.push_back(residual_stiffness_.energy(t, e));
   }

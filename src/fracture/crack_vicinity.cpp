@@ -47,7 +47,7 @@ std::vector<SlotTip> square_ends(const input::Specimen& specimen) {
 
 CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
                              std::vector<double> growth_strengths, const input::Specimen& specimen,
-                             std::span<const double> spacings, double speed)
+                             std::span<const double> spacings)
     : body_(&body),
       criterion_(&criterion),
       average_(average),
@@ -67,7 +67,12 @@ CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, St
     if (is_at_tip) lower(t);
   }
   changed_.clear();
-  for (const double spacing : spacings) delays_.push_back(spacing / speed);
+  for (std::size_t t = 0; t < spacings.size(); ++t) {
+    const auto number = static_cast<std::int32_t>(t);
+    const double speed =
+        mechanics::dilatational_speed(body.elasticity()[number], body.material().density[number]);
+    delays_.push_back(spacings[t] / speed);
+  }
 }
 
 std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator& group, double phase_time) {
@@ -102,13 +107,12 @@ std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator&
                                                    const input::Parameters& parameters, std::uint64_t sample,
                                                    const BreakableBody& body, Criterion& criterion,
                                                    StressAverage* average) {
-  if (!parameters.fracture.separates_nucleation()) return nullptr;
-  auto strengths = growth_strengths(group, parameters, sample, body.subdomain(), body.operators());
+  if (!parameters.fracture_of(0).separates_nucleation()) return nullptr;
+  auto strengths = growth_strengths(group, parameters, sample, body);
   const auto spacings = local_spacings(group, body.subdomain(), body.operators());
   return parallel::agree(group, [&] {
     return std::make_unique<CrackVicinity>(body, criterion, average, std::move(strengths),
-                                           parameters.specimen, spacings,
-                                           mechanics::dilatational_speed(parameters.material()));
+                                           parameters.specimen, spacings);
   });
 }
 

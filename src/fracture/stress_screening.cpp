@@ -33,24 +33,41 @@ double half_diagonal(std::span<const kernels::Movement<double>> movement,
   return 0.5 * std::sqrt(square);
 }
 
+/// For tetrahedra whose strains are multiplied by their shear modulus over the first one. The trace then has
+/// another factor for each Poisson's ratio; the smallest and the largest bound all.
+template <class Real>
+kernels::StressBound<Real> stress_bound(const mechanics::ElasticityField& elasticity,
+                                        const EquivalentStress& stress, double reference) {
+  const auto [mean, j2] = stress.bound_factors();
+  const mechanics::IsotropicElasticity& first = elasticity.values().front();
+  double least = infinity, greatest = -infinity;
+  for (const auto& one : elasticity.values()) {
+    const double bulk_modulus = one.bulk_modulus() / (one.mu / first.mu);
+    least = std::min(least, bulk_modulus);
+    greatest = std::max(greatest, bulk_modulus);
+  }
+  return {{static_cast<Real>(mean * least / reference), static_cast<Real>(mean * greatest / reference)},
+          static_cast<Real>(std::sqrt(j2) * 2 * first.mu / reference)};
+}
+
 }  // namespace
 
 template <class Real>
 StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
                                        const mechanics::PdsOperators& operators,
-                                       const mechanics::IsotropicElasticity& elasticity,
+                                       const mechanics::ElasticityField& elasticity,
                                        const EquivalentStress& stress, std::span<const double> strength,
                                        double share, double displacement_quantum,
                                        std::int32_t nodes_per_block, InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
       operators_(&operators),
       displacement_quantum_(displacement_quantum),
+      elasticity_(&elasticity),
+      stress_(&stress),
+      share_(share),
       reference_(strength.empty() ? 1 : strength.front()),
-      per_gradient_(stress.sensitivity(elasticity) / (share * reference_) * displacement_quantum),
       instruction_set_(instruction_set),
-      bound_{
-          static_cast<Real>(stress.bound_factors().mean * elasticity.bulk_modulus() / (share * reference_)),
-          static_cast<Real>(std::sqrt(stress.bound_factors().j2) * 2 * elasticity.mu / (share * reference_))},
+      bound_(stress_bound<Real>(elasticity, stress, share * reference_)),
       groups_((operators.tetrahedra.size() + 7) / 8, kernels::TetrahedronGroup<Real>{}),
       deadline_(groups_.size(), 0.0) {
   for (auto& group : groups_) std::ranges::fill(group.sensitivity, static_cast<Real>(no_sensitivity));
@@ -134,7 +151,14 @@ template <class Real>
 double StressScreening<Real>::sensitivity(std::int32_t tetrahedron, double strength) const {
   double sum = 0;
   for (const auto& gradient : operators_->tetrahedra[index(tetrahedron)].gradient) sum += norm(gradient);
-  return per_gradient_ * sum * (reference_ / strength);
+  return stress_->sensitivity((*elasticity_)[tetrahedron]) / (share_ * reference_) * displacement_quantum_ *
+         sum * (reference_ / strength);
+}
+
+/// To the first tetrahedron, as the factors of the bound.
+template <class Real>
+double StressScreening<Real>::relative_stiffness(std::int32_t tetrahedron) const {
+  return (*elasticity_)[tetrahedron].mu / elasticity_->values().front().mu;
 }
 
 template <class Real>
@@ -143,10 +167,10 @@ void StressScreening<Real>::set_strength(std::int32_t tetrahedron, double streng
   const std::size_t lane = place(tetrahedron) % 8;
   // Stresses are in units of the tetrahedron's own strength.
   const auto& gradient = operators_->tetrahedra[index(tetrahedron)].gradient;
+  const double factor = displacement_quantum_ * (relative_stiffness(tetrahedron) * reference_ / strength);
   for (std::size_t a = 1; a < 4; ++a)
     for (std::size_t i = 0; i < 3; ++i)
-      group.gradient[3 * (a - 1) + i][lane] =
-          static_cast<Real>(gradient[a][i] * displacement_quantum_ * (reference_ / strength));
+      group.gradient[3 * (a - 1) + i][lane] = static_cast<Real>(gradient[a][i] * factor);
   // Rounded up, as it is an upper bound.
   const auto upper = static_cast<Real>(sensitivity(tetrahedron, strength) * (1 + 0x1p-20));
   const bool is_weaker = upper > std::exchange(group.sensitivity[lane], upper);

@@ -31,7 +31,7 @@ public:
   /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts are in
   ///   separate blocks
   StressScreening(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
-                  const mechanics::IsotropicElasticity& elasticity, const EquivalentStress& stress,
+                  const mechanics::ElasticityField& elasticity, const EquivalentStress& stress,
                   std::span<const double> strength, double share, double displacement_quantum,
                   std::int32_t nodes_per_block, InstructionSet instruction_set);
 
@@ -56,14 +56,17 @@ private:
   };
 
   double sensitivity(std::int32_t tetrahedron, double strength) const;
+  double relative_stiffness(std::int32_t tetrahedron) const;
   void sort_chunks(std::span<const double> sensitivity);
   std::size_t place(std::int32_t tetrahedron) const;
 
   std::int32_t n_tetrahedra_;
   const mechanics::PdsOperators* operators_;
   double displacement_quantum_;
-  double reference_;     // by which the elastic constants are divided [Pa]
-  double per_gradient_;  // sensitivity at the reference strength
+  const mechanics::ElasticityField* elasticity_;
+  const EquivalentStress* stress_;
+  double share_;
+  double reference_;  // by which the elastic constants are divided [Pa]
   InstructionSet instruction_set_;
   kernels::StressBound<Real> bound_;
   // The tetrahedra of a chunk are sorted by decreasing sensitivity, so that few groups are due often.

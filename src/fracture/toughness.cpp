@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/fracture/variation.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/softening_limits.h"
@@ -26,6 +27,51 @@ double energy_factor(const input::Parameters& parameters) {
   const input::Material& material = parameters.material();
   return toughness_factor(parameters.fracture.release, material.poisson_ratio) / material.youngs_modulus;
 }
+
+/// The input's strength and toughness in each tetrahedron of a body: those of its material, or of the
+/// interface that it touches.
+class LocalFracture {
+public:
+  LocalFracture(const input::Parameters& parameters, const BreakableBody& body)
+      : parameters_(parameters), body_(body) {
+    for (std::size_t m = 0; m < parameters.materials.size(); ++m)
+      of_material_.push_back(parameters.fracture_of(m));
+  }
+
+  double strength(std::size_t t) const {
+    const input::Interface* const interface = interface_at(t);
+    return interface != nullptr && interface->strength > 0 ? interface->strength : own(t).strength;
+  }
+  double toughness(std::size_t t) const {
+    const input::Interface* const interface = interface_at(t);
+    return interface != nullptr && interface->toughness > 0 ? interface->toughness : own(t).toughness;
+  }
+  /// toughness_factor() over Young's modulus.
+  double energy_factor(std::size_t t) const {
+    const input::Material& material = parameters_.materials[span_of(body_.subdomain()).material_of(t)];
+    // Without variation the modulus is the input's to the last bit.
+    const double modulus = material.variation ? 2 * body_.elasticity()[static_cast<std::int32_t>(t)].mu *
+                                                    (1 + material.poisson_ratio)
+                                              : material.youngs_modulus;
+    return toughness_factor(parameters_.fracture.release, material.poisson_ratio) / modulus;
+  }
+  double poisson_ratio(std::size_t t) const {
+    return parameters_.materials[span_of(body_.subdomain()).material_of(t)].poisson_ratio;
+  }
+
+private:
+  const input::Fracture& own(std::size_t t) const {
+    return of_material_[span_of(body_.subdomain()).material_of(t)];
+  }
+  const input::Interface* interface_at(std::size_t t) const {
+    const auto& interface = body_.subdomain().interface;
+    return interface.empty() || interface[t] == 0 ? nullptr : &parameters_.interfaces[interface[t] - 1u];
+  }
+
+  const input::Parameters& parameters_;
+  const BreakableBody& body_;
+  std::vector<input::Fracture> of_material_;
+};
 
 }  // namespace
 
@@ -99,60 +145,57 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
 }
 
 std::vector<double> fracture_spacings(const parallel::Communicator& group,
-                                      const input::Parameters& parameters,
-                                      const geometry::Subdomain& subdomain,
-                                      const mechanics::PdsOperators& operators) {
+                                      const input::Parameters& parameters, const BreakableBody& body) {
   const double length = parameters.fracture.length;
-  if (length == 0) return local_spacings(group, subdomain, operators);
-  return std::vector<double>(
-      operators.tetrahedra.size(),
-      spacings_per_length(parameters.fracture.release, parameters.material().poisson_ratio) * length);
+  if (length == 0) return local_spacings(group, body.subdomain(), body.operators());
+  const LocalFracture local(parameters, body);
+  std::vector<double> spacings(body.operators().tetrahedra.size());
+  for (std::size_t t = 0; t < spacings.size(); ++t)
+    spacings[t] = spacings_per_length(parameters.fracture.release, local.poisson_ratio(t)) * length;
+  return spacings;
 }
 
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
                                           const input::Parameters& parameters, std::uint64_t sample,
-                                          const geometry::Subdomain& subdomain,
-                                          const mechanics::PdsOperators& operators) {
-  const input::Fracture& fracture = parameters.fracture;
-  std::vector<double> strengths(operators.tetrahedra.size(), fracture.strength);
-  if (fracture.strength == 0) {
-    strengths = fracture_spacings(group, parameters, subdomain, operators);
-    for (double& value : strengths) value = strength_of(parameters, fracture.toughness, value);
+                                          const BreakableBody& body) {
+  const LocalFracture local(parameters, body);
+  std::vector<double> strengths(body.operators().tetrahedra.size());
+  for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] = local.strength(t);
+  if (parameters.fracture_of(0).strength == 0) {
+    strengths = fracture_spacings(group, parameters, body);
+    for (std::size_t t = 0; t < strengths.size(); ++t)
+      strengths[t] = std::sqrt(local.toughness(t) / (local.energy_factor(t) * strengths[t]));
   }
-  if (fracture.variation)
+  if (parameters.fracture.variation)
     parallel::agree(group, [&] {
-      const auto factors = strength_factors(
-          parameters, sample, {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number});
+      const auto factors = strength_factors(parameters, sample, span_of(body.subdomain()));
       for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
     });
-  const auto growth = growth_strengths(group, parameters, sample, subdomain, operators);
+  const auto growth = growth_strengths(group, parameters, sample, body);
   for (std::size_t t = 0; t < growth.size(); ++t) strengths[t] = std::max(strengths[t], growth[t]);
   return strengths;
 }
 
 std::vector<double> growth_strengths(const parallel::Communicator& group, const input::Parameters& parameters,
-                                     std::uint64_t sample, const geometry::Subdomain& subdomain,
-                                     const mechanics::PdsOperators& operators) {
-  const input::Fracture& fracture = parameters.fracture;
-  if (!fracture.separates_nucleation()) return {};
-  auto strengths = fracture_spacings(group, parameters, subdomain, operators);
+                                     std::uint64_t sample, const BreakableBody& body) {
+  if (!parameters.fracture_of(0).separates_nucleation()) return {};
+  auto strengths = fracture_spacings(group, parameters, body);
   parallel::agree(group, [&] {
-    const auto factors = toughness_factors(
-        parameters, sample, {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number});
+    const LocalFracture local(parameters, body);
+    const auto factors = toughness_factors(parameters, sample, span_of(body.subdomain()));
     for (std::size_t t = 0; t < strengths.size(); ++t)
-      strengths[t] = strength_of(parameters, factors[t] * fracture.toughness, strengths[t]);
+      strengths[t] = std::sqrt(factors[t] * local.toughness(t) / (local.energy_factor(t) * strengths[t]));
   });
   return strengths;
 }
 
 std::vector<double> tetrahedron_toughness(const parallel::Communicator& group,
-                                          const input::Parameters& parameters,
-                                          const geometry::Subdomain& subdomain,
-                                          const mechanics::PdsOperators& operators,
+                                          const input::Parameters& parameters, const BreakableBody& body,
                                           std::span<const double> strengths) {
-  auto toughness = fracture_spacings(group, parameters, subdomain, operators);
+  const LocalFracture local(parameters, body);
+  auto toughness = fracture_spacings(group, parameters, body);
   for (std::size_t t = 0; t < toughness.size(); ++t)
-    toughness[t] = toughness_of(parameters, strengths[t], toughness[t]);
+    toughness[t] = local.energy_factor(t) * strengths[t] * strengths[t] * toughness[t];
   return toughness;
 }
 
@@ -160,13 +203,12 @@ void soften_by_input(const parallel::Communicator& group, const input::Parameter
                      std::uint64_t sample, BreakableBody& body) {
   const input::Fracture& fracture = parameters.fracture;
   if (fracture.release != input::Release::softening) return;
-  const auto& subdomain = body.subdomain();
-  auto dissipations = local_spacings(group, subdomain, body.operators());
+  auto dissipations = local_spacings(group, body.subdomain(), body.operators());
   parallel::agree(group, [&] {
-    const auto factors = toughness_factors(
-        parameters, sample, {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number});
+    const LocalFracture local(parameters, body);
+    const auto factors = toughness_factors(parameters, sample, span_of(body.subdomain()));
     for (std::size_t t = 0; t < dissipations.size(); ++t)
-      dissipations[t] = factors[t] * fracture.toughness / (input::spacings_per_band * dissipations[t]);
+      dissipations[t] = factors[t] * local.toughness(t) / (input::spacings_per_band * dissipations[t]);
     body.soften(SofteningLaw(fracture.softening, fracture.teeth), std::move(dissipations));
   });
 }

@@ -17,10 +17,11 @@ constexpr double fastest_rise = 0.4;
 
 }  // namespace
 
-TulerButcher::TulerButcher(const input::Fracture& parameters, std::vector<double> strengths, double time_step)
+TulerButcher::TulerButcher(const input::Fracture& parameters, mechanics::TetrahedronField<double> impulses,
+                           std::vector<double> strengths, double time_step)
     : Criterion(std::make_unique<LargestPrincipalStress>(), std::move(strengths)),
       exponent_(parameters.exponent),
-      impulse_(parameters.impulse),
+      impulses_(std::move(impulses)),
       time_step_(time_step) {
   memory_.resize(strengths_.size(), 0.0);
 }
@@ -30,7 +31,7 @@ bool TulerButcher::integrate(std::size_t tetrahedron, double earlier, double bef
   double& integral = memory_[tetrahedron];
   integral += time_step_ * mean_rate(from, to);
   const double next = to + (after - before) / 2 + 3 * ((after - before) - (before - earlier)) / 8;
-  return integral + time_step_ / 2 * mean_rate(to, next) >= impulse_;
+  return integral + time_step_ / 2 * mean_rate(to, next) >= impulses_[static_cast<std::int32_t>(tetrahedron)];
 }
 
 double TulerButcher::screening_share(double stable_step) const {
@@ -39,7 +40,7 @@ double TulerButcher::screening_share(double stable_step) const {
 
 double TulerButcher::delay(std::size_t tetrahedron, double stress) const {
   const double over = stress - strengths_[tetrahedron];
-  return impulse_ / mean_rate(over, over);
+  return impulses_[static_cast<std::int32_t>(tetrahedron)] / mean_rate(over, over);
 }
 
 /// Mean of max(x, 0)^beta while x goes linearly from one value to the other.
@@ -55,12 +56,13 @@ double TulerButcher::mean_rate(double from, double to) const {
   return share * std::pow(high, exponent_) * (sum / n);
 }
 
-OneStepTulerButcher::OneStepTulerButcher(const input::Fracture& parameters, std::vector<double> strengths,
-                                         double time_step)
+OneStepTulerButcher::OneStepTulerButcher(const input::Fracture& parameters,
+                                         const mechanics::TetrahedronField<double>& impulses,
+                                         std::vector<double> strengths, double time_step)
     : Criterion(std::make_unique<LargestPrincipalStress>(), std::move(strengths)), time_step_(time_step) {
   if (parameters.toughness > 0 && parameters.release != input::Release::softening) return;
-  const double over = std::pow(parameters.impulse / time_step, 1 / parameters.exponent);
-  for (double& value : strengths_) value += over;
+  for (std::size_t t = 0; t < strengths_.size(); ++t)
+    strengths_[t] += std::pow(impulses[static_cast<std::int32_t>(t)] / time_step, 1 / parameters.exponent);
 }
 
 }  // namespace crackle::fracture

@@ -8,8 +8,12 @@
 #include "crackle/geometry/centroid.h"
 #include "crackle/geometry/quality.h"
 
+#include <fmt/format.h>
+#include <boost/math/special_functions/erf.hpp>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace crackle::fracture {
@@ -29,19 +33,36 @@ double exponential_of(double normal) {
   return -std::log(std::erfc(normal / std::numbers::sqrt2) / 2);
 }
 
-std::vector<double> correlated(const input::Variation& variation, const RandomStream& stream,
-                               const TetrahedronSpan& tetrahedra) {
+/// The quantile of a distribution at the probability of a standard normal number.
+double factor_at(double normal, input::Distribution distribution, double modulus, double variation) {
+  if (distribution == input::Distribution::weibull) return std::pow(exponential_of(normal), 1 / modulus);
+  const double log_variance = std::log1p(variation * variation);
+  return std::exp(std::sqrt(log_variance) * normal - log_variance / 2);
+}
+
+std::vector<double> correlated(const RandomStream& stream, double length, const TetrahedronSpan& tetrahedra) {
   std::vector<geometry::Point> centroids;
   centroids.reserve(tetrahedra.tetrahedra.size());
   for (const auto& t : tetrahedra.tetrahedra) centroids.push_back(geometry::centroid(tetrahedra.nodes, t));
-  std::vector<double> factors = GaussianField(stream, variation.correlation_length).at(centroids);
-  const double cv = variation.coefficient_of_variation;
-  const double log_variance = std::log1p(cv * cv);
-  for (double& value : factors)
-    value = variation.distribution == input::Distribution::weibull
-                ? std::pow(exponential_of(value), 1 / variation.modulus)
-                : std::exp(std::sqrt(log_variance) * value - log_variance / 2);
-  return factors;
+  return GaussianField(stream, length).at(centroids);
+}
+
+/// The random number of a tetrahedron in [0, 1).
+double uniform_of(const RandomStream& stream, const TetrahedronSpan& tetrahedra, std::size_t i) {
+  const auto number = tetrahedra.number.empty() ? static_cast<std::int64_t>(i) : tetrahedra.number[i];
+  return stream.substream(static_cast<std::uint64_t>(number)).uniform();
+}
+
+/// Standard normal numbers behind the factors.
+std::vector<double> normals(const RandomStream& stream, double length, const TetrahedronSpan& tetrahedra) {
+  if (length > 0) return correlated(stream, length, tetrahedra);
+  std::vector<double> values;
+  values.reserve(tetrahedra.tetrahedra.size());
+  for (std::size_t i = 0; i < tetrahedra.tetrahedra.size(); ++i) {
+    const double u = std::max(uniform_of(stream, tetrahedra, i), std::numeric_limits<double>::min());
+    values.push_back(-std::numbers::sqrt2 * boost::math::erfc_inv(2 * u));
+  }
+  return values;
 }
 
 std::vector<double> independent(const input::Variation& variation, const RandomStream& stream,
@@ -51,12 +72,14 @@ std::vector<double> independent(const input::Variation& variation, const RandomS
   for (std::size_t i = 0; i < tetrahedra.tetrahedra.size(); ++i) {
     const auto corner = [&](std::size_t k) { return tetrahedra.nodes[index(tetrahedra.tetrahedra[i][k])]; };
     const double volume = geometry::signed_volume(corner(0), corner(1), corner(2), corner(3));
-    const auto number = static_cast<std::uint64_t>(tetrahedra.number.empty() ? static_cast<std::int64_t>(i)
-                                                                             : tetrahedra.number[i]);
-    const double exponential = -std::log1p(-stream.substream(number).uniform());
+    const double exponential = -std::log1p(-uniform_of(stream, tetrahedra, i));
     factors.push_back(std::pow(variation.reference_volume / volume * exponential, 1 / variation.modulus));
   }
   return factors;
+}
+
+RandomStream strength_stream(const input::Parameters& parameters, std::uint64_t sample) {
+  return {parameters.ensemble.seed, sample, "fracture variation"};
 }
 
 }  // namespace
@@ -65,10 +88,35 @@ std::vector<double> variation_factors(const input::Parameters& parameters, std::
                                       const TetrahedronSpan& tetrahedra) {
   const auto& variation = parameters.fracture.variation;
   if (!variation) return std::vector<double>(tetrahedra.tetrahedra.size(), 1);
-  const RandomStream stream(parameters.ensemble.seed, sample, "fracture variation");
-  auto factors = variation->correlation_length > 0 ? correlated(*variation, stream, tetrahedra)
-                                                   : independent(*variation, stream, tetrahedra);
-  for (double& factor : factors) factor = rounded(factor);
+  const RandomStream stream = strength_stream(parameters, sample);
+  if (variation->correlation_length == 0) {
+    auto factors = independent(*variation, stream, tetrahedra);
+    for (double& factor : factors) factor = rounded(factor);
+    return factors;
+  }
+  auto factors = correlated(stream, variation->correlation_length, tetrahedra);
+  for (double& value : factors)
+    value = rounded(
+        factor_at(value, variation->distribution, variation->modulus, variation->coefficient_of_variation));
+  return factors;
+}
+
+std::vector<double> stiffness_factors(const input::Parameters& parameters, std::size_t material,
+                                      std::uint64_t sample, const TetrahedronSpan& tetrahedra) {
+  const auto& variation = parameters.materials[material].variation;
+  if (!variation) return std::vector<double>(tetrahedra.tetrahedra.size(), 1);
+  const double length = variation->correlation_length;
+  const double shared = variation->with_strength;
+  const RandomStream stream(parameters.ensemble.seed, sample, fmt::format("material variation {}", material));
+  auto factors = normals(stream, length, tetrahedra);
+  if (shared != 0) {
+    const auto strength = normals(strength_stream(parameters, sample), length, tetrahedra);
+    const double own = std::sqrt(1 - shared * shared);
+    for (std::size_t t = 0; t < factors.size(); ++t) factors[t] = shared * strength[t] + own * factors[t];
+  }
+  for (double& value : factors)
+    value = rounded(
+        factor_at(value, variation->distribution, variation->modulus, variation->coefficient_of_variation));
   return factors;
 }
 

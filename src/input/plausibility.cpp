@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/input/plausibility.h"
 
+#include "consistency.h"
 #include "crackle/common/quantity_text.h"
+#include "crackle/common/real.h"
 #include "dimension.h"
 
 #include <fmt/format.h>
@@ -36,53 +38,66 @@ std::string mega_is_meant(double stress, double least, double greatest) {
   return fmt::format("; did you mean {}? mPa is millipascal, MPa megapascal", shown_stress(meant));
 }
 
-std::string of_modulus(const Parameters& parameters) {
-  const double modulus = parameters.material().youngs_modulus;
+std::string of_modulus(const Parameters& parameters, std::size_t number) {
+  const double modulus = parameters.materials[number].youngs_modulus;
+  const std::string key = material_key(parameters.materials, number);
   if (modulus < softest)
-    return fmt::format("material.youngs_modulus = {} is softer than rubber, like a gel{}",
+    return fmt::format("{}.youngs_modulus = {} is softer than rubber, like a gel{}", key,
                        shown_stress(modulus), mega_is_meant(modulus, 100 * softest, stiffest));
   if (modulus > stiffest)
-    return fmt::format("material.youngs_modulus = {} is stiffer than diamond", shown_stress(modulus));
+    return fmt::format("{}.youngs_modulus = {} is stiffer than diamond", key, shown_stress(modulus));
   return {};
 }
 
-std::string of_density(const Parameters& parameters) {
-  const double density = parameters.material().density;
+std::string of_density(const Parameters& parameters, std::size_t number) {
+  const double density = parameters.materials[number].density;
   if (density >= lightest && density <= heaviest) return {};
   const double meant = 1000 * density;
   return fmt::format(
-      "material.density = {:.4g} kg/m^3 is {} than any solid{}", density,
-      density < lightest ? "lighter" : "heavier",
+      "{}.density = {:.4g} kg/m^3 is {} than any solid{}", material_key(parameters.materials, number),
+      density, density < lightest ? "lighter" : "heavier",
       density < lightest && meant <= heaviest
           ? fmt::format("; did you mean {:.4g} g/cm^3, which is {:.4g} kg/m^3?", density, meant)
           : "");
 }
 
-std::string of_strength(const Parameters& parameters) {
-  const double strength = parameters.fracture.strength;
-  const double modulus = parameters.material().youngs_modulus;
+/// Key of a material's value: that of the material or that of [fracture].
+std::string key_of(const Parameters& parameters, std::size_t number, double own, const char* name) {
+  return fmt::format("{}.{}", own > 0 ? material_key(parameters.materials, number) : "fracture", name);
+}
+
+std::string of_strength(const Parameters& parameters, std::size_t number) {
+  const double strength = parameters.fracture_of(number).strength;
+  const Material& material = parameters.materials[number];
+  const double modulus = material.youngs_modulus;
+  const std::string key = key_of(parameters, number, material.strength, "strength");
   if (modulus >= brittle_modulus && strength > ideal_strength * modulus)
-    return fmt::format(
-        "fracture.strength = {} is more than a tenth of Young's modulus, {}, which no solid sustains",
-        shown_stress(strength), shown_stress(modulus));
+    return fmt::format("{} = {} is more than a tenth of Young's modulus, {}, which no solid sustains", key,
+                       shown_stress(strength), shown_stress(modulus));
   if (strength > 0 && strength < least_strength * modulus)
-    return fmt::format("fracture.strength = {} is {:.2g} of Young's modulus{}", shown_stress(strength),
+    return fmt::format("{} = {} is {:.2g} of Young's modulus{}", key, shown_stress(strength),
                        strength / modulus,
                        mega_is_meant(strength, least_strength * modulus, ideal_strength * modulus));
   return {};
 }
 
 /// A toughness corresponds to a strength of about sqrt(toughness * modulus / spacing).
-std::string of_toughness(const Parameters& parameters) {
-  const Fracture& fracture = parameters.fracture;
-  const double modulus = parameters.material().youngs_modulus;
+std::string of_toughness(const Parameters& parameters, std::size_t number) {
+  const Fracture fracture = parameters.fracture_of(number);
+  const Material& material = parameters.materials[number];
+  const double modulus = material.youngs_modulus;
   if (fracture.toughness == 0 || fracture.strength > 0 || modulus < brittle_modulus) return {};
   const double strength = std::sqrt(fracture.toughness * modulus / parameters.mesh.spacing);
-  const bool by_intensity = fracture.fracture_toughness > 0;
+  const double own_intensity = material.fracture_toughness;
+  const double intensity = own_intensity > 0        ? own_intensity
+                           : material.toughness > 0 ? 0
+                                                    : fracture.fracture_toughness;
+  const bool by_intensity = intensity > 0;
   const std::string given =
-      by_intensity ? fmt::format("fracture.fracture_toughness = {}",
-                                 format_quantity(fracture.fracture_toughness, stress_intensity_dimension))
-                   : fmt::format("fracture.toughness = {}", quantity_text(fracture.toughness, "J/m^2"));
+      by_intensity ? fmt::format("{} = {}", key_of(parameters, number, own_intensity, "fracture_toughness"),
+                                 format_quantity(intensity, stress_intensity_dimension))
+                   : fmt::format("{} = {}", key_of(parameters, number, material.toughness, "toughness"),
+                                 quantity_text(fracture.toughness, "J/m^2"));
   if (strength > ideal_strength * modulus)
     return fmt::format(
         "{} needs stresses of about {} at a spacing of {}, more than a tenth of Young's modulus, which no "
@@ -96,9 +111,10 @@ std::string of_toughness(const Parameters& parameters) {
 }
 
 std::string of_duration(const Parameters& parameters) {
-  const Material& material = parameters.material();
-  const double transit =
-      std::ranges::max(parameters.specimen.size) / std::sqrt(material.youngs_modulus / material.density);
+  double slowest = infinity;  // wave along a bar
+  for (const Material& material : parameters.materials)
+    slowest = std::min(slowest, std::sqrt(material.youngs_modulus / material.density));
+  const double transit = std::ranges::max(parameters.specimen.size) / slowest;
   const double duration = parameters.time.duration;
   if (!(duration > many_transits * transit)) return {};
   return fmt::format("time.duration = {} is {:.2g} times the transit time of a wave along the body, {}{}",
@@ -121,9 +137,14 @@ std::string of_release_time(const Parameters& parameters) {
 
 std::vector<std::string> plausibility_warnings(const Parameters& parameters) {
   std::vector<std::string> warnings;
-  for (const auto warning_on :
-       {of_modulus, of_density, of_strength, of_toughness, of_duration, of_release_time})
-    if (std::string text = warning_on(parameters); !text.empty()) warnings.push_back(std::move(text));
+  const auto add = [&](std::string text) {
+    if (!text.empty() && std::ranges::find(warnings, text) == warnings.end())
+      warnings.push_back(std::move(text));
+  };
+  for (std::size_t i = 0; i < parameters.materials.size(); ++i)
+    for (const auto warning_on : {of_modulus, of_density, of_strength, of_toughness})
+      add(warning_on(parameters, i));
+  for (const auto warning_on : {of_duration, of_release_time}) add(warning_on(parameters));
   return warnings;
 }
 

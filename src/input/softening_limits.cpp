@@ -1,23 +1,43 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/input/softening_limits.h"
 
+#include "crackle/common/real.h"
+
 #include <algorithm>
 
 namespace crackle::input {
 
+namespace {
+
+/// The least of a length over the materials.
+template <class Length>
+double least_of(const Parameters& parameters, const Length& length) {
+  double least = infinity;
+  for (std::size_t i = 0; i < parameters.materials.size(); ++i)
+    least = std::min(least, length(parameters.materials[i], parameters.fracture_of(i)));
+  return least;
+}
+
+double zone_length(const Material& material, const Fracture& fracture) {
+  return material.youngs_modulus * fracture.toughness / (fracture.strength * fracture.strength);
+}
+
+}  // namespace
+
 double process_zone_length(const Parameters& parameters) {
-  const Fracture& fracture = parameters.fracture;
-  return parameters.material().youngs_modulus * fracture.toughness / (fracture.strength * fracture.strength);
+  return least_of(parameters, zone_length);
 }
 
 double snap_back_spacing(const Parameters& parameters) {
-  const double nu = parameters.material().poisson_ratio;
-  const double stored =
-      std::max(0.5, (1 + nu) * (1 - 2 * nu));  // stored energy density, relative to strength^2 / E
-  // Minimum ratio of the energy dissipated by softening to that stored at the strength, such that stress
-  // falls no faster than strain.
-  const double least_ductility = parameters.fracture.softening == SofteningCurve::linear ? 1 : 2;
-  return process_zone_length(parameters) / (least_ductility * stored * spacings_per_band);
+  return least_of(parameters, [](const Material& material, const Fracture& fracture) {
+    const double nu = material.poisson_ratio;
+    const double stored =
+        std::max(0.5, (1 + nu) * (1 - 2 * nu));  // stored energy density, relative to strength^2 / E
+    // Minimum ratio of the energy dissipated by softening to that stored at the strength, such that stress
+    // falls no faster than strain.
+    const double least_ductility = fracture.softening == SofteningCurve::linear ? 1 : 2;
+    return zone_length(material, fracture) / (least_ductility * stored * spacings_per_band);
+  });
 }
 
 }  // namespace crackle::input

@@ -78,18 +78,19 @@ struct alignas(8 * sizeof(Real)) GeneralEdges {
 /// Eight tetrahedra, with the data of the breaking check.
 template <class Real>
 struct alignas(8 * sizeof(Real)) TetrahedronGroup {
-  /// b^1, b^2, b^3, times the displacement quantum, times the reference strength over the tetrahedron's own.
+  /// b^1, b^2, b^3, times the displacement quantum, the reference strength over the tetrahedron's own, and
+  /// its stiffness over the reference.
   Real gradient[9][8];
   /// Bound on the change of equivalent stress over strength if no corner moves by more than one quantum.
   Real sensitivity[8];
   std::int32_t corner[4][8];
 };
 
-/// Factors of an upper bound on the equivalent stress over a reference strength: of tr(epsilon), and of
-/// sqrt(e : e / 2) with the deviator e of the strain.
+/// Factors of an upper bound on the equivalent stress over a reference strength: of tr(epsilon), of which the
+/// one that gives the larger bound counts, and of sqrt(e : e / 2) with the deviator e of the strain.
 template <class Real>
 struct StressBound {
-  Real trace;
+  Real trace[2];
   Real deviator;
 };
 

@@ -295,8 +295,8 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
       const R j2 =
           (Real)0.5 * (d0 * d0 + d1 * d1 + d2 * d2) + (Real)0.25 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
       const R sensitivity = load<R>(group.sensitivity + 4 * half);
-      const R bound =
-          stress.trace * trace + stress.deviator * square_root(j2) + slack * (largest * sensitivity);
+      const R bound = larger(stress.trace[0] * trace, stress.trace[1] * trace) +
+                      stress.deviator * square_root(j2) + slack * (largest * sensitivity);
       const R margin = (Real)1 - bound;
       const R share = margin / sensitivity;
       for (int k = 0; k < N; ++k) {

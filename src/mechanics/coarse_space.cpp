@@ -164,7 +164,7 @@ void CoarseSpace::order_nodes() {
   }
 }
 
-void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
+void CoarseSpace::factorize(const PdsOperators& operators, const ElasticityField& elasticity,
                             const ResidualStiffness& residual_stiffness) {
   // A tetrahedron's coarse entries are bounded by its stiffness bound times the motions, which are of order
   // 1.
@@ -206,7 +206,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
     const double factor = scale * t.volume;
     const StiffnessMatrix stiffness =
         residual_stiffness.is_intact(tetrahedron)
-            ? stiffness_matrix(elasticity, factor)
+            ? stiffness_matrix(elasticity[tetrahedron], factor)
             : stiffness_matrix([&](const Symmetric& e) { return residual_stiffness.stress(tetrahedron, e); },
                                factor);
     kernels_->find_strains(corners.shares.data(), corners.shares.size(), n_cells, stiffness.data(),

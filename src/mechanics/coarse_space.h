@@ -31,7 +31,7 @@ public:
               std::span<const std::uint8_t> constrained);
 
   /// Assembles and factorizes the coarse matrix A of the current stiffness. Collective.
-  void factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
+  void factorize(const PdsOperators& operators, const ElasticityField& elasticity,
                  const ResidualStiffness& residual_stiffness);
 
   /// result = B residual + R A^-1 R^T residual, with R the displacements of the nodes in the cells' motions.

@@ -75,14 +75,21 @@ Edges make_edges(const geometry::Subdomain& subdomain) {
   return edges;
 }
 
-EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElasticity& elasticity,
+bool Edges::is_symmetric(std::int32_t edge, const ElasticityField& elasticity) const {
+  if (is_inner[index(edge)] == 0) return false;
+  const auto ring = round(edge);
+  return elasticity.is_uniform() ||
+         std::ranges::all_of(ring, [&](std::int32_t t) { return elasticity[t] == elasticity[ring.front()]; });
+}
+
+EdgeCoupling edge_coupling(const PdsOperators& operators, const ElasticityField& elasticity,
                            const Edges& edges, const ResidualStiffness& residual_stiffness,
                            std::int32_t edge) {
   EdgeCoupling k;
   const auto [first, second] = edges.nodes[index(edge)];
-  const double lambda = elasticity.lambda, mu = elasticity.mu;
-  bool is_whole = edges.is_inner[index(edge)] != 0;
+  bool is_whole = edges.is_symmetric(edge, elasticity);
   for (const auto number : edges.round(edge)) {
+    const auto& [lambda, mu] = elasticity[number];
     const auto& t = operators.tetrahedra[index(number)];
     const auto corner = [&](std::int32_t node) {
       return static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());

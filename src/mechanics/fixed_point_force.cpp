@@ -50,7 +50,7 @@ std::vector<std::vector<std::int32_t>> owned_edges(const Edges& edges, std::int3
 
 template <class Real>
 FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
-                                       const IsotropicElasticity& elasticity, const Edges& edges,
+                                       const ElasticityField& elasticity, const Edges& edges,
                                        const ResidualStiffness& residual_stiffness,
                                        std::span<const double> inverse_mass, const FixedPointScale& scale,
                                        InstructionSet instruction_set, bool watches, std::int32_t pair_reach)
@@ -72,7 +72,7 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
   number_blocks();
   const auto is_whole = [&](std::int32_t edge) {
     const auto is_intact = [&](std::int32_t t) { return residual_stiffness.is_intact(t); };
-    return edges.is_inner[index(edge)] != 0 && std::ranges::all_of(edges.round(edge), is_intact);
+    return edges.is_symmetric(edge, elasticity) && std::ranges::all_of(edges.round(edge), is_intact);
   };
   const auto fits_pair = [&](std::int32_t edge) {
     const auto [a, b] = edges.nodes[index(edge)];

@@ -46,7 +46,7 @@ public:
   /// @param watches enables take_largest_contribution() in the 32-bit format
   /// @param pair_reach edges between nodes further apart in numbering use the general form, which is slower
   FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
-                  const IsotropicElasticity& elasticity, const Edges& edges,
+                  const ElasticityField& elasticity, const Edges& edges,
                   const ResidualStiffness& residual_stiffness, std::span<const double> inverse_mass,
                   const FixedPointScale& scale, InstructionSet instruction_set, bool watches = false,
                   std::int32_t pair_reach = largest_reach);
@@ -133,7 +133,7 @@ private:
 
   const geometry::Subdomain* subdomain_;
   const PdsOperators* operators_;
-  const IsotropicElasticity* elasticity_;
+  const ElasticityField* elasticity_;
   const Edges* edges_;
   const ResidualStiffness* residual_stiffness_;
   FixedPointScale scale_;

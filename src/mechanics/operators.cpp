@@ -22,27 +22,30 @@ TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
   return t;
 }
 
-PdsOperators make_operators(const geometry::Subdomain& subdomain, double density) {
+PdsOperators make_operators(const geometry::Subdomain& subdomain, const TetrahedronField<double>& density) {
   PdsOperators operators;
   operators.tetrahedra.reserve(subdomain.tetrahedra.size());
   operators.node_mass.assign(static_cast<std::size_t>(subdomain.layout.n_owned), 0.0);
-  for (const auto& nodes : subdomain.tetrahedra) {
+  for (std::int32_t number = 0; number < subdomain.n_tetrahedra(); ++number) {
+    const geometry::Tetrahedron& nodes = subdomain.tetrahedra[index(number)];
     std::array<geometry::Point, 4> x{};
     for (std::size_t a = 0; a < 4; ++a) x[a] = subdomain.nodes[index(nodes[a])];
     const auto& t = operators.tetrahedra.emplace_back(tetrahedron_operator(nodes, x));
     for (const auto node : nodes) {
-      if (node < subdomain.layout.n_owned) operators.node_mass[index(node)] += density * t.volume / 4;
+      if (node < subdomain.layout.n_owned) operators.node_mass[index(node)] += density[number] * t.volume / 4;
     }
   }
   return operators;
 }
 
-double stiffness_bound(const PdsOperators& operators, const IsotropicElasticity& elasticity) {
+double stiffness_bound(const PdsOperators& operators, const ElasticityField& elasticity) {
   double largest = 0;
-  for (const auto& t : operators.tetrahedra) {
+  for (std::size_t i = 0; i < operators.tetrahedra.size(); ++i) {
+    const auto& t = operators.tetrahedra[i];
+    const auto& [lambda, mu] = elasticity[static_cast<std::int32_t>(i)];
     double steepest = 0;
     for (const auto& g : t.gradient) steepest = std::max(steepest, dot(g, g));
-    largest = std::max(largest, t.volume * (std::abs(elasticity.lambda) + 2 * elasticity.mu) * steepest);
+    largest = std::max(largest, t.volume * (std::abs(lambda) + 2 * mu) * steepest);
   }
   return largest;
 }

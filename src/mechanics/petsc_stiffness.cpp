@@ -33,10 +33,10 @@ Matrix intact_coupling(const TetrahedronOperator& t, const IsotropicElasticity& 
 }  // namespace
 
 PetscStiffness::PetscStiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                               const PdsOperators& operators, const IsotropicElasticity& elasticity,
+                               const PdsOperators& operators, const ElasticityField& elasticity,
                                const ResidualStiffness& residual_stiffness)
     : operators_(&operators),
-      elasticity_(elasticity),
+      elasticity_(&elasticity),
       residual_stiffness_(&residual_stiffness),
       n_owned_(subdomain.layout.n_owned),
       node_to_cell_(node_tetrahedra(subdomain)) {
@@ -117,7 +117,7 @@ void PetscStiffness::set_row(std::int32_t node) {
       const auto place =
           static_cast<std::size_t>(std::ranges::lower_bound(columns_, column) - columns_.begin());
       const Matrix block = residual_stiffness_->is_intact(number)
-                               ? intact_coupling(t, elasticity_, a, b)
+                               ? intact_coupling(t, (*elasticity_)[number], a, b)
                                : residual_stiffness_->partial(number).coupling(a, b);
       for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) values_[3 * (n * i + place) + j] += t.volume * block[i][j];

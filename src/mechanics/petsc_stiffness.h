@@ -23,7 +23,7 @@ class PetscStiffness {
 public:
   /// Assembles the matrix. Collective; agrees before its messages. The references must outlive the object.
   PetscStiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                 const PdsOperators& operators, const IsotropicElasticity& elasticity,
+                 const PdsOperators& operators, const ElasticityField& elasticity,
                  const ResidualStiffness& residual_stiffness);
 
   /// force = K displacement, for owned nodes [N]. Collective; does not agree() before.
@@ -43,7 +43,7 @@ private:
   void set_row(std::int32_t node);
 
   const PdsOperators* operators_;
-  IsotropicElasticity elasticity_;
+  const ElasticityField* elasticity_;
   const ResidualStiffness* residual_stiffness_;
   std::int32_t n_owned_;
   std::vector<PetscInt> number_;  // per local node, in the order of the matrix

@@ -86,14 +86,14 @@ Matrix EdgeStiffness::coupling(std::size_t a, std::size_t b) const {
   return block;
 }
 
-ResidualStiffness::ResidualStiffness(const PdsOperators& operators, const IsotropicElasticity& elasticity)
+ResidualStiffness::ResidualStiffness(const PdsOperators& operators, const ElasticityField& elasticity)
     : operators_(&operators),
-      elasticity_(elasticity),
+      elasticity_(&elasticity),
       released_(operators.tetrahedra.size(), no_edge),
       place_(operators.tetrahedra.size(), -1) {}
 
 Symmetric ResidualStiffness::stress(std::int32_t tetrahedron, const Symmetric& strain) const {
-  if (is_intact(tetrahedron)) return elasticity_(strain);
+  if (is_intact(tetrahedron)) return (*elasticity_)[tetrahedron](strain);
   Symmetric sigma{};
   if (carries(tetrahedron)) sigma = partial(tetrahedron).stress(strain);
   if (has_contact(tetrahedron)) {
@@ -116,8 +116,7 @@ Symmetric ResidualStiffness::contact_stress(std::size_t i, const Symmetric& stra
   const Vector& n = contact_normal_[i];
   const double closing = dot(n, apply(strain, n));
   if (closing >= 0) return {};
-  const double lambda = elasticity_.lambda, mu = elasticity_.mu;
-  const double pressure = contact_share_[i] * (mu * (3 * lambda + 2 * mu) / (lambda + mu) * closing);
+  const double pressure = contact_share_[i] * ((*elasticity_)[contacts_[i]].youngs_modulus() * closing);
   return {pressure * n[0] * n[0], pressure * n[1] * n[1], pressure * n[2] * n[2],
           pressure * n[1] * n[2], pressure * n[0] * n[2], pressure * n[0] * n[1]};
 }
@@ -135,16 +134,13 @@ void ResidualStiffness::release(std::int32_t tetrahedron, EdgeSet edges) {
   }
   const auto now = static_cast<EdgeSet>(released(tetrahedron) | edges);
   // Create it before recording the release, as allocation may fail.
-  if (now != no_edge && now != all_edges)
-    make_partial(tetrahedron) = edge_stiffness(operators_->tetrahedra[i], elasticity_, now);
+  if (now != no_edge && now != all_edges) make_partial(tetrahedron) = stiffness_without(tetrahedron, now);
   released_[i] = now;
 }
 
 void ResidualStiffness::begin_release(std::int32_t tetrahedron, EdgeSet edges) {
   const EdgeStiffness before =
-      is_intact(tetrahedron)
-          ? edge_stiffness(operators_->tetrahedra[index(tetrahedron)], elasticity_, no_edge)
-          : partial(tetrahedron);
+      is_intact(tetrahedron) ? stiffness_without(tetrahedron, no_edge) : partial(tetrahedron);
   make_partial(tetrahedron) = before;
   reductions_[tetrahedron] = {before, edges, 1};
   released_[index(tetrahedron)] = softened;
@@ -162,8 +158,7 @@ void ResidualStiffness::reduce(std::int32_t tetrahedron, double share) {
 }
 
 void ResidualStiffness::interpolate(std::int32_t tetrahedron, const Reduction& reduction) {
-  const auto after =
-      edge_stiffness(operators_->tetrahedra[index(tetrahedron)], elasticity_, reduction.edges).k;
+  const auto after = stiffness_without(tetrahedron, reduction.edges).k;
   auto& k = make_partial(tetrahedron).k;
   for (std::size_t p = 0; p < 6; ++p)
     for (std::size_t q = 0; q < 6; ++q)
@@ -171,12 +166,15 @@ void ResidualStiffness::interpolate(std::int32_t tetrahedron, const Reduction& r
 }
 
 void ResidualStiffness::soften(std::int32_t tetrahedron, double share) {
-  const auto i = index(tetrahedron);
   auto& stiffness = make_partial(tetrahedron);
-  stiffness = edge_stiffness(operators_->tetrahedra[i], elasticity_, no_edge);
+  stiffness = stiffness_without(tetrahedron, no_edge);
   for (auto& row : stiffness.k)
     for (double& entry : row) entry *= share;
-  released_[i] = softened;
+  released_[index(tetrahedron)] = softened;
+}
+
+EdgeStiffness ResidualStiffness::stiffness_without(std::int32_t tetrahedron, EdgeSet released) const {
+  return edge_stiffness(operators_->tetrahedra[index(tetrahedron)], (*elasticity_)[tetrahedron], released);
 }
 
 EdgeStiffness& ResidualStiffness::make_partial(std::int32_t tetrahedron) {

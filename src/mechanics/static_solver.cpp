@@ -62,7 +62,7 @@ Symmetric inverse_on_free(const Symmetric& k, const std::uint8_t* constrained) {
 class StaticSolver::Problem {
 public:
   Problem(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-          const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
+          const PdsOperators& operators, const ElasticityField& elasticity, const Edges& edges,
           const ResidualStiffness& residual_stiffness, HeldComponents constrained)
       : group_(&group),
         subdomain_(&subdomain),
@@ -212,8 +212,9 @@ private:
         continue;
       }
       const auto& g = t.gradient[corner];
-      const double shear = t.volume * elasticity_->mu * dot(g, g);
-      const double mean = t.volume * (elasticity_->lambda + elasticity_->mu);
+      const auto& [lambda, mu] = (*elasticity_)[number];
+      const double shear = t.volume * mu * dot(g, g);
+      const double mean = t.volume * (lambda + mu);
       k[0] += mean * (g[0] * g[0]) + shear;
       k[1] += mean * (g[1] * g[1]) + shear;
       k[2] += mean * (g[2] * g[2]) + shear;
@@ -247,7 +248,7 @@ private:
   const parallel::Communicator* group_;
   const geometry::Subdomain* subdomain_;
   const PdsOperators* operators_;
-  const IsotropicElasticity* elasticity_;
+  const ElasticityField* elasticity_;
   const ResidualStiffness* residual_stiffness_;
   HeldComponents constrained_;
   NodeTetrahedra node_to_cell_;
@@ -273,7 +274,7 @@ private:
 };
 
 StaticSolver::StaticSolver(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                           const PdsOperators& operators, const IsotropicElasticity& elasticity,
+                           const PdsOperators& operators, const ElasticityField& elasticity,
                            const Edges& edges, const ResidualStiffness& residual_stiffness,
                            HeldComponents constrained)
     : problem_(std::make_unique<Problem>(group, subdomain, operators, elasticity, edges, residual_stiffness,

@@ -50,7 +50,7 @@ constexpr int retreat = 4;
 
 /// Approximate upper bound on the stiffness of an edge: about ten tetrahedra meet at one.
 double stiffest(const parallel::Communicator& group, const PdsOperators& operators,
-                const IsotropicElasticity& elasticity) {
+                const ElasticityField& elasticity) {
   parallel::agree(group);
   const double stiffest = parallel::largest_of_all(group, stiffness_bound(operators, elasticity));
   return stiffest > 0 ? stiffest : 1;
@@ -61,7 +61,7 @@ double stiffest(const parallel::Communicator& group, const PdsOperators& operato
 template <class Real>
 StiffnessProduct<Real>::StiffnessProduct(const parallel::Communicator& group,
                                          const geometry::Subdomain& subdomain, const PdsOperators& operators,
-                                         const IsotropicElasticity& elasticity, const Edges& edges,
+                                         const ElasticityField& elasticity, const Edges& edges,
                                          const ResidualStiffness& residual_stiffness)
     : group_(&group),
       unit_(std::ldexp(1.0, std::ilogb(stiffest(group, operators, elasticity)) + Exponents<Real>::unit)),

@@ -20,7 +20,7 @@ class StiffnessProduct {
 public:
   /// Collective. The references must outlive the object.
   StiffnessProduct(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                   const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
+                   const PdsOperators& operators, const ElasticityField& elasticity, const Edges& edges,
                    const ResidualStiffness& residual_stiffness);
 
   /// @param displacement 3 n_local, ghosts up to date

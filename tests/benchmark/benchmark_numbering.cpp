@@ -78,8 +78,10 @@ void evaluate_forces(benchmark::State& state, const Numbering& numbering, const 
   realization.nodes = numbering.nodes;
   realization.tetrahedra = numbering.tetrahedra;
   const auto parts = geometry::split(realization, geometry::partition(realization, 1));
-  const mechanics::PdsOperators operators = mechanics::make_operators(parts[0], material.density);
-  const mechanics::ResidualStiffness intact(operators, mechanics::IsotropicElasticity(material));
+  const mechanics::PdsOperators operators =
+      mechanics::make_operators(parts[0], material.density);
+  const mechanics::ElasticityField elasticity{mechanics::IsotropicElasticity(material)};
+  const mechanics::ResidualStiffness intact(operators, elasticity);
   const mechanics::InternalForce force(operators, intact);
   std::vector<double> displacement(3 * realization.nodes.size());
   RandomStream stream(2, 0, "displacement");
@@ -103,7 +105,8 @@ void register_benchmarks(const char* input) {
   const auto add = [&](const char* name, const Numbering& numbering) {
     std::printf("%-22s %zu nodes, %zu tetrahedra\n", name, numbering.nodes.size(),
                 numbering.tetrahedra.size());
-    benchmark::RegisterBenchmark(name, [numbering, material = parameters.material()](benchmark::State& state) {
+    benchmark::RegisterBenchmark(name, [numbering,
+                                        material = parameters.material()](benchmark::State& state) {
       evaluate_forces(state, numbering, material);
     })->Unit(benchmark::kMillisecond);
   };

@@ -81,11 +81,11 @@ struct Sample {
         loads(mechanics::make_boundary_loads(self, input, subdomain)) {}
 
   std::unique_ptr<fracture::Criterion> criterion(double step) const {
-    return fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(self, parameters, 0, subdomain, body.operators()), step);
+    return fracture::make_criterion(parameters, fracture::tetrahedron_strengths(self, parameters, 0, body),
+                                    step);
   }
   dynamics::MotionContext context(fracture::Criterion& criterion, double screening_share) {
-    return {&self, &body, &loads, parameters.materials[0].density, &criterion, screening_share};
+    return {&self, &body, &loads, &criterion, screening_share};
   }
 };
 
@@ -111,7 +111,7 @@ public:
     for (const auto& t : operators.tetrahedra) {
       std::array<double, 144> block{};
       std::array<PetscInt, 12> rows{};
-      const auto c = sample.body.elasticity();
+      const auto& c = sample.body.elasticity()[0];
       for (std::size_t a = 0; a < 4; ++a) {
         for (std::size_t i = 0; i < 3; ++i) rows[3 * a + i] = 3 * t.nodes[a] + static_cast<PetscInt>(i);
         for (std::size_t b = 0; b < 4; ++b)

@@ -27,7 +27,7 @@ using input::Face;
 input::Parameters torn_bar() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
   parameters.time.start = input::Start::rest;
   parameters.time.duration = 1.2e-5;

@@ -88,7 +88,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   const parallel::Communicator world(MPI_COMM_WORLD);
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   std::tie(parameters.fracture.release, parameters.time.engine) = GetParam();
   parameters.time.precision = input::Precision::double_;
@@ -103,8 +103,8 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
     fracture::BreakableBody body(part, parameters.material(), parameters.fracture.release);
     const auto loads = mechanics::make_boundary_loads(world, parameters, part);
     const auto criterion = fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(world, parameters, 0, part, body.operators()), 5e-9);
-    const MotionContext context{&world, &body, &loads, parameters.materials[0].density, criterion.get()};
+        parameters, fracture::tetrahedron_strengths(world, parameters, 0, body), 5e-9);
+    const MotionContext context{&world, &body, &loads, criterion.get()};
     const EnergyAccount account(world, body);
     MotionState state{parallel::NodeField(world, part.layout), parallel::NodeField(world, part.layout)};
     const auto motion = make_motion(context, parameters.time, 0, 5e-5, state);

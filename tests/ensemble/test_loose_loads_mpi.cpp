@@ -24,7 +24,7 @@ using input::Face;
 input::Parameters blasted_block() {
   input::Parameters parameters;
   parameters.specimen.size = {0.003, 0.008, 0.012};
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = {.strength = 25e6, .exponent = 2, .impulse = 1e4};
   parameters.time.start = input::Start::rest;
   parameters.time.integrator = input::Integrator::verlet;

@@ -40,7 +40,7 @@ const Point size{0.002, 0.004, 0.012};
 input::Parameters held_and_loaded(double poisson_ratio) {
   input::Parameters parameters;
   parameters.specimen.size = size;
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.materials[0].poisson_ratio = poisson_ratio;
   parameters.fracture.toughness = 70;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));

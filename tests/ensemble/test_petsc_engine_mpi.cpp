@@ -35,7 +35,7 @@ using input::Face;
 input::Parameters torn_bar() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
   parameters.time.start = input::Start::rest;
   parameters.time.duration = 1.2e-5;
@@ -169,9 +169,8 @@ TEST_F(PetscEngine, MovesAsTheDefinitionDoes) {
       const auto run = [&](const auto& make_motion) {
         fracture::BreakableBody body(subdomain, parameters.material(), release);
         const auto criterion = fracture::make_criterion(
-            parameters, fracture::tetrahedron_strengths(world_, parameters, 0, subdomain, body.operators()),
-            *parameters.time.step);
-        const MotionContext context{&world_, &body, &loads, parameters.materials[0].density, criterion.get()};
+            parameters, fracture::tetrahedron_strengths(world_, parameters, 0, body), *parameters.time.step);
+        const MotionContext context{&world_, &body, &loads, criterion.get()};
         const EnergyAccount account(world_, body);
         MotionState state{parallel::NodeField(world_, subdomain.layout),
                           parallel::NodeField(world_, subdomain.layout)};
@@ -284,9 +283,8 @@ TEST_F(PetscEngine, EndsOnAllRanksWhenANumberIsNotFinite) {
     fracture::BreakableBody body(subdomain, parameters.material());
     const auto loads = mechanics::make_boundary_loads(world_, parameters, subdomain);
     const auto criterion = fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(world_, parameters, 0, subdomain, body.operators()),
-        *parameters.time.step);
-    const MotionContext context{&world_, &body, &loads, parameters.materials[0].density, criterion.get()};
+        parameters, fracture::tetrahedron_strengths(world_, parameters, 0, body), *parameters.time.step);
+    const MotionContext context{&world_, &body, &loads, criterion.get()};
     const EnergyAccount account(world_, body);
     MotionState state{parallel::NodeField(world_, subdomain.layout),
                       parallel::NodeField(world_, subdomain.layout)};

@@ -30,7 +30,7 @@ using input::Face;
 input::Parameters torn_bar() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   parameters.time.start = input::Start::rest;
   parameters.time.duration = 2.5e-5;

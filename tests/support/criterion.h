@@ -9,7 +9,8 @@ namespace crackle::test {
 /// Tuler-Butcher with uniform strength from the input.
 inline fracture::TulerButcher tuler_butcher(const input::Fracture& parameters,
                                             const geometry::Subdomain& subdomain, double time_step = 5e-9) {
-  return {parameters, std::vector<double>(subdomain.tetrahedra.size(), parameters.strength), time_step};
+  return {parameters, parameters.impulse,
+          std::vector<double>(subdomain.tetrahedra.size(), parameters.strength), time_step};
 }
 
 /// A criterion by which nothing breaks.

@@ -40,8 +40,7 @@ public:
   /// @param parameters only their material, damping and boundary list are used
   ElasticMotion(const geometry::Realization& mesh, const input::Parameters& parameters,
                 input::Integrator integrator = input::Integrator::bilateral4)
-      : density_(parameters.materials[0].density),
-        damping_rate_(parameters.damping_rate()),
+      : damping_rate_(parameters.damping_rate()),
         subdomain_(whole(mesh)),
         body_(subdomain_, parameters.material()),
         loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
@@ -53,8 +52,7 @@ public:
 
   /// Starts at the current state(); the motion lasts at most `duration` [s].
   void start(double duration) {
-    const dynamics::MotionContext context{&self_,      &body_, &loads_, density_,
-                                          &criterion_, 1,      nullptr, damping_rate_};
+    const dynamics::MotionContext context{&self_, &body_, &loads_, &criterion_, 1, nullptr, damping_rate_};
     motion_ = dynamics::make_fixed_point_motion(context, input::Precision::double_, 0, duration, state_);
   }
   void advance(std::int64_t n_steps, double step) {
@@ -89,7 +87,6 @@ public:
   double stable_step() const { return stable_step_; }
 
 private:
-  double density_;
   double damping_rate_;
   parallel::Communicator self_{MPI_COMM_SELF};
   geometry::Subdomain subdomain_;

@@ -87,7 +87,6 @@ protected:
     const MotionContext context{.group = &self,
                                 .body = &body,
                                 .loads = nullptr,
-                                .density = 1,
                                 .criterion = &criterion,
                                 .screening_share = criterion.screening_share(stable_step)};
     ScriptedMotion motion(body, stress, context.screening_share);

@@ -117,7 +117,7 @@ protected:
       : mesh_(disturbed_box()),
         subdomain_(test::whole(mesh_)),
         operators_(make_operators(subdomain_, 1180)),
-        elasticity_(test::epoxy()),
+        elasticity_(IsotropicElasticity(test::epoxy())),
         residual_stiffness_(operators_, elasticity_),
         force_(operators_, residual_stiffness_) {}
 
@@ -137,7 +137,7 @@ protected:
   geometry::Realization mesh_;
   geometry::Subdomain subdomain_;
   PdsOperators operators_;
-  IsotropicElasticity elasticity_;
+  ElasticityField elasticity_;
   ResidualStiffness residual_stiffness_;
   InternalForce force_;
 };

@@ -193,7 +193,7 @@ TEST_F(FacetBody, GradualReleaseReleasesAsMuchAsOneAtOnce) {
   const double intact = total(body_.strain_energies(u));
   double half = 0;
   for (const double share : {0.75, 0.5, 0.25, 0.0}) {
-    body_.continue_releases([&](double) { return share; }, strain);
+    body_.continue_releases([&](std::int32_t, double) { return share; }, strain);
     const double left = total(body_.strain_energies(u));
     EXPECT_NEAR(left + total(body_.released_energies()), before, 1e-12 * before);
     if (share == 0.5) half = left;
@@ -217,7 +217,7 @@ TEST_F(FacetBody, GradualReleaseUnderWayIsRestored) {
   for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 3)
     body_.release(t, strain(t), 0, t % 2 == 0 ? 1e-6 : 2e-6, 1.0);
   body_.release_bridges(self_, 0, 2e-6, strain);
-  const auto remaining = [](double broke_at) { return broke_at < 1.5e-6 ? 0.0 : 0.4; };
+  const auto remaining = [](std::int32_t, double broke_at) { return broke_at < 1.5e-6 ? 0.0 : 0.4; };
   body_.continue_releases(remaining, strain);
   fracture::BreakableBody again(subdomain_, test::epoxy(), input::Release::facet);
   again.restore({{body_.breaks().begin(), body_.breaks().end()},
@@ -236,7 +236,7 @@ TEST_F(FacetBody, GradualReleaseUnderWayIsRestored) {
 TEST(GradualRelease, ContactGrowsAsTheStiffnessFalls) {
   const auto t = some_tetrahedron();
   const PdsOperators operators{{t}, {}};
-  const IsotropicElasticity elasticity(test::epoxy());
+  const ElasticityField elasticity{IsotropicElasticity(test::epoxy())};
   RandomStream stream(3, 0, "strain");
   for (int i = 0; i < 50; ++i) {
     const Symmetric strain = random_strain(stream);

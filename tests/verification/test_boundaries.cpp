@@ -26,7 +26,7 @@ constexpr geometry::Point size{0.003, 0.004, 0.008};
 input::Parameters epoxy_with(std::vector<input::Boundary> boundaries) {
   input::Parameters parameters;
   parameters.specimen.size = size;
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.boundaries = std::move(boundaries);
   return parameters;
 }

@@ -39,7 +39,7 @@ input::Parameters notched_plate() {
   parameters.mesh.growth = 0.1;
   parameters.mesh.perturbation = 0.2;
   parameters.mesh.min_quality = 0.2;
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {20, -30, 100}));
@@ -184,7 +184,7 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   ASSERT_EQ(reference.size(), static_cast<std::size_t>(std::lround(duration / increment)));
 
   auto criterion = test::unbreakable(subdomain);
-  const MotionContext context{&self, &body, &loads, parameters.materials[0].density, &criterion};
+  const MotionContext context{&self, &body, &loads, &criterion};
   MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
   const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, duration, state);
   const auto& map = splitting(input::Integrator::verlet);

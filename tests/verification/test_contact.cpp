@@ -33,7 +33,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   input::Parameters parameters;
   const geometry::Point size{0.002, 0.002, 0.01};
   parameters.specimen.size = size;
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   const double duration = 120e-6;
   auto moved =
       test::boundary(Face::z_max, BoundaryKind::displacement, {false, false, true}, {0, 0, strain * size[2]});
@@ -54,7 +54,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
 
   auto criterion = test::unbreakable(subdomain);
   MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
-  const MotionContext context{&self, &body, &loads, parameters.materials[0].density, &criterion};
+  const MotionContext context{&self, &body, &loads, &criterion};
   const auto& map = splitting(input::Integrator::bilateral4);
   PhaseOptions options;
   input::Time time;

@@ -45,7 +45,7 @@ TEST(Damping, LetsFreeMotionDecayHoweverSlow) {
   const mechanics::BoundaryLoads loads;
   auto criterion = test::unbreakable(subdomain);
   const double rate = 5000, step = 2e-8;
-  const MotionContext context{&self, &body, &loads, test::epoxy().density, &criterion, 1, nullptr, rate};
+  const MotionContext context{&self, &body, &loads, &criterion, 1, nullptr, rate};
   // In mixed precision the last component loses far less than a quantum per step.
   const std::array<double, 3> start{10, -3, 1e-4};
   double mass = 0;
@@ -82,7 +82,7 @@ constexpr double length = 0.012;
 input::Parameters column(int axis) {
   input::Parameters parameters;
   parameters.specimen.size = {0.001, 0.001, length};
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   for (const Face face : {Face::y_min, Face::y_max})
     parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, {false, true, false}));
   for (const Face face : {Face::x_min, Face::x_max})
@@ -218,7 +218,7 @@ double reflected_share_on_mesh(const input::Material& material, bool is_shear, d
   const double width = n_y * spacing, height = n_z * spacing;
   input::Parameters parameters;
   parameters.specimen.size = {spacing, width, height};
-  parameters.material() = material;
+  parameters.materials[0] = material;
   // Plane strain.
   for (const Face face : {Face::x_min, Face::x_max})
     parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, {true, false, false}));

@@ -93,7 +93,7 @@ public:
     }
     PhaseOptions options;
     options.grid = {dt, n_steps};
-    const MotionContext context{&self_, &body_, &no_loads, test::epoxy().density, &criterion};
+    const MotionContext context{&self_, &body_, &no_loads, &criterion};
     const auto motion = make_reference_motion(context, 0, state);
     auto result = run_explicit_phase(context, *motion, splitting(integrator), account, 0, options, state);
     return {std::move(state), std::move(result)};
@@ -221,7 +221,7 @@ TEST(Dynamics, WaveInASlenderBarArrivesWithTheBarSpeed) {
   const auto subdomain = test::whole(mesh);
   input::Parameters parameters;
   parameters.specimen.size = {width, width, length};
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = unbreakable();
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 0, stress}));

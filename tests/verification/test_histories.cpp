@@ -23,7 +23,7 @@ constexpr double length = 0.04, width = 0.004, thickness = 0.002;
 class HistoryOfABar : public testing::Test {
 protected:
   HistoryOfABar() {
-    parameters.material() = test::epoxy();
+    parameters.materials[0] = test::epoxy();
     parameters.materials[0].poisson_ratio = 0;
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
     parameters.specimen.size = {thickness, width, length};
@@ -163,7 +163,7 @@ TEST_F(HistoryOfABar, TellsEveryPhaseAndTheLoadBetween) {
   parameters.specimen.size = {0.002, 0.004, 0.012};
   n_cells = 12;
   parameters.output.probes.clear();
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture.impulse = 1e5;
   // A first phase in which nothing breaks.
   parameters.time.start = input::Start::equilibrium;

@@ -92,7 +92,7 @@ public:
 private:
   static input::Parameters parameters() {
     input::Parameters parameters;
-    parameters.material() = {70e9, 0.25, 2500};
+    parameters.materials[0] = {70e9, 0.25, 2500};
     parameters.specimen.size = size;
     for (const auto& [face, axis] : {std::pair{Face::x_min, 0}, {Face::y_min, 1}}) {
       std::array<bool, 3> held{};

@@ -48,7 +48,7 @@ const std::vector<Law>& laws() {
 
 input::Parameters pulled(const Vector& size, const input::Fracture& fracture) {
   input::Parameters parameters;
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = fracture;
   parameters.specimen.size = size;
   parameters.time.duration = 2e-5;

@@ -114,7 +114,7 @@ TEST(LoadResults, AreUnknownWithoutAHistory) {
 class PulledBar : public testing::Test {
 protected:
   PulledBar() {
-    parameters.material() = test::epoxy();
+    parameters.materials[0] = test::epoxy();
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
     parameters.specimen.size = {0.002, 0.004, 0.012};
     parameters.time.duration = 4e-5;

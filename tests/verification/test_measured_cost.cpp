@@ -19,7 +19,7 @@ using input::Face;
 input::Parameters strip() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.01, 0.02};
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   parameters.time.duration = 4e-5;
   parameters.time.step = 5e-8;

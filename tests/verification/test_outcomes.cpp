@@ -31,7 +31,7 @@ constexpr std::array<bool, 3> along{false, false, true};
 class Bar : public testing::Test {
 protected:
   Bar() {
-    parameters.material() = test::epoxy();
+    parameters.materials[0] = test::epoxy();
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
     parameters.specimen.size = {0.002, 0.004, 0.012};
     parameters.time.duration = 4e-5;
@@ -283,7 +283,7 @@ TEST_F(Bar, AFragmentThatLeavesTheNumberRangeAfterSeparationEndsThePhaseWithANot
 
 TEST(Separation, CountsPiecesByTheirVolume) {
   input::Parameters parameters;
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.specimen.size = {0.002, 0.004, 0.012};
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::traction, {}, {0, 0, -1}));
   const auto mesh =

@@ -24,7 +24,7 @@ using input::Face;
 
 input::Parameters epoxy_parameters() {
   input::Parameters parameters;
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   parameters.time.duration = 4e-5;
   return parameters;

@@ -36,7 +36,7 @@ struct Bar {
     mesh = test::make_box(box);
     subdomain = test::whole(mesh);
     parameters.specimen.size = {thickness, width, length};
-    parameters.material() = test::epoxy();
+    parameters.materials[0] = test::epoxy();
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   }
 
@@ -89,7 +89,8 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
 class HeldBar {
 public:
   template <class IsHeld>
-  HeldBar(const Bar& bar, const IsHeld& is_held) : bar_(&bar), body_(bar.subdomain, bar.parameters.material()) {
+  HeldBar(const Bar& bar, const IsHeld& is_held)
+      : bar_(&bar), body_(bar.subdomain, bar.parameters.material()) {
     for (const auto& node : bar.subdomain.nodes) held_.insert(held_.end(), 3, is_held(node) ? 1 : 0);
     solver_.emplace(bar.self, bar.subdomain, body_.operators(), body_.elasticity(), body_.edges(),
                     body_.residual_stiffness(), held_);

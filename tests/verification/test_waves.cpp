@@ -25,7 +25,7 @@ constexpr double length = 0.012;
 double error_of_standing_wave(int axis, double spacing, std::uint64_t sample) {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.002, length};
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   // Walls that let the plane wave pass along them.
   for (const Face face : {Face::y_min, Face::y_max})
     parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, {false, true, false}));

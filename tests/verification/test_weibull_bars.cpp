@@ -29,7 +29,7 @@ struct Bars {
 /// @param cells over the width of a bar
 Bars pull_bars(double modulus, double length, int cells, int n_samples, double correlation_length = 0) {
   input::Parameters parameters;
-  parameters.material() = test::epoxy();
+  parameters.materials[0] = test::epoxy();
   parameters.fracture = {.strength = strength, .exponent = 2, .impulse = 1e4};
   parameters.fracture.variation = input::Variation{.distribution = input::Distribution::weibull,
                                                    .modulus = modulus,

@@ -138,8 +138,8 @@ void restore_memory(const parallel::NumberedRows& memory, const geometry::Subdom
 /// Restores releases recorded by an earlier run in the body and the criterion. Local.
 /// @param remaining as for fracture::BreakableBody::restore()
 /// @return the local tetrahedra whose stiffness has changed
-std::span<const std::int32_t> restore_releases(
-    const fracture::Releases& releases, fracture::BreakableBody& body, fracture::Criterion& criterion,
-    const std::function<double(double phase_time)>& remaining = {});
+std::span<const std::int32_t> restore_releases(const fracture::Releases& releases,
+                                               fracture::BreakableBody& body, fracture::Criterion& criterion,
+                                               const fracture::RemainingShare& remaining = {});
 
 }  // namespace crackle::dynamics

@@ -62,7 +62,7 @@ struct PhaseOptions {
   /// max_phase_durations durations.
   std::optional<double> arrest_window = {};
   /// Over which the stiffness of a breaking tetrahedron falls [s]; 0: it is lost at once.
-  double release_time = 0;
+  mechanics::TetrahedronField<double> release_time{0.0};
   std::optional<double> after_separation = {};  ///< a phase ends this long after separation of the body [s]
   bool ends_out_of_range = false;  ///< after separation, numbers out of range end the phase without a failure
   int n_frames = 0;                ///< frames over the whole duration, including first and last

@@ -101,7 +101,6 @@ struct MotionContext {
   const parallel::Communicator* group;
   fracture::BreakableBody* body;
   const mechanics::BoundaryLoads* loads;
-  double density;  ///< [kg/m^3]
   fracture::Criterion* criterion;
   double screening_share =
       1;  ///< of the strength, above which MovingBody::overloaded() reports a tetrahedron
@@ -109,6 +108,7 @@ struct MotionContext {
       nullptr;              ///< used by the criterion instead of a tetrahedron's own stress
   double damping_rate = 0;  ///< of mass-proportional damping: force / (mass * velocity) [1/s]
   fracture::CrackVicinity* vicinity = nullptr;  ///< if strengths depend on where cracks are
+  bool material_varies = false;                 ///< stiffness differs between tetrahedra, on any rank
 };
 
 /// The reference implementation: all operations in double precision, in sequence, with the plain loop over

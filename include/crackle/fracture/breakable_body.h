@@ -31,6 +31,9 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const mec
 /// The edges crossed by a cut.
 mechanics::EdgeSet crossed_edges(int cut);
 
+/// Share of its stiffness that a breaking local tetrahedron keeps, by the phase time of its break [s].
+using RemainingShare = std::function<double(std::int32_t tetrahedron, double phase_time)>;
+
 /// A body that can break: its constant operators, its internal force and its set of broken tetrahedra, on one
 /// subdomain.
 ///
@@ -44,15 +47,20 @@ mechanics::EdgeSet crossed_edges(int cut);
 class BreakableBody {
 public:
   /// @param subdomain must outlive the object
-  BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
+  BreakableBody(const geometry::Subdomain& subdomain, mechanics::MaterialField material,
                 input::Release release = input::Release::element,
                 input::Contact contact = input::Contact::none);
+  BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
+                input::Release release = input::Release::element,
+                input::Contact contact = input::Contact::none)
+      : BreakableBody(subdomain, mechanics::MaterialField(material), release, contact) {}
   BreakableBody(const BreakableBody&) = delete;
   BreakableBody& operator=(const BreakableBody&) = delete;
 
   const geometry::Subdomain& subdomain() const { return *subdomain_; }
   const mechanics::PdsOperators& operators() const { return operators_; }
-  const mechanics::IsotropicElasticity& elasticity() const { return elasticity_; }
+  const mechanics::MaterialField& material() const { return material_; }
+  const mechanics::ElasticityField& elasticity() const { return material_.elasticity; }
   const mechanics::Edges& edges() const { return edges_; }
   const mechanics::InternalForce& force() const { return force_; }
   const mechanics::ResidualStiffness& residual_stiffness() const { return residual_stiffness_; }
@@ -82,9 +90,13 @@ public:
   mechanics::Symmetric strain(std::int32_t tetrahedron, std::span<const double> displacement) const {
     return mechanics::strain(operators_.tetrahedra[index(tetrahedron)], displacement);
   }
-  /// Stress of the intact material at the strain of a tetrahedron.
+  /// Stress of the intact material of a tetrahedron at a strain [Pa].
+  mechanics::Symmetric intact_stress(std::int32_t tetrahedron, const mechanics::Symmetric& strain) const {
+    return material_.elasticity[tetrahedron](strain);
+  }
+  /// The same at the tetrahedron's own strain.
   mechanics::Symmetric stress(std::int32_t tetrahedron, std::span<const double> displacement) const {
-    return elasticity_(strain(tetrahedron, displacement));
+    return intact_stress(tetrahedron, strain(tetrahedron, displacement));
   }
 
   /// Enables softening of tetrahedra before they break.
@@ -99,16 +111,16 @@ public:
 
   /// Continues the releases that are under way. The energy is added to that of the break. Local, like
   /// release().
-  /// @param remaining share of the stiffness of a tetrahedron that broke at a phase time [s]
+  /// @param remaining share of the stiffness of a local tetrahedron that broke at a phase time [s]
   /// @param strain current strain of a local tetrahedron
-  void continue_releases(const std::function<double(double phase_time)>& remaining,
+  void continue_releases(const RemainingShare& remaining,
                          const std::function<mechanics::Symmetric(std::int32_t)>& strain);
   /// True if tetrahedra of this rank are being released.
   bool is_releasing() const { return !releasing_.empty(); }
 
   /// Restores releases recorded by an earlier run: all that this rank holds, counted or not.
   /// @param remaining as for continue_releases(); empty: all are complete
-  void restore(const Releases& releases, const std::function<double(double phase_time)>& remaining = {});
+  void restore(const Releases& releases, const RemainingShare& remaining = {});
 
   /// Applies the bridging rule after breaks since the last call; no effect with release by elements.
   /// Collective; does not agree() before. A rank that fails before its communication throws; the others then
@@ -151,9 +163,9 @@ private:
   const geometry::Subdomain* subdomain_;
   input::Release release_;
   input::Contact contact_;
+  mechanics::MaterialField material_;
   mechanics::PdsOperators operators_;
   mechanics::Edges edges_;
-  mechanics::IsotropicElasticity elasticity_;
   mechanics::ResidualStiffness residual_stiffness_;
   mechanics::InternalForce force_;
   mutable std::vector<std::array<std::int32_t, 4>> face_neighbours_;

@@ -35,10 +35,9 @@ public:
   /// @param growth_strengths of each local tetrahedron at a crack [Pa]
   /// @param average relative to the criterion's strengths, or nullptr
   /// @param spacings of the mesh at each local tetrahedron [m]
-  /// @param speed of the fastest wave [m/s]
   CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
                 std::vector<double> growth_strengths, const input::Specimen& specimen,
-                std::span<const double> spacings, double speed);
+                std::span<const double> spacings);
 
   /// Lowers the strengths near broken tetrahedra that were not yet counted as a crack. Collective; does not
   /// agree() before. A rank that fails before its communication throws; the others then do nothing.

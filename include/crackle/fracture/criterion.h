@@ -4,10 +4,12 @@
 #include "crackle/common/real.h"
 #include "crackle/fracture/equivalent_stress.h"
 #include "crackle/input/parameters.h"
+#include "crackle/mechanics/tetrahedron_field.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -103,7 +105,9 @@ private:
 /// Makes the criterion selected by the input.
 /// @param strengths sigma_0 of each tetrahedron, or strengths derived from the input's toughness [Pa]
 /// @param time_step with which advance() will be called [s]
-std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
-                                          double time_step);
+/// @param impulses K_f of each tetrahedron [Pa^beta s]; by default that of the first material
+std::unique_ptr<Criterion> make_criterion(
+    const input::Parameters& parameters, std::vector<double> strengths, double time_step,
+    const std::optional<mechanics::TetrahedronField<double>>& impulses = {});
 
 }  // namespace crackle::fracture

@@ -53,33 +53,28 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
 /// The spacing that relates strength and toughness of each local tetrahedron: the local one, or the
 /// equivalent of the ball over which stress is averaged [m]. Collective as local_spacings().
 std::vector<double> fracture_spacings(const parallel::Communicator& group,
-                                      const input::Parameters& parameters,
-                                      const geometry::Subdomain& subdomain,
-                                      const mechanics::PdsOperators& operators);
+                                      const input::Parameters& parameters, const BreakableBody& body);
 
-/// Strength of each local tetrahedron [Pa]: the input's, or the one that gives the input's toughness at the
+/// Strength of each local tetrahedron [Pa]: the input's for its material, or for the interface that it
+/// touches; or the one that gives the toughness at the
 /// local spacing or the averaging length; multiplied by the sample's variation. If the input gives both,
 /// except for softening, the larger of the two: that of nucleation. Collective; bitwise equal for any number
 /// of ranks.
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
                                           const input::Parameters& parameters, std::uint64_t sample,
-                                          const geometry::Subdomain& subdomain,
-                                          const mechanics::PdsOperators& operators);
+                                          const BreakableBody& body);
 
 /// Energy per crack area that corresponds to the strength of each local tetrahedron [J/m^2]. Collective as
 /// local_spacings().
 std::vector<double> tetrahedron_toughness(const parallel::Communicator& group,
-                                          const input::Parameters& parameters,
-                                          const geometry::Subdomain& subdomain,
-                                          const mechanics::PdsOperators& operators,
+                                          const input::Parameters& parameters, const BreakableBody& body,
                                           std::span<const double> strengths);
 
 /// Strength of each local tetrahedron at a crack [Pa], if it differs from tetrahedron_strengths(): see
 /// CrackVicinity. Collective; bitwise equal for any number of ranks.
 /// @return empty if the input gives only one of strength and toughness, or softening
 std::vector<double> growth_strengths(const parallel::Communicator& group, const input::Parameters& parameters,
-                                     std::uint64_t sample, const geometry::Subdomain& subdomain,
-                                     const mechanics::PdsOperators& operators);
+                                     std::uint64_t sample, const BreakableBody& body);
 
 /// Enables softening of an intact body if the input requests it. Each tetrahedron then dissipates, per
 /// volume, the sample's local toughness divided by the width of the crack band. Collective; equal for any

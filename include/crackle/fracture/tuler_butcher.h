@@ -11,9 +11,11 @@ namespace crackle::fracture {
 /// integral.
 class TulerButcher final : public Criterion {
 public:
+  /// @param impulses K_f of each tetrahedron [Pa^beta s]
   /// @param strengths sigma_0 of each tetrahedron [Pa]
   /// @param time_step with which advance() will be called [s]
-  TulerButcher(const input::Fracture& parameters, std::vector<double> strengths, double time_step);
+  TulerButcher(const input::Fracture& parameters, mechanics::TetrahedronField<double> impulses,
+               std::vector<double> strengths, double time_step);
 
   /// A tetrahedron below its strength may exceed it and break within half a step.
   double screening_share(double stable_step) const override;
@@ -31,7 +33,7 @@ private:
   double mean_rate(double from, double to) const;
 
   double exponent_;
-  double impulse_;  // K_f
+  mechanics::TetrahedronField<double> impulses_;  // K_f
   double time_step_;
 };
 
@@ -42,7 +44,8 @@ private:
 class OneStepTulerButcher final : public Criterion {
 public:
   /// @copydoc TulerButcher::TulerButcher
-  OneStepTulerButcher(const input::Fracture& parameters, std::vector<double> strengths, double time_step);
+  OneStepTulerButcher(const input::Fracture& parameters, const mechanics::TetrahedronField<double>& impulses,
+                      std::vector<double> strengths, double time_step);
 
 protected:
   bool integrate(std::size_t tetrahedron, double, double, double after) override {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/geometry/point.h"
+#include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
 
 #include <cstdint>
@@ -15,7 +16,17 @@ struct TetrahedronSpan {
   std::span<const geometry::Point> nodes;             ///< [m]
   std::span<const geometry::Tetrahedron> tetrahedra;  ///< numbers in `nodes`
   std::span<const std::int64_t> number = {};          ///< in the realization; empty: in order, from 0
+  std::span<const std::uint8_t> material = {};        ///< number of the material; empty: the only one
+
+  /// Number of the material of one of them.
+  std::size_t material_of(std::size_t tetrahedron) const {
+    return material.empty() ? 0 : material[tetrahedron];
+  }
 };
+
+inline TetrahedronSpan span_of(const geometry::Subdomain& subdomain) {
+  return {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number, subdomain.material};
+}
 
 /// Factor of the input's strength or toughness in each tetrahedron: 1 without [fracture.variation].
 ///
@@ -30,6 +41,15 @@ struct TetrahedronSpan {
 /// bits, since the last bits of logarithms and powers differ between processors.
 std::vector<double> variation_factors(const input::Parameters& parameters, std::uint64_t sample,
                                       const TetrahedronSpan& tetrahedra);
+
+/// Factor of the stiffness, the density or both of a material in each tetrahedron: 1 without
+/// [material.variation]. The quantile of its distribution at the probability of a standard normal number: the
+/// tetrahedron's own, or the value at its centroid of a GaussianField. With a correlation with the strength,
+/// that number is a weighted sum with the one behind the factor of strength (a Gaussian copula). Rounded as
+/// variation_factors().
+/// @param material its number
+std::vector<double> stiffness_factors(const input::Parameters& parameters, std::size_t material,
+                                      std::uint64_t sample, const TetrahedronSpan& tetrahedra);
 
 /// Factor of the strength of each tetrahedron of a sample's realization, or of part of it: the
 /// variation_factors if the strength varies; their square roots if the toughness does, since the toughness of

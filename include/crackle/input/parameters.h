@@ -214,10 +214,10 @@ struct StiffnessVariation {
 };
 
 struct Material {
-  std::string name = {};      ///< empty if the body has one material
   double youngs_modulus = 0;  ///< [Pa]
   double poisson_ratio = 0;
-  double density = 0;  ///< [kg/m^3]
+  double density = 0;     ///< [kg/m^3]
+  std::string name = {};  ///< empty if the body has one material
   std::optional<StiffnessVariation> variation = {};
   // In place of those of [fracture]; 0 if not given.
   double strength = 0;                      ///< [Pa]
@@ -444,6 +444,11 @@ struct Parameters {
   /// [fracture] as it applies to a material.
   Fracture fracture_of(std::size_t material) const;
 
+  /// True if Young's modulus or Poisson's ratio may differ between tetrahedra.
+  bool stiffness_varies() const {
+    return materials.size() > 1 ||
+           (materials.front().variation && materials.front().variation->of != StiffnessVaries::density);
+  }
   double damping_rate() const { return damping ? damping->mass : 0; }  ///< [1/s]
 };
 

@@ -11,7 +11,7 @@ inline constexpr double spacings_per_band = 1.03;
 /// Spacings up to this share of the process zone length resolve the process zone.
 inline constexpr double resolving_share = 1.0 / 3;
 
-/// E G / strength^2, the length of the process zone [m].
+/// E G / strength^2, the length of the process zone [m]; the least of several materials.
 double process_zone_length(const Parameters& parameters);
 
 /// The spacing above which softening tetrahedra would snap back: the energy stored at the strength, in

@@ -24,6 +24,9 @@ struct Edges {
   std::vector<std::array<std::int32_t, 6>> of_tetrahedron;
 
   std::size_t size() const { return nodes.size(); }
+  /// True if the antisymmetric parts of the couplings cancel as long as all tetrahedra around the edge are
+  /// intact: these form a closed ring of one stiffness.
+  bool is_symmetric(std::int32_t edge, const ElasticityField& elasticity) const;
   std::span<const std::int32_t> round(std::int32_t edge) const {
     const auto e = static_cast<std::size_t>(edge);
     return {tetrahedron.data() + offset[e], static_cast<std::size_t>(offset[e + 1] - offset[e])};
@@ -35,16 +38,16 @@ Edges make_edges(const geometry::Subdomain& subdomain);
 /// K_ab (u_b - u_a).
 ///
 /// For isotropic elasticity a tetrahedron contributes V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I);
-/// its antisymmetric part is V (lambda - mu) / 2 g_b x g_a, which cancels if the tetrahedra form a closed
-/// ring around the edge.
+/// its antisymmetric part is V (lambda - mu) / 2 g_b x g_a, which cancels if tetrahedra of equal stiffness
+/// form a closed ring around the edge.
 struct EdgeCoupling {
   Symmetric s{};  ///< [N/m]
   Vector w{};     ///< [N/m]
 };
 
 /// Sum over the stiffness still carried by the tetrahedra around an edge, in ascending order: bitwise equal
-/// on every rank. `w` is exactly 0 if the edge is inner and all tetrahedra around it are intact.
-EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElasticity& elasticity,
+/// on every rank. `w` is exactly 0 if the edge is_symmetric() and all tetrahedra around it are intact.
+EdgeCoupling edge_coupling(const PdsOperators& operators, const ElasticityField& elasticity,
                            const Edges& edges, const ResidualStiffness& residual_stiffness,
                            std::int32_t edge);
 

@@ -1,24 +1,34 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/tensor.h"
+#include "crackle/mechanics/tetrahedron_field.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace crackle::mechanics {
 
 /// Isotropic linear elasticity: sigma = lambda tr(eps) I + 2 mu eps.
 struct IsotropicElasticity {
-  double lambda;  ///< [Pa]
-  double mu;      ///< [Pa]
+  double lambda = 0;  ///< [Pa]
+  double mu = 0;      ///< [Pa]
 
+  IsotropicElasticity() = default;
+  IsotropicElasticity(double youngs_modulus, double poisson_ratio)
+      : lambda(youngs_modulus * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio))),
+        mu(youngs_modulus / (2 * (1 + poisson_ratio))) {}
   explicit IsotropicElasticity(const input::Material& material)
-      : lambda(material.youngs_modulus * material.poisson_ratio /
-               ((1 + material.poisson_ratio) * (1 - 2 * material.poisson_ratio))),
-        mu(material.youngs_modulus / (2 * (1 + material.poisson_ratio))) {}
+      : IsotropicElasticity(material.youngs_modulus, material.poisson_ratio) {}
 
-  double bulk_modulus() const { return lambda + 2 * mu / 3; }  ///< [Pa]
+  bool operator==(const IsotropicElasticity&) const = default;
+
+  double youngs_modulus() const { return mu * (3 * lambda + 2 * mu) / (lambda + mu); }  ///< [Pa]
+  double bulk_modulus() const { return lambda + 2 * mu / 3; }                           ///< [Pa]
 
   Symmetric operator()(const Symmetric& eps) const {
     const double pressure = lambda * (eps[0] + eps[1] + eps[2]);
@@ -31,10 +41,31 @@ struct IsotropicElasticity {
   }
 };
 
+/// The material of each tetrahedron of a subdomain, as far as its motion depends on it.
+struct MaterialField {
+  TetrahedronField<IsotropicElasticity> elasticity;
+  TetrahedronField<double> density;  ///< [kg/m^3]
+
+  explicit MaterialField(const input::Material& material)
+      : elasticity(IsotropicElasticity(material)), density(material.density) {}
+  MaterialField(TetrahedronField<IsotropicElasticity> elastic, TetrahedronField<double> mass_density)
+      : elasticity(std::move(elastic)), density(std::move(mass_density)) {}
+};
+using ElasticityField = TetrahedronField<IsotropicElasticity>;
+
 /// Speed of plane dilatational waves in an unbounded body [m/s].
+inline double dilatational_speed(const IsotropicElasticity& elasticity, double density) {
+  return std::sqrt((elasticity.lambda + 2 * elasticity.mu) / density);
+}
 inline double dilatational_speed(const input::Material& material) {
-  const IsotropicElasticity elasticity(material);
-  return std::sqrt((elasticity.lambda + 2 * elasticity.mu) / material.density);
+  return dilatational_speed(IsotropicElasticity(material), material.density);
+}
+
+/// The slowest dilatational speed of several materials [m/s].
+inline double slowest_dilatational_speed(const std::vector<input::Material>& materials) {
+  double slowest = infinity;
+  for (const auto& material : materials) slowest = std::min(slowest, dilatational_speed(material));
+  return slowest;
 }
 
 /// Speed of plane shear waves [m/s].

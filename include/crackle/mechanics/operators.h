@@ -26,15 +26,15 @@ struct PdsOperators {
   std::vector<double> node_mass;                ///< M^a = rho sum V/4 of the owned nodes [kg]
 };
 
-/// @param density [kg/m^3]
-PdsOperators make_operators(const geometry::Subdomain& subdomain, double density);
+/// @param density of each local tetrahedron [kg/m^3]
+PdsOperators make_operators(const geometry::Subdomain& subdomain, const TetrahedronField<double>& density);
 
 /// b^a of a tetrahedron and its volume from the corner coordinates.
 TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
                                          const std::array<geometry::Point, 4>& x);
 
 /// An upper bound on the entries of every tetrahedron's stiffness matrix [N/m].
-double stiffness_bound(const PdsOperators& operators, const IsotropicElasticity& elasticity);
+double stiffness_bound(const PdsOperators& operators, const ElasticityField& elasticity);
 
 /// Strain sym sum_a u^a (x) b^a from local displacements (3 n_local).
 inline Symmetric strain(const TetrahedronOperator& t, std::span<const double> displacement) {

@@ -42,8 +42,8 @@ EdgeStiffness edge_stiffness(const TetrahedronOperator& tetrahedron, const Isotr
 /// The residual stiffness of each tetrahedron of a subdomain.
 class ResidualStiffness {
 public:
-  /// Initially all are intact. The operators must outlive the object.
-  ResidualStiffness(const PdsOperators& operators, const IsotropicElasticity& elasticity);
+  /// Initially all are intact. The references must outlive the object.
+  ResidualStiffness(const PdsOperators& operators, const ElasticityField& elasticity);
 
   /// The edges that no longer carry load; none while a tetrahedron is being released.
   EdgeSet released(std::int32_t tetrahedron) const {
@@ -106,11 +106,12 @@ private:
     EdgeSet edges;
     double share;
   };
+  EdgeStiffness stiffness_without(std::int32_t tetrahedron, EdgeSet released) const;
   EdgeStiffness& make_partial(std::int32_t tetrahedron);
   void interpolate(std::int32_t tetrahedron, const Reduction& reduction);
 
   const PdsOperators* operators_;
-  IsotropicElasticity elasticity_;
+  const ElasticityField* elasticity_;
   std::vector<EdgeSet> released_;
   std::vector<std::int32_t> place_;  // index in partial_; -1 for those never partially released
   std::vector<EdgeStiffness> partial_;

@@ -51,7 +51,7 @@ public:
   /// Collective. The references must outlive the object.
   /// @param residual_stiffness may change, see release()
   StaticSolver(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-               const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
+               const PdsOperators& operators, const ElasticityField& elasticity, const Edges& edges,
                const ResidualStiffness& residual_stiffness, HeldComponents constrained);
   ~StaticSolver();
   StaticSolver(const StaticSolver&) = delete;

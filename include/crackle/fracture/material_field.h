@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/fracture/variation.h"
+#include "crackle/input/parameters.h"
+#include "crackle/mechanics/elasticity.h"
+
+#include <cstdint>
+
+namespace crackle::fracture {
+
+/// Stiffness and density of each tetrahedron: those of its material, times the sample's variation.
+/// Equal for any number of ranks. Local.
+mechanics::MaterialField make_material_field(const input::Parameters& parameters, std::uint64_t sample,
+                                             const TetrahedronSpan& tetrahedra);
+
+/// A key of [fracture] for each tetrahedron, such as the impulse: that of its material.
+mechanics::TetrahedronField<double> fracture_field(const input::Parameters& parameters,
+                                                   const TetrahedronSpan& tetrahedra,
+                                                   double input::Fracture::*key);
+
+}  // namespace crackle::fracture
