@@ -82,7 +82,7 @@ TEST(TulerButcher, IntegralOfAStressThatChangesInProportionToTimeIsExact) {
                             part(over(7e-8), over(12e-8), up);
     double worst = 0;
     for (const double dt : {1e-8, 5e-9, 1e-9, 1e-10}) {
-      TulerButcher criterion(parameters, {parameters.strength}, dt);
+      TulerButcher criterion(parameters, parameters.impulse, {parameters.strength}, dt);
       for (int step = 0; step < std::lround(12e-8 / dt); ++step)
         EXPECT_FALSE(criterion.advance(0, 35e6, 35e6 + over(step * dt), 35e6 + over((step + 1) * dt)));
       worst = std::max(worst, std::abs(criterion.memory()[0] / expected - 1));
