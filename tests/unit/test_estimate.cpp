@@ -18,7 +18,7 @@ input::Parameters paper_like() {
   input::Parameters parameters;
   parameters.ensemble.samples = 200;
   parameters.specimen.size = {5e-3, 24.5e-3, 140e-3};
-  parameters.material() = {3.3e9, 0.38, 1180};
+  parameters.material() = {.youngs_modulus = 3.3e9, .poisson_ratio = 0.38, .density = 1180};
   parameters.time.duration = 100e-6;
   parameters.time.step = 5e-9;
   return parameters;

@@ -39,7 +39,7 @@ TEST(ToughnessFactor, FallsSmoothlyWithPoissonsRatio) {
 
 TEST(ToughnessFactor, LinksStrengthAndToughness) {
   input::Parameters epoxy;
-  epoxy.material = {3.3e9, 0.38, 1180};
+  epoxy.material() = {.youngs_modulus = 3.3e9, .poisson_ratio = 0.38, .density = 1180};
   const double strength = strength_of(epoxy, 60, 0.3e-3);
   EXPECT_NEAR(strength, 31.8e6, 0.05e6);  // as jobs/paper/README.md says
   EXPECT_NEAR(toughness_of(epoxy, strength, 0.3e-3), 60, 1e-10);

@@ -25,7 +25,7 @@ TEST(WaveSpeeds, AreThoseOfTheTextbook) {
 TEST(WaveSpeeds, ArrestWindowIsABarWavesWayAlongTheLongestExtent) {
   input::Parameters parameters;
   parameters.specimen.size = {0.14, 0.005, 0.0245};
-  parameters.material() = {3.3e9, 0.38, 1180};
+  parameters.material() = {.youngs_modulus = 3.3e9, .poisson_ratio = 0.38, .density = 1180};
   EXPECT_DOUBLE_EQ(dynamics::arrest_window(parameters), 0.14 / std::sqrt(3.3e9 / 1180));
   parameters.time.arrest = 3e-6;
   EXPECT_EQ(dynamics::arrest_window(parameters), 3e-6);

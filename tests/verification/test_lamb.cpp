@@ -92,7 +92,7 @@ public:
 private:
   static input::Parameters parameters() {
     input::Parameters parameters;
-    parameters.material() = {70e9, 0.25, 2500};
+    parameters.material() = {.youngs_modulus = 70e9, .poisson_ratio = 0.25, .density = 2500};
     parameters.specimen.size = size;
     for (const auto& [face, axis] : {std::pair{Face::x_min, 0}, {Face::y_min, 1}}) {
       std::array<bool, 3> held{};
@@ -110,7 +110,8 @@ private:
 
   /// Sum over the loaded nodes and their mirror images, each with its nodal force in the mesh.
   double closed_form(std::size_t node, double time) const {
-    const mechanics::IsotropicElasticity elasticity({70e9, 0.25, 2500});
+    const mechanics::IsotropicElasticity elasticity(
+        {.youngs_modulus = 70e9, .poisson_ratio = 0.25, .density = 2500});
     const double c = std::sqrt(elasticity.mu / 2500);
     const auto& x = motion_.subdomain().nodes[node];
     const auto& pattern = motion_.loads().forces.back();
