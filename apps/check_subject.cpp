@@ -25,6 +25,7 @@
 
 #include "check_text.h"
 #include "commands.h"
+#include "mesh_tables.h"
 
 #include <cstdio>
 #include <utility>
@@ -62,6 +63,14 @@ void add_curve(Rows& rows, const plane::Shape& shape, const std::string& name, c
 }
 
 void add_curves(Rows& rows, const input::Specimen& specimen) {
+  for (std::size_t i = 0; i < specimen.regions.size(); ++i) {
+    const input::MaterialRegion& region = specimen.regions[i];
+    if (!region.shape || !region.shape->polygon.empty()) continue;
+    const std::string name = fmt::format("specimen.region[{}]", i);
+    const plane::Loop loop{region.outline, std::vector<int>(region.outline.size(), 0)};
+    add_curve(rows, {{loop}, {{name, true}}}, name, region.shape->center, region.shape->semi_axes,
+              region.shape->angle);
+  }
   if (!specimen.shape) return;
   if (specimen.outline && specimen.outline->polygon.empty()) {
     const double radius = specimen.outline->radius;
@@ -154,6 +163,7 @@ Rows subject_rows(const Subject& subject, double memory, double available) {
       {"boundary triangles", fmt::format("{}", subject.realization.boundary.size())},
   };
   add_curves(rows, subject.parameters.specimen);
+  for (auto& row : material_rows(parameters, subject.realization)) rows.push_back(std::move(row));
   add_regions(rows, subject);
   add_criterion(rows, subject);
   add_waves(rows, parameters);

@@ -66,6 +66,7 @@ std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample
   table.row("tetrahedra", fmt::format("{}", realization.tetrahedra.size()));
   table.row("edges", fmt::format("{}", statistics.n_edges));
   table.row("boundary triangles", fmt::format("{}", realization.boundary.size()));
+  for (const auto& [name, contents] : material_rows(parameters, realization)) table.row(name, contents);
   const auto of_length = [](const geometry::Quantiles& lengths) {
     const ShownUnit unit = shown_unit({"mm", 1e3}, "m", lengths.largest);
     return spread(lengths, 1 / unit.factor, 3) + " " + unit.name;
@@ -85,6 +86,17 @@ std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample
                                 times.realization, times.base));
   if (n_ranks > 1) add_partition(table, realization, n_ranks);
   return table.text();
+}
+
+std::vector<input::Line> material_rows(const input::Parameters& parameters,
+                                       const geometry::Realization& realization) {
+  std::vector<input::Line> rows;
+  const auto contents = geometry::material_contents(realization);
+  for (std::size_t i = 0; i < contents.size(); ++i)
+    rows.emplace_back(
+        fmt::format("material {}", parameters.materials[i].name),
+        fmt::format("{} tetrahedra, {:.6g} mm^3", contents[i].tetrahedra, 1e9 * contents[i].volume));
+  return rows;
 }
 
 std::string variation_row(const std::vector<double>& strength_factors) {

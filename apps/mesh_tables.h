@@ -5,6 +5,7 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/geometry/survey.h"
 #include "crackle/input/parameters.h"
+#include "crackle/input/reader.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -36,6 +37,10 @@ struct MeshTimes {
 std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample,
                        const geometry::MotherPoints& base, const geometry::Realization& realization,
                        const MeshTimes& times, int n_ranks);
+
+/// The tetrahedra of each material; nothing if the body has only one.
+std::vector<input::Line> material_rows(const input::Parameters& parameters,
+                                       const geometry::Realization& realization);
 
 /// The variation of strength between tetrahedra, as a line of the table.
 std::string variation_row(const std::vector<double>& strength_factors);

@@ -71,6 +71,8 @@ void for_each_array(Subdomain& part, const Work& work) {
   work(part.counted);
   work(part.boundary);
   work(part.boundary_number);
+  work(part.material);
+  work(part.interface);
 }
 
 }  // namespace

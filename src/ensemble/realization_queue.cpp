@@ -42,7 +42,8 @@ PreparedSample prepare(const RealizationMaker& make, std::uint64_t sample) {
 std::size_t size_in_bytes(const geometry::Realization& realization) {
   return realization.nodes.size() * sizeof(geometry::Point) +
          realization.tetrahedra.size() * sizeof(geometry::Tetrahedron) +
-         realization.boundary.size() * sizeof(geometry::BoundaryTriangle);
+         realization.boundary.size() * sizeof(geometry::BoundaryTriangle) + realization.material.size() +
+         realization.interface.size();
 }
 
 RealizationQueue::RealizationQueue(RealizationMaker make, std::vector<std::uint64_t> samples,

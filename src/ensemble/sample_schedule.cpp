@@ -66,6 +66,8 @@ void send_work(const parallel::Communicator& world, int rank, const PreparedSamp
   parallel::send_array(world, prepared.realization.nodes, rank, work_tag);
   parallel::send_array(world, prepared.realization.tetrahedra, rank, work_tag);
   parallel::send_array(world, prepared.realization.boundary, rank, work_tag);
+  parallel::send_array(world, prepared.realization.material, rank, work_tag);
+  parallel::send_array(world, prepared.realization.interface, rank, work_tag);
 }
 
 /// Master: answers a request with the end of work.
@@ -118,6 +120,8 @@ std::optional<PreparedSample> receive_work(const parallel::Communicator& world, 
   prepared.realization.tetrahedra = parallel::receive_array<geometry::Tetrahedron>(world, master, work_tag);
   prepared.realization.boundary =
       parallel::receive_array<geometry::BoundaryTriangle>(world, master, work_tag);
+  prepared.realization.material = parallel::receive_array<std::uint8_t>(world, master, work_tag);
+  prepared.realization.interface = parallel::receive_array<std::uint8_t>(world, master, work_tag);
   return prepared;
 }
 

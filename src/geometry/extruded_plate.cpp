@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "extruded_plate.h"
+#include "plane_directions.h"
 #include "reflection.h"
 
 #include <algorithm>
@@ -12,10 +13,6 @@ namespace {
 
 double largest_size(const input::Specimen& specimen) {
   return *std::ranges::max_element(specimen.size);
-}
-
-Point at(double x, const plane::Point& p) {
-  return {x, p[0], p[1]};
 }
 
 }  // namespace

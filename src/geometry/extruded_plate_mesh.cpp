@@ -1,28 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Location of points and tetrahedra in an extruded plate.
 #include "extruded_plate.h"
+#include "plane_directions.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace crackle::geometry {
-
-namespace {
-
-constexpr unsigned along_x = 1;
-constexpr unsigned along_y = 2;
-constexpr unsigned along_z = 4;
-constexpr unsigned along_wall = 8;  ///< in the plane of the plate, on a wall normal to neither y nor z
-
-plane::Point in_plane(const Point& p) {
-  return {p[1], p[2]};
-}
-
-unsigned direction_of(const plane::Side& side) {
-  return side.along[0] == 0 ? along_z : side.along[1] == 0 ? along_y : along_wall;
-}
-
-}  // namespace
 
 bool ExtrudedPlate::contains(const Point& p) const {
   return p[0] >= 0 && p[0] <= thickness() && index_.contains(in_plane(p));

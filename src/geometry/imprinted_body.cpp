@@ -316,6 +316,9 @@ ImprintedBody::ImprintedBody(std::unique_ptr<const Body> plain, std::span<const 
   shape_.bounds = plain_->bounds();
   shape_.volume = plain_->volume();
   shape_.faces = plain_->faces();
+  shape_.inner_faces = plain_->inner_faces();
+  shape_.material_volumes = plain_->material_volumes();
+  shape_.interfaces = plain_->interfaces();
   shape_.crack_starts = plain_->crack_starts();
   shape_.outline = plain_->outline();
   Imprinting(*this, regions).finish();

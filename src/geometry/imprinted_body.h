@@ -31,6 +31,7 @@ public:
   /// The conditions whose regions make the mesh finer than it would be without them.
   std::vector<RegionRefinement> refinements(const input::Mesh& mesh) const;
 
+  int material_at(const Point& p) const override { return plain_->material_at(p); }
   bool contains(const Point& p) const override { return plain_->contains(p); }
   bool in_face(FaceId face, const Point& p) const override { return plain_->in_face(face, p); }
   std::uint8_t movable(const Point& p) const override;

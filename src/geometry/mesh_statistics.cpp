@@ -48,4 +48,17 @@ MeshStatistics mesh_statistics(const Realization& realization) {
   return statistics;
 }
 
+std::vector<MaterialContents> material_contents(const Realization& realization) {
+  std::vector<MaterialContents> contents;
+  for (std::size_t i = 0; i < realization.material.size(); ++i) {
+    const std::size_t material = realization.material[i];
+    if (material >= contents.size()) contents.resize(material + 1);
+    const Tetrahedron& t = realization.tetrahedra[i];
+    const auto node = [&](std::size_t k) -> const Point& { return realization.nodes[index(t[k])]; };
+    ++contents[material].tetrahedra;
+    contents[material].volume += signed_volume(node(0), node(1), node(2), node(3));
+  }
+  return contents;
+}
+
 }  // namespace crackle::geometry

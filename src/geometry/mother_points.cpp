@@ -109,7 +109,7 @@ void place_in_face(Collection& collection, FaceId id, RandomStream stream) {
     fixed.position.push_back(collection.points.position[i]);
     fixed.spacing.push_back(collection.points.spacing[i]);
   }
-  const Patch& patch = body.faces()[index(id)].patch;
+  const Patch& patch = body.meshed_face(id).patch;
   for (const Point& p : blue_noise(collection.spacing, patch, accepts_in_face(body, id), fixed, stream))
     collection.add(p, id);
 }
@@ -186,7 +186,7 @@ void generate(Collection& collection, const RandomStream& stream) {
   std::uint64_t item = 0;
   for (const Edge& edge : body.edges())
     place_on_edge(collection, edge, stream.substream(on_edges).substream(item++));
-  for (std::size_t id = 0; id < body.faces().size(); ++id)
+  for (std::size_t id = 0; id < body.n_meshed_faces(); ++id)
     place_in_face(collection, static_cast<FaceId>(id), stream.substream(in_faces).substream(id));
   place_in_interior(collection, stream.substream(in_interior));
   relax(collection);
@@ -197,7 +197,8 @@ void generate(Collection& collection, const RandomStream& stream) {
 double least_n_points(const Body& body, const SpacingField& spacing) {
   const double coarsest = spacing.upper_bound(body.bounds());
   double n = interior_density * body.volume() / (coarsest * coarsest * coarsest);
-  for (const Face& face : body.faces()) {
+  for (std::size_t id = 0; id < body.n_meshed_faces(); ++id) {
+    const Face& face = body.meshed_face(static_cast<FaceId>(id));
     const double local = spacing.upper_bound(face.patch.bounds());
     n = std::max(n, surface_density * face.area / (local * local));
   }
@@ -211,9 +212,11 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh) {
   if (const double least = least_n_points(body, spacing); least > max_mother_points) return least;
   double sum = static_cast<double>(body.corners().size());
   for (const Edge& edge : body.edges()) sum += n_edge_spacings(spacing, edge).back();
-  for (std::size_t id = 0; id < body.faces().size(); ++id)
-    sum += expected_points(spacing, body.faces()[id].patch, accepts_in_face(body, static_cast<FaceId>(id)),
+  for (std::size_t i = 0; i < body.n_meshed_faces(); ++i) {
+    const auto id = static_cast<FaceId>(i);
+    sum += expected_points(spacing, body.meshed_face(id).patch, accepts_in_face(body, id),
                            max_mother_points - sum);
+  }
   const auto accepts = [&](const Point& p, double local) {
     return body.contains(p) && body.distance_to_surface(p) >= surface_margin * local;
   };

@@ -3,9 +3,11 @@
 
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
+#include "crackle/geometry/centroid.h"
 #include "crackle/geometry/symmetry.h"
 
 #include "displacement.h"
+#include "interface_numbers.h"
 #include "redraw.h"
 
 #include <fmt/format.h>
@@ -116,6 +118,12 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
   const auto node = [&](std::int32_t number) -> const Point& { return realization.nodes[index(number)]; };
   for (const Triangle& t : content.boundary)
     realization.boundary.push_back({t, body.face_of({node(t[0]), node(t[1]), node(t[2])})});
+
+  if (!body.material_volumes().empty())
+    for (const Tetrahedron& cell : realization.tetrahedra)
+      realization.material.push_back(
+          static_cast<std::uint8_t>(body.material_at(centroid(realization.nodes, cell))));
+  if (!body.interfaces().empty()) realization.interface = interface_numbers(realization, body.interfaces());
 
   realization.report.rounds = outcome.rounds;
   realization.report.attempt = attempt;

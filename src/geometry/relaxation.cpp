@@ -6,6 +6,7 @@
 
 #include "tessellation.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace crackle::geometry {
@@ -67,14 +68,16 @@ void relax(const Body& body, MotherPoints& points, const MayMove& may_move) {
     for (const std::int32_t node : t)
       if (freedom(node) == 3) add(node, t[0], pull, scale);
   }
-  for (const Triangle& t : content.boundary) {
+  const auto pull_in_face = [&](const Triangle& t) {
     const Pull pull = pull_of_triangle(position(t[0]), position(t[1]), position(t[2]));
     double local = 0;
     for (const std::int32_t node : t) local += points.spacing[index(node)] / 3;
     const double scale = 1 / (local * local * local);
     for (const std::int32_t node : t)
       if (freedom(node) == 2) add(node, t[0], pull, scale);
-  }
+  };
+  std::ranges::for_each(content.boundary, pull_in_face);
+  std::ranges::for_each(content.inner, pull_in_face);
 
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (stays[i] || !(weights[i] > 0)) continue;

@@ -2,6 +2,7 @@
 #include "tessellation.h"
 
 #include "crackle/common/index.h"
+#include "crackle/geometry/centroid.h"
 #include "crackle/geometry/quality.h"
 
 #include <CGAL/Delaunay_triangulation_3.h>
@@ -100,6 +101,19 @@ struct Tessellation::Data {
     const double quality = mean_ratio_cubed(points[index(cell[0])], points[index(cell[1])],
                                             points[index(cell[2])], points[index(cell[3])]);
     return {quality >= min_quality_cubed, quality};
+  }
+
+  /// True if a face parts two materials; only from one of the two cells that have it.
+  bool parts_materials(CellHandle cell, CellHandle neighbour, const Triangle& face) const {
+    const auto opposite = [&](CellHandle one) {
+      std::int32_t sum = 0;
+      for (const std::int32_t node : nodes(one)) sum += node;
+      for (const std::int32_t node : face) sum -= node;
+      return sum;
+    };
+    const auto material = [&](CellHandle one) { return body.material_at(centroid(points, nodes(one))); };
+    return cell->info().place == Place::solid && neighbour->info().place == Place::solid &&
+           opposite(cell) < opposite(neighbour) && material(cell) != material(neighbour);
   }
 
   Tetrahedron sorted_nodes(CellHandle cell) const {
@@ -259,6 +273,7 @@ TessellationContent Tessellation::content() const {
   const Data& data = *data_;
   TessellationContent content;
   content.tetrahedra.reserve(data.points.size() * 6);
+  const bool has_inner = !data.body.inner_faces().empty();
   for (const CellHandle cell : data.delaunay.finite_cell_handles()) {
     if (cell->info().place == Place::cavity) continue;
     const Tetrahedron nodes = data.nodes(cell);
@@ -274,6 +289,8 @@ TessellationContent Tessellation::content() const {
       const CellHandle neighbour = cell->neighbor(static_cast<int>(i));
       if (data.delaunay.is_infinite(neighbour) || neighbour->info().place == Place::cavity)
         content.boundary.push_back(face);
+      else if (has_inner && data.parts_materials(cell, neighbour, face))
+        content.inner.push_back(face);
     }
   }
   return content;

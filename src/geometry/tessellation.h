@@ -15,6 +15,7 @@ namespace crackle::geometry {
 struct TessellationContent {
   std::vector<Tetrahedron> tetrahedra;  ///< of the body, positively oriented
   std::vector<Triangle> boundary;       ///< their faces without a neighbour, normal outwards
+  std::vector<Triangle> inner;          ///< their faces between two materials
 };
 
 /// The Delaunay tessellation of points of a body, supporting removal and reinsertion of points.

@@ -24,6 +24,9 @@ template <class... Arguments>
   throw std::runtime_error("realization: " + fmt::format(format, std::forward<Arguments>(arguments)...));
 }
 
+/// Small materials have the rounding of the body's coordinates.
+constexpr double rounding = 1e-15;
+
 bool same(double value, double exact) {
   return std::abs(value - exact) <= relative_tolerance * exact;
 }
@@ -55,7 +58,8 @@ double check_tetrahedra(const Realization& realization, const Body& body, double
       violation("tetrahedron {} has the quality {:g}, below min_quality = {:g}", i, std::cbrt(quality),
                 min_quality);
     worst = std::min(worst, quality);
-    if (body.place(corner) != Place::solid) violation("tetrahedron {} extends beyond the body", i);
+    if (body.place(corner) != Place::solid)
+      violation("tetrahedron {} extends beyond the body or its material", i);
   }
   const auto unused = std::find(used.begin(), used.end(), 0);
   if (unused != used.end()) violation("node {} belongs to no tetrahedron", unused - used.begin());
@@ -63,6 +67,28 @@ double check_tetrahedra(const Realization& realization, const Body& body, double
     violation("the tetrahedra have the volume {:.17g} m^3, the body {:.17g} m^3", volume.value(),
               body.volume());
   return worst;
+}
+
+void check_materials(const Realization& realization, const Body& body) {
+  const std::vector<double>& expected = body.material_volumes();
+  const std::size_t n_expected = expected.empty() ? 0 : realization.tetrahedra.size();
+  if (realization.material.size() != n_expected)
+    violation("{} materials are listed for {} tetrahedra", realization.material.size(), n_expected);
+  std::vector<parallel::ExactSum> volume(expected.size());
+  for (std::size_t i = 0; i < realization.material.size(); ++i) {
+    const std::size_t material = realization.material[i];
+    if (material >= expected.size()) violation("tetrahedron {} has the material {}", i, material);
+    const Tetrahedron& t = realization.tetrahedra[i];
+    const auto node = [&](std::size_t k) -> const Point& { return realization.nodes[index(t[k])]; };
+    volume[material].add(signed_volume(node(0), node(1), node(2), node(3)));
+  }
+  for (std::size_t material = 0; material < expected.size(); ++material) {
+    const double own = volume[material].value();
+    if (std::abs(own - expected[material]) >
+        std::max(relative_tolerance * expected[material], rounding * body.volume()))
+      violation("material {} has the volume {:.17g} m^3 instead of {:.17g} m^3", material, own,
+                expected[material]);
+  }
 }
 
 /// Corners of the face opposite to each corner, with the normal outwards.
@@ -155,6 +181,7 @@ void check_boundary(const Realization& realization, const Body& body) {
 double verify(const Realization& realization, const Body& body, double min_quality) {
   const double worst = check_tetrahedra(realization, body, min_quality);
   check_boundary(realization, body);
+  check_materials(realization, body);
   return std::cbrt(worst);
 }
 

@@ -23,6 +23,12 @@ bool shape_is_known(const Specimen& specimen, const Findings& findings);
 /// body other than a box. Call before the checks.
 void complete_specimen(Parameters& parameters, Findings& findings);
 
+/// Checks the keys of regions and derives their outlines. Part of complete_specimen.
+void make_region_outlines(Parameters& parameters, Findings& findings);
+
+/// Checks the regions against each other and the body, and adapts their outlines. Call after check_specimen.
+void complete_regions(Parameters& parameters, Findings& findings);
+
 /// Derives the toughness from a stress intensity, by Irwin's relation in plane strain. Call before the
 /// checks.
 void complete_fracture(Parameters& parameters, Findings& findings);

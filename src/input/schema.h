@@ -34,7 +34,7 @@ const std::vector<Table>& schema();
 /// Their names.
 std::vector<KnownTable> known_tables();
 
-/// [specimen], [[specimen.hole]] and [[specimen.notch]].
+/// [specimen], [[specimen.hole]], [[specimen.notch]] and [[specimen.region]].
 std::vector<Table> specimen_tables();
 
 /// [material] with its parts, and [[interface]].

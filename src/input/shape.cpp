@@ -2,6 +2,7 @@
 // The shape of the body in the plane of the plate.
 #include "consistency.h"
 #include "dimension.h"
+#include "figures.h"
 
 #include <fmt/format.h>
 
@@ -20,8 +21,6 @@ namespace {
 
 /// Points this close to the surface, relative to the body's size, are on it.
 constexpr double on_surface = 1e-9;
-/// Ratio of the best tetrahedron that fits a corner to a realization's worst one.
-constexpr double quality_reserve = 1.25;
 
 using plane::Point;
 using plane::Polygon;
@@ -29,140 +28,20 @@ using plane::operator+;
 using plane::operator-;
 using plane::operator*;
 
-Point direction_of(const Point& vector) {
-  return 1 / plane::norm(vector) * vector;
-}
-
-Point left_of(const Point& vector) {
-  return {-vector[1], vector[0]};
-}
-
-std::string show_place(const Point& p) {
-  return fmt::format("({}, {})", input::show(p[0]), input::show(p[1]));
-}
-
-/// The point distance required by the mesh, regardless of the body's shape.
-class MeshSpacing {
-public:
-  explicit MeshSpacing(const Parameters& parameters) : mesh_(parameters.mesh) {
-    for (const Notch& notch : parameters.specimen.notches) {
-      const double radius = notch.height / 2;
-      if (notch.slot) {
-        tips_.push_back({notch.slot->from, radius});
-        tips_.push_back({notch.slot->to, radius});
-      } else {
-        const Region slot = slot_of(notch, parameters.specimen.size);
-        const auto [lower, upper] = slot[index(axis_of(notch.face))];
-        Point tip{};
-        tip[index(axis_of(notch.face)) - 1] = is_upper(notch.face) ? lower : upper;
-        tip[index(position_axis(notch.face)) - 1] = notch.at;
-        tips_.push_back({tip, radius});
-      }
-    }
-  }
-
-  double operator()(const Point& p) const {
-    double spacing = mesh_.spacing;
-    for (const auto& [tip, radius] : tips_)
-      spacing = std::min(spacing,
-                         mesh_.notch_spacing + mesh_.growth * std::max(0.0, plane::norm(p - tip) - radius));
-    for (const MeshRegion& region : mesh_.regions) {
-      Point gap{};
-      for (std::size_t i = 0; i < 2; ++i) {
-        const auto [lower, upper] = region.box[i + 1];
-        gap[i] = std::max({0.0, lower - p[i], p[i] - upper});
-      }
-      spacing = std::min(spacing, region.spacing + mesh_.growth * plane::norm(gap));
-    }
-    return spacing;
-  }
-
-private:
-  struct Tip {
-    Point place;
-    double radius;
-  };
-  const Mesh& mesh_;
-  std::vector<Tip> tips_;
-};
-
 /// A figure cut out of the outline.
 struct Cutter {
   std::string key;  ///< in the input
   plane::Loop loop;
 };
 
-/// The polygon with counter-clockwise orientation.
-Polygon turned_left(Polygon polygon) {
-  if (plane::signed_area(polygon) < 0) std::ranges::reverse(polygon);
-  return polygon;
-}
-
-/// The best mean-ratio quality of a tetrahedron in a wedge of this angle, with two corners on its edge.
-double best_quality(double angle) {
-  if (angle >= std::numbers::pi / 3) return 1;
-  const double half = std::sin(angle / 2);
-  const double square = 1 + half * half;  // squared edge length relative to the legs
-  return 2 * std::pow(std::sin(angle) / 2, 2.0 / 3) * std::pow(square, -2.0 / 3);
-}
-
-struct Ellipse {
-  Point centre, first, second;  ///< centre + cos(angle) first + sin(angle) second
-};
-
-/// Points where a region's limits of y or z cross an ellipse, within its limits of the other coordinate. Uses
-/// only square roots, like plane::arc.
-Polygon limits_on(const Ellipse& curve, const Region& region) {
-  Polygon places;
-  for (std::size_t i = 0; i < 2; ++i)
-    for (const double limit : {region[i + 1].first, region[i + 1].second}) {
-      const double reach = plane::norm({curve.first[i], curve.second[i]});
-      const double share = (limit - curve.centre[i]) / reach;
-      if (!(std::abs(share) < 1)) continue;
-      const double rest = std::sqrt(1 - share * share);
-      for (const double side : {-rest, rest}) {
-        const double cosine = (share * curve.first[i] - side * curve.second[i]) / reach;
-        const double sine = (share * curve.second[i] + side * curve.first[i]) / reach;
-        Point p = curve.centre + cosine * curve.first + sine * curve.second;
-        p[i] = limit;
-        const auto [lower, upper] = region[2 - i];
-        if (lower <= p[1 - i] && p[1 - i] <= upper) places.push_back(p);
-      }
-    }
-  return places;
-}
-
-/// Inserts a point of a curve as a corner of its polygon: it replaces a corner closer than this share of the
-/// chord, unless that one must stay.
-constexpr double replacing_share = 0.25;
-/// Points of a curve closer than this share of a chord are identical.
-constexpr double same_share = 1e-6;
-
-void set_corner(Polygon& corners, const Point& p, const Polygon& stays) {
-  const auto nearest =
-      std::ranges::min_element(corners, {}, [&](const Point& corner) { return plane::norm(corner - p); });
-  const auto i = static_cast<std::size_t>(nearest - corners.begin());
-  const std::size_t after = (i + 1) % corners.size();
-  const bool is_after = plane::dot(p - corners[i], corners[after] - corners[i]) > 0;
-  const Point& other = is_after ? corners[after] : corners[(i + corners.size() - 1) % corners.size()];
-  const double gap = plane::norm(p - corners[i]);
-  const double chord = plane::norm(other - corners[i]);
-  const bool has_to_stay = std::ranges::any_of(
-      stays, [&](const Point& one) { return plane::norm(one - corners[i]) <= same_share * chord; });
-  if (gap <= same_share * chord && has_to_stay) return;
-  if (gap < replacing_share * chord && !has_to_stay)
-    corners[i] = p;
-  else
-    corners.insert(corners.begin() + static_cast<std::ptrdiff_t>(is_after ? i + 1 : i), p);
-}
-
 class ShapeMaker {
 public:
   ShapeMaker(const Parameters& parameters, Findings& findings)
-      : parameters_(parameters), specimen_(parameters.specimen), findings_(findings), spacing_(parameters) {}
+      : parameters_(parameters), specimen_(parameters.specimen), findings_(findings), figures_(parameters) {}
 
   std::optional<plane::Shape> make() {
-    if (!add_outline() || !check_chords("specimen.outline", shape_.loops.front().corners)) return {};
+    if (!add_outline() || !check_chords("specimen.outline", shape_.loops.front().corners, findings_))
+      return {};
     size_ = 0;
     for (const Point& p : shape_.loops.front().corners)
       for (const Point& q : shape_.loops.front().corners) size_ = std::max(size_, plane::norm(p - q));
@@ -172,7 +51,7 @@ public:
     for (std::size_t i = 0; i < specimen_.notches.size(); ++i)
       if (auto loop = notch(i)) cutters.push_back({fmt::format("specimen.notch[{}]", i), std::move(*loop)});
     for (std::size_t i = 0; i < cutters.size(); ++i) {
-      if (!check_chords(cutters[i].key, cutters[i].loop.corners)) return {};
+      if (!check_chords(cutters[i].key, cutters[i].loop.corners, findings_)) return {};
       if (!is_apart(cutters, i)) return {};
       if (!cut(cutters[i])) return {};
     }
@@ -187,24 +66,6 @@ private:
     return static_cast<int>(shape_.parts.size()) - 1;
   }
 
-  /// A closed curve whose chords end at the limits of condition regions on it.
-  Polygon ellipse(const Ellipse& curve, const std::string& name) const {
-    Polygon corners = plane::arc(curve.centre, curve.first, curve.second, 4, spacing_);
-    Polygon stays;
-    // The extent of a circle along y and z determines that of the body.
-    if (name.starts_with("edge"))
-      stays = {curve.centre + curve.first, curve.centre + curve.second, curve.centre - curve.first,
-               curve.centre - curve.second};
-    for (const Boundary& condition : parameters_.boundaries) {
-      if (condition.on != name) continue;
-      for (const Point& limit : limits_on(curve, condition.region)) {
-        set_corner(corners, limit, stays);
-        stays.push_back(limit);
-      }
-    }
-    return corners;
-  }
-
   bool add_outline() {
     plane::Loop loop;
     if (!specimen_.outline) {
@@ -212,7 +73,7 @@ private:
       loop.corners = {{0, 0}, {size[1], 0}, {size[1], size[2]}, {0, size[2]}};
     } else if (specimen_.outline->polygon.empty()) {
       const double radius = specimen_.outline->radius;
-      loop.corners = ellipse({{radius, radius}, {radius, 0}, {0, radius}}, "edge-0");
+      loop.corners = figures_.ellipse({{radius, radius}, {radius, 0}, {0, radius}}, "edge-0");
       loop.part.assign(loop.size(), add_part("edge-0", true));
     } else {
       loop.corners = specimen_.outline->polygon;
@@ -241,30 +102,14 @@ private:
     return loop;
   }
 
-  bool check_chords(const std::string& key, const Polygon& corners) {
-    if (static_cast<double>(corners.size()) < 2 * plane::max_chords) return true;
-    findings_.report(key, "needs more than {} chords at the spacing there; give a coarser spacing",
-                     corners.size());
-    return false;
-  }
-
   std::optional<plane::Loop> hole(std::size_t i) {
     const Hole& given = specimen_.holes[i];
     const std::string key = fmt::format("specimen.hole[{}]", i);
-    const int part = add_part(fmt::format("hole-{}", i), given.polygon.empty());
-    if (findings_.faulty(key)) return {};
-    if (!given.polygon.empty()) {
-      if (!plane::is_simple(given.polygon)) {
-        findings_.report(key + ".polygon",
-                         "the polygon intersects itself; give its corners in order, each once");
-        return {};
-      }
-      return of_part(given.polygon, part);
-    }
-    const Point along{std::cos(given.angle), std::sin(given.angle)};
-    return of_part(ellipse({given.center, given.semi_axes[0] * along, given.semi_axes[1] * left_of(along)},
-                           fmt::format("hole-{}", i)),
-                   part);
+    const std::string name = fmt::format("hole-{}", i);
+    const int part = add_part(name, given.polygon.empty());
+    auto corners = figures_.outline(given, key, name, findings_);
+    if (!corners) return {};
+    return of_part(std::move(*corners), part);
   }
 
   std::optional<plane::Loop> notch(std::size_t i) {
@@ -311,7 +156,7 @@ private:
     if (is_in_body(end)) {
       if (given.slot->end == SlotEnd::square) return {end - left, end + left};
       return plane::arc(end - given.height / 2 * direction, -1.0 * left, given.height / 2 * direction, 2,
-                        spacing_);
+                        figures_.spacing());
     }
     // An open end is extended until it is outside over its whole height, and slightly beyond.
     const Point step = given.height / 8 * direction;
@@ -334,7 +179,7 @@ private:
           input::show(given.height), input::show(length), input::show(length * (is_inside ? 1 : 2)));
       return {};
     }
-    const Point direction = direction_of(to - from);
+    const Point direction = 1 / length * (to - from);
     Polygon polygon = slot_end(given, to, direction);
     for (const Point& p : slot_end(given, from, -1.0 * direction))
       // The half circles of a slot as long as it is high share their ends.
@@ -416,45 +261,22 @@ private:
   }
 
   bool check_corners() {
-    if (findings_.faulty("mesh.min_quality")) return true;
     const plane::Corner corner = plane::sharpest_corner(shape_);
-    const double best = best_quality(corner.angle);
-    if (best >= quality_reserve * parameters_.mesh.min_quality) return true;
-    findings_.report("mesh.min_quality",
-                     "the corner of the body at {} has {:.3g} degrees, which limits the quality there to "
-                     "{:.2g}; give at most {:.2g}, or a blunter corner",
-                     show_place(corner.place), corner.angle * 180 / std::numbers::pi, best,
-                     best / quality_reserve);
-    return false;
+    return check_corner(corner, fmt::format("the corner of the body at {}", show_place(corner.place)),
+                        parameters_, findings_);
   }
 
   const Parameters& parameters_;
   const Specimen& specimen_;
   Findings& findings_;
-  MeshSpacing spacing_;
+  FigureMaker figures_;
   plane::Shape shape_;
   double size_ = 0;  ///< largest distance of two corners [m]
 };
 
-/// Checks between the keys of one table.
 void check_holes(const Parameters& parameters, Findings& findings) {
-  for (std::size_t i = 0; i < parameters.specimen.holes.size(); ++i) {
-    const std::string key = fmt::format("specimen.hole[{}]", i);
-    const auto given = [&](const char* name) { return findings.given(key + "." + name); };
-    const int n_given = given("radius") + given("semi_axes") + given("polygon");
-    if (n_given != 1) {
-      findings.report(key, n_given == 0 ? "has no shape; give one of radius, semi_axes and polygon"
-                                        : "has several shapes; give one of radius, semi_axes and polygon");
-      continue;
-    }
-    if (given("polygon") && given("center"))
-      findings.report(key + ".center", "cannot be combined with polygon; leave it out");
-    if (!given("polygon") && !given("center"))
-      findings.report(key + ".center",
-                      "the key is missing; give two lengths, y and z, such as [\"5 mm\", \"8 mm\"]");
-    if (given("angle") && !given("semi_axes"))
-      findings.report(key + ".angle", "applies to semi_axes only; leave it out");
-  }
+  for (std::size_t i = 0; i < parameters.specimen.holes.size(); ++i)
+    check_figure(fmt::format("specimen.hole[{}]", i), findings);
 }
 
 void check_slots(const Parameters& parameters, Findings& findings) {
@@ -533,10 +355,8 @@ void complete_specimen(Parameters& parameters, Findings& findings) {
     const Region bounds = bounds_of(specimen);
     for (std::size_t i = 1; i < 3; ++i) specimen.size[i] = bounds[i].second - bounds[i].first;
   }
-  const bool has_spacing = !findings.faulty("mesh.spacing") && !findings.faulty("mesh.notch_spacing") &&
-                           !findings.faulty("mesh.growth") && !findings.faulty("mesh.region");
-  if (is_box(specimen) || !has_spacing || findings.faulty("specimen") || !(parameters.mesh.spacing > 0))
-    return;
+  make_region_outlines(parameters, findings);
+  if (is_box(specimen) || !has_spacing(parameters, findings) || findings.faulty("specimen")) return;
   specimen.shape = ShapeMaker(parameters, findings).make();
 }
 

@@ -180,43 +180,56 @@ Key outline_radius_key() {
           }};
 }
 
-Hole& hole(Parameters& parameters, std::size_t i) {
-  return parameters.specimen.holes.at(i);
+/// Where the keys of a figure find it: holes, and regions with a shape other than a box.
+struct FigureAccess {
+  std::function<Hole&(Parameters&, std::size_t)> make;
+  std::function<const Hole*(const Parameters&, std::size_t)> find;  ///< null if there is none
+};
+
+/// Text of a key for a figure that is there.
+template <class Show>
+auto shown_of(const FigureAccess& figure, Show show) {
+  return [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    const Hole* const some = figure.find(parameters, i);
+    if (some == nullptr) return {};
+    return show(*some);
+  };
 }
 
-Key hole_center_key() {
+Key center_key(const FigureAccess& figure) {
   return {"center",
           "length",
           optional("required except with polygon"),
           point_form,
           "centre",
-          [](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto p = read_pair(source, point_form, coordinate)) hole(parameters, i).center = *p;
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto p = read_pair(source, point_form, coordinate))
+              figure.make(parameters, i).center = *p;
           },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            if (!hole(parameters, i).polygon.empty()) return {};
-            return show_point(hole(parameters, i).center);
-          }};
+          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
+            if (!some.polygon.empty()) return {};
+            return show_point(some.center);
+          })};
 }
 
-Key hole_radius_key() {
+Key radius_key(const FigureAccess& figure) {
   return {"radius",
           "length",
           optional("required for a circle"),
           quantity_form(length_dimension),
           "radius",
-          [](const Source& source, Parameters& parameters, std::size_t i) {
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))
-              hole(parameters, i).semi_axes = {*value, *value};
+              figure.make(parameters, i).semi_axes = {*value, *value};
           },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto& [a, b] = hole(parameters, i).semi_axes;
-            if (!hole(parameters, i).polygon.empty() || a != b) return {};
+          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
+            const auto& [a, b] = some.semi_axes;
+            if (!some.polygon.empty() || a != b) return {};
             return show(a);
-          }};
+          })};
 }
 
-Key hole_semi_axes_key() {
+Key semi_axes_key(const FigureAccess& figure) {
   const std::string form = "two lengths, such as [\"4 mm\", \"2 mm\"]";
   return {"semi_axes",
           "length",
@@ -225,16 +238,16 @@ Key hole_semi_axes_key() {
           "semi-axes",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto axes = read_pair(source, form, positive_length))
-              hole(parameters, i).semi_axes = *axes;
+              figure.make(parameters, i).semi_axes = *axes;
           },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto& [a, b] = hole(parameters, i).semi_axes;
-            if (!hole(parameters, i).polygon.empty() || a == b) return {};
+          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
+            const auto& [a, b] = some.semi_axes;
+            if (!some.polygon.empty() || a == b) return {};
             return show_point({a, b});
-          }};
+          })};
 }
 
-Key hole_angle_key() {
+Key angle_key(const FigureAccess& figure) {
   const Range range{-2 * std::numbers::pi, 2 * std::numbers::pi};
   return {"angle",
           "angle",
@@ -243,28 +256,33 @@ Key hole_angle_key() {
           "angle of the first semi-axis, from y towards z",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto value = read_quantity(source, angle_dimension, range))
-              hole(parameters, i).angle = *value;
+              figure.make(parameters, i).angle = *value;
           },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const Hole& some = hole(parameters, i);
+          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
             if (some.angle == 0 || some.semi_axes[0] == some.semi_axes[1]) return {};
             return format_quantity(some.angle, angle_dimension);
-          }};
+          })};
 }
 
-Key hole_polygon_key() {
+Key polygon_key(const FigureAccess& figure, std::string help) {
   return {"polygon",
           "length",
           optional("required for a polygon"),
           polygon_form,
-          "corners of the hole",
-          [](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto polygon = read_polygon(source)) hole(parameters, i).polygon = *polygon;
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            Hole& some = figure.make(parameters, i);
+            if (const auto polygon = read_polygon(source)) some.polygon = *polygon;
           },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            if (hole(parameters, i).polygon.empty()) return {};
-            return show_polygon(hole(parameters, i).polygon);
-          }};
+          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
+            if (some.polygon.empty()) return {};
+            return show_polygon(some.polygon);
+          })};
+}
+
+std::vector<Key> figure_keys(const FigureAccess& figure, std::string corners_of) {
+  return {center_key(figure), radius_key(figure), semi_axes_key(figure), angle_key(figure),
+          polygon_key(figure, std::move(corners_of))};
 }
 
 template <class T>
@@ -324,12 +342,53 @@ Key slot_end_key() {
 }
 
 Table hole_table() {
+  const FigureAccess figure{
+      [](Parameters& parameters, std::size_t i) -> Hole& { return parameters.specimen.holes.at(i); },
+      [](const Parameters& parameters, std::size_t i) { return &parameters.specimen.holes.at(i); }};
   return {"specimen.hole",
           Occurrence::many,
           "a hole through the thickness: a circle, an ellipse or a polygon",
-          {hole_center_key(), hole_radius_key(), hole_semi_axes_key(), hole_angle_key(), hole_polygon_key()},
+          figure_keys(figure, "corners of the hole"),
           [](const Parameters& parameters) { return parameters.specimen.holes.size(); },
           [](Parameters& parameters) { parameters.specimen.holes.emplace_back(); }};
+}
+
+Table material_region_table() {
+  const auto region = [](Parameters& parameters, std::size_t i) -> MaterialRegion& {
+    return parameters.specimen.regions.at(i);
+  };
+  const FigureAccess figure{[=](Parameters& parameters, std::size_t i) -> Hole& {
+                              auto& shape = region(parameters, i).shape;
+                              return shape ? *shape : shape.emplace();
+                            },
+                            [](const Parameters& parameters, std::size_t i) {
+                              const auto& shape = parameters.specimen.regions.at(i).shape;
+                              return shape ? &*shape : nullptr;
+                            }};
+  const auto range = [&](std::size_t axis, const char* name) {
+    return range_key(
+        name,
+        [=](Parameters & parameters, std::size_t i) -> auto& { return region(parameters, i).box[axis]; },
+        {"0 mm", "2 mm"}, "whole body", "extent of a box; x also of other shapes");
+  };
+  const std::string form = "the name of a [[material]], in quotes";
+  const Access<std::string> name = [=](Parameters& parameters, std::size_t i) -> std::string& {
+    return region(parameters, i).material;
+  };
+  std::vector<Key> keys{value_key(
+                            "material", "name", required(), form, "that fills the region", name,
+                            [=](const Source& source) { return read_text(source, form); },
+                            [](const std::string& text) { return fmt::format("\"{}\"", text); }),
+                        range(0, "x"), range(1, "y"), range(2, "z")};
+  for (Key& key : figure_keys(figure, "corners")) keys.push_back(std::move(key));
+  return {
+      "specimen.region",
+      Occurrence::many,
+      "a part of another material than the first: a box, a circle, an ellipse or a polygon; of several at "
+      "a point the last one counts",
+      std::move(keys),
+      [](const Parameters& parameters) { return parameters.specimen.regions.size(); },
+      [](Parameters& parameters) { parameters.specimen.regions.emplace_back(); }};
 }
 
 Table notch_table() {
@@ -361,7 +420,8 @@ std::vector<Table> specimen_tables() {
            "the body: a box or an extruded outline, with holes and notches",
            {size_key(), thickness_key(), outline_key(), outline_radius_key()}},
           hole_table(),
-          notch_table()};
+          notch_table(),
+          material_region_table()};
 }
 
 }  // namespace crackle::input

@@ -114,6 +114,12 @@ void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realizati
       {{"spacing", std::move(spacing)}, {"region", geometry::region_numbers(realization.nodes, body, mesh)}},
       {{"quality", std::move(quality)}}};
   if (!strength_factor.empty()) fields.of_cells.emplace_back("strength_factor", std::move(strength_factor));
+  if (!realization.material.empty())
+    fields.of_cells.emplace_back(
+        "material", std::vector<std::int32_t>(realization.material.begin(), realization.material.end()));
+  if (!realization.interface.empty())
+    fields.of_cells.emplace_back(
+        "interface", std::vector<std::int32_t>(realization.interface.begin(), realization.interface.end()));
   write_grid(file, realization.nodes, realization.tetrahedra, vtk_tetra, fields, [&](hid_t root) {
     write_specimen(root, body);
     write_regions(root, body, mesh);

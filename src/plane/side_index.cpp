@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace crackle::plane {
 
@@ -25,15 +26,26 @@ bool meets(const Side& side, const Point& centre, double half_size) {
 
 }  // namespace
 
-SideIndex::SideIndex(const Shape& shape, double tolerance) : tolerance_(tolerance) {
+Side side_between(const Point& from, const Point& to, int part) {
+  const Point way = to - from;
+  const double length = norm(way);
+  // Divided, so that the vector of a side along an axis is one of +-1 and 0.
+  return {from, to, {way[0] / length, way[1] / length}, length, part};
+}
+
+std::vector<Side> sides_of(const Shape& shape) {
+  std::vector<Side> sides;
   for (const Loop& loop : shape.loops)
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const Point way = loop.to(i) - loop.from(i);
-      const double length = norm(way);
-      // Divided, so that the vector of a side along an axis is one of +-1 and 0.
-      sides_.push_back({loop.from(i), loop.to(i), {way[0] / length, way[1] / length}, length, loop.part[i]});
-    }
-  bounds_ = bounds_of(shape.loops.front().corners);
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      sides.push_back(side_between(loop.from(i), loop.to(i), loop.part[i]));
+  return sides;
+}
+
+SideIndex::SideIndex(const Shape& shape, double tolerance)
+    : SideIndex(sides_of(shape), bounds_of(shape.loops.front().corners), tolerance) {}
+
+SideIndex::SideIndex(std::vector<Side> sides, const Bounds& bounds, double tolerance)
+    : sides_(std::move(sides)), tolerance_(tolerance), bounds_(bounds) {
   const Point size = bounds_.upper - bounds_.lower;
   const double n_cells =
       std::clamp(cells_per_side * static_cast<double>(sides_.size()), fewest_cells, most_cells);
@@ -93,6 +105,7 @@ bool SideIndex::contains(const Point& p) const {
 }
 
 double SideIndex::distance(const Point& p) const {
+  if (sides_.empty()) return infinity;
   const Cell cell = cell_of(p);
   double nearest = infinity;
   const auto search = [&](std::size_t column, std::size_t row) {
@@ -123,6 +136,15 @@ double SideIndex::distance(const Point& p) const {
 }
 
 Cover SideIndex::cover(const std::array<Point, 4>& points) const {
+  return cover_of(std::span<const Point, 4>(points));
+}
+
+Cover SideIndex::cover(std::span<const Point> points) const {
+  return cover_of(points);
+}
+
+template <std::size_t extent>
+Cover SideIndex::cover_of(std::span<const Point, extent> points) const {
   Point lower = points[0];
   Point upper = points[0];
   Point centre{};
@@ -130,19 +152,19 @@ Cover SideIndex::cover(const std::array<Point, 4>& points) const {
     for (std::size_t i = 0; i < 2; ++i) {
       lower[i] = std::min(lower[i], p[i]);
       upper[i] = std::max(upper[i], p[i]);
-      centre[i] += p[i] / 4;
+      centre[i] += p[i] / static_cast<double>(points.size());
     }
   const Cell low = cell_of(lower);
   const Cell high = cell_of(upper);
   bool is_flat = false;
-  std::array<double, 4> height{};
+  std::array<double, 8> height{};
   for (std::size_t row = low.row; row <= high.row; ++row)
     for (std::size_t column = low.column; column <= high.column; ++column)
       for (const std::int32_t s : sides_in({column, row})) {
         const Side& side = sides_[static_cast<std::size_t>(s)];
         int n_left = 0;
         int n_right = 0;
-        for (std::size_t i = 0; i < 4; ++i) {
+        for (std::size_t i = 0; i < points.size(); ++i) {
           height[i] = side.height(points[i]);
           n_left += height[i] > tolerance_;
           n_right += height[i] < -tolerance_;
@@ -156,7 +178,7 @@ Cover SideIndex::cover(const std::array<Point, 4>& points) const {
           from = std::min(from, way);
           to = std::max(to, way);
         };
-        for (std::size_t i = 0; i < 4; ++i) {
+        for (std::size_t i = 0; i < points.size(); ++i) {
           const double way = side.way(points[i]);
           if (std::abs(height[i]) <= tolerance_) include(way);
           for (std::size_t j = 0; j < i; ++j)

@@ -117,7 +117,7 @@ inline geometry::Subdomain whole(const geometry::Realization& mesh) {
 
 /// The paper's epoxy in SI.
 inline input::Material epoxy() {
-  return {3300e6, 0.38, 1180};
+  return {.youngs_modulus = 3300e6, .poisson_ratio = 0.38, .density = 1180};
 }
 
 inline input::Boundary boundary(input::Face face, input::BoundaryKind kind,

@@ -76,7 +76,7 @@ inline double shape_growth(const input::Mesh& mesh) {
 enum class Place {
   solid,     ///< in the body
   cavity,    ///< its interior is outside the body
-  crossing,  ///< neither: it crosses the surface
+  crossing,  ///< neither: it crosses the surface or an inner face
 };
 
 /// The directions in which a point can move.
@@ -118,6 +118,17 @@ public:
   const std::vector<Point>& corners() const { return shape_.corners; }
   const std::vector<Edge>& edges() const { return shape_.edges; }
   const std::vector<Face>& faces() const { return shape_.faces; }
+  /// Plane facets inside the body, where two materials meet. They have no names, are meshed as the faces of
+  /// the surface are, and continue their numbers: faces().size() is the first one's.
+  const std::vector<Face>& inner_faces() const { return shape_.inner_faces; }
+  /// Faces and inner faces.
+  std::size_t n_meshed_faces() const { return faces().size() + inner_faces().size(); }
+  const Face& meshed_face(FaceId id) const {
+    const auto i = static_cast<std::size_t>(id);
+    return i < faces().size() ? faces()[i] : inner_faces()[i - faces().size()];
+  }
+  /// Exact volume of each material [m^3], by its number; empty if the body has only one.
+  const std::vector<double>& material_volumes() const { return shape_.material_volumes; }
   /// The crack starts; a crack that starts elsewhere belongs to none of them.
   const std::vector<CrackStart>& crack_starts() const { return shape_.crack_starts; }
   /// The body in the y-z plane, for drawing: its outer polygon counter-clockwise, then those of its holes.
@@ -131,21 +142,27 @@ public:
   /// @throws std::runtime_error when there is none
   FaceId face_of(const std::array<Point, 3>& corners) const;
 
+  /// The pairs of materials whose boundary is an interface of the input, in its order.
+  const std::vector<std::array<int, 2>>& interfaces() const { return shape_.interfaces; }
+  /// Number of the material at a point; where several meet, one of them.
+  virtual int material_at(const Point&) const { return 0; }
+
   /// True in the body and on its surface.
   virtual bool contains(const Point& p) const = 0;
   /// True if a point lies in the plane of a face and within its patch.
   virtual bool in_face(FaceId face, const Point& p) const = 0;
 
-  /// The directions in which a point of the body can move without leaving its faces, as a bit mask with as
-  /// many bits set as there are directions: 3 in the interior, 2 in a face, 1 on an edge, none at a corner.
-  /// Bit i is set if axis i is one of the directions, further bits stand for others. Hence 7 in the interior.
+  /// The directions in which a point of the body can move without leaving its faces, inner ones included, as
+  /// a bit mask with as many bits set as there are directions: 3 in the interior, 2 in a face, 1 on an edge,
+  /// none at a corner. Bit i is set if axis i is one of the directions, further bits stand for others. Hence
+  /// 7 in the interior.
   /// @pre contains(p)
   virtual std::uint8_t movable(const Point& p) const = 0;
   /// These directions.
   /// @pre movable(p) == movable
   virtual Directions directions(const Point& p, std::uint8_t movable) const = 0;
 
-  /// Distance from a point of the body to its surface [m].
+  /// Distance from a point of the body to its surface or an inner face [m].
   virtual double distance_to_surface(const Point& p) const = 0;
   /// Distance from a point of the face's patch to the outline of the face [m]; 0 or less outside the face.
   virtual double distance_to_outline(FaceId face, const Point& p) const = 0;
@@ -175,6 +192,9 @@ protected:
     std::vector<Point> corners;
     std::vector<Edge> edges;
     std::vector<Face> faces;
+    std::vector<Face> inner_faces = {};
+    std::vector<double> material_volumes = {};
+    std::vector<std::array<int, 2>> interfaces = {};
     std::vector<CrackStart> crack_starts;
     std::vector<Polygon> outline;
   };
@@ -185,11 +205,12 @@ protected:
   Shape shape_;
 };
 
-/// The body described by an input.
+/// The surface of the body described by an input, without its materials.
 /// @throws std::runtime_error naming the error
 std::unique_ptr<const Body> make_body(const input::Specimen& specimen);
 
-/// The same with the regions of the boundary conditions imprinted on its faces: the body to be meshed.
+/// The same with the boundaries between its materials, and the regions of the boundary conditions imprinted
+/// on its faces: the body to be meshed.
 /// @throws std::runtime_error also when a region contains no part of its face
 std::unique_ptr<const Body> make_body(const input::Parameters& parameters);
 

@@ -16,7 +16,7 @@
 
 namespace crackle::geometry {
 
-using FaceId = std::int32_t;  ///< index into Body::faces()
+using FaceId = std::int32_t;  ///< index into Body::faces(), or beyond for inner ones
 
 /// A plane through the thickness: the points with dot(p, normal) = position. `normal` and `across` are
 /// perpendicular unit vectors in the y-z plane.

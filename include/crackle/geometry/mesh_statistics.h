@@ -29,4 +29,13 @@ struct MeshStatistics {
 
 MeshStatistics mesh_statistics(const Realization& realization);
 
+/// The tetrahedra of one material.
+struct MaterialContents {
+  std::int64_t tetrahedra = 0;
+  double volume = 0;  ///< [m^3]
+};
+
+/// By the materials' numbers, up to the last one that the realization has; empty if the body has only one.
+std::vector<MaterialContents> material_contents(const Realization& realization);
+
 }  // namespace crackle::geometry

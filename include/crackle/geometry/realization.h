@@ -34,6 +34,12 @@ struct Realization {
   std::vector<Point> nodes;  ///< [m]
   std::vector<Tetrahedron> tetrahedra;
   std::vector<BoundaryTriangle> boundary;
+  /// Material of each tetrahedron, as its number in Parameters::materials; empty if the body has only one.
+  std::vector<std::uint8_t> material = {};
+  /// 1 + the number in Parameters::interfaces of that to which each tetrahedron belongs, the first of
+  /// several: it is of one of its two materials and has a node where these meet. 0: none; empty without
+  /// interfaces.
+  std::vector<std::uint8_t> interface = {};
   RealizationReport report;
   std::vector<std::uint8_t> material = {};  ///< number of each tetrahedron's material; empty: there is one
 };
@@ -61,7 +67,8 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
 /// Checks all invariants of a realization: every node is used; tetrahedra have positive volume, at least the
 /// minimum quality, and do not extend beyond the body; their volumes add up to the body's to 1e-12 relative;
 /// faces match in pairs of opposite orientation except those listed as boundary; boundary triangles lie
-/// exactly in their face (Body::in_face), are oriented outwards, and cover each face to 1e-12 relative.
+/// exactly in their face (Body::in_face), are oriented outwards, and cover each face to 1e-12 relative; each
+/// material has its volume to 1e-12 relative, or to 1e-15 of the body's.
 /// @return quality of the worst tetrahedron
 /// @throws std::runtime_error naming the first violation with its figures
 double verify(const Realization& realization, const Body& body, double min_quality);

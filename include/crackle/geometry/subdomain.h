@@ -30,6 +30,8 @@ struct Subdomain {
       counted;  ///< 1 on exactly one rank for each tetrahedron: the rank that includes it in sums
   std::vector<BoundaryTriangle> boundary;  ///< local node numbers; every triangle that touches an owned node
   std::vector<std::int64_t> boundary_number;  ///< in the realization, ascending
+  std::vector<std::uint8_t> material = {};    ///< per tetrahedron, as in the realization
+  std::vector<std::uint8_t> interface = {};   ///< likewise
 
   /// Local number of a tetrahedron of the realization, or -1.
   std::int32_t local_number(std::int64_t tetrahedron) const;

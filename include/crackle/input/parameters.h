@@ -136,6 +136,9 @@ struct MaterialRegion {
   std::string material;            ///< its name
   std::optional<Hole> shape = {};  ///< in the plane of the plate; empty: the box
   Region box = everywhere;         ///< its extent; with a shape, only x
+  // Derived from these and the mesh spacings.
+  int number = 0;               ///< of the material
+  plane::Polygon outline = {};  ///< in the plane of the plate, counter-clockwise, with curves as chords
 };
 
 struct Specimen {

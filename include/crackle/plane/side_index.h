@@ -3,6 +3,7 @@
 
 #include "crackle/plane/shape.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -30,19 +31,30 @@ enum class Cover {
   crossing,  ///< neither
 };
 
+Side side_between(const Point& from, const Point& to, int part);
+
+/// The sides of a shape, loop by loop.
+std::vector<Side> sides_of(const Shape& shape);
+
 /// Finds the parts of a shape near a point, in a time independent of the number of sides. Points within the
 /// tolerance of a side are on it. Among many holes Boost.Geometry's R-tree takes 4 to 14 times as long as
 /// this grid.
 class SideIndex {
 public:
   SideIndex(const Shape& shape, double tolerance);
+  /// Of sides that may leave gaps; what they enclose, an odd number of sides away from the outside, is
+  /// inside.
+  /// @param bounds where points are looked for, not flat; they contain the sides
+  SideIndex(std::vector<Side> sides, const Bounds& bounds, double tolerance);
 
   const std::vector<Side>& sides() const { return sides_; }
   double tolerance() const { return tolerance_; }
 
   bool contains(const Point& p) const;    ///< in the figure or on a side
-  double distance(const Point& p) const;  ///< to the nearest side [m]
+  double distance(const Point& p) const;  ///< to the nearest side, infinite without sides [m]
   Cover cover(const std::array<Point, 4>& points) const;
+  /// @param points at most 8
+  Cover cover(std::span<const Point> points) const;
 
   /// Calls visit(number) for each side that the point is on.
   template <class Visit>
@@ -70,6 +82,8 @@ private:
     return {of_cell_.data() + first_[i], of_cell_.data() + first_[i + 1]};
   }
   bool contains_open(const Point& p) const;
+  template <std::size_t extent>
+  Cover cover_of(std::span<const Point, extent> points) const;
 
   std::vector<Side> sides_;
   double tolerance_;
