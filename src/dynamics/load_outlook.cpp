@@ -63,7 +63,7 @@ LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLo
   };
   const QuasiStaticEnd end = loading.advance(account, has_broken, look);
   outlook.breaks = has_broken() || end != QuasiStaticEnd::no_load;
-  outlook.grows = !outlook.breaks && loads.grows_after(loading.time());
+  outlook.grows = !outlook.breaks && loading.grows();
   if (!outlook.breaks) return outlook;
   outlook.share = 1;
   outlook.load = loading.load();

@@ -70,7 +70,9 @@ public:
                                           criterion.get(),
                                           criterion->screening_share(setup_.stable_step),
                                           average.get(),
-                                          parameters_.damping_rate()};
+                                          parameters_.damping_rate(),
+                                          nullptr,
+                                          parameters_.stress_varies()};
     agitate();
     const ThreadClock start;
     const auto motion =
