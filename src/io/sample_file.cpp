@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
-#include "crackle/fracture/variation.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/input/reader.h"
 
 #include "checked_file.h"
@@ -13,6 +13,7 @@
 #include "result_attributes.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <functional>
@@ -203,6 +204,43 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::s
   hdf5::label_datasets(group, {"frame", "node", "component"}, "time");
 }
 
+/// Properties of the tetrahedra, as far as they differ.
+void write_materials(hid_t file, const SampleFileContent& content) {
+  const geometry::Realization& mesh = content.realization;
+  const input::Parameters& parameters = content.parameters;
+  const fracture::TetrahedronSpan all{mesh.nodes, mesh.tetrahedra, {}, mesh.material};
+  const auto write = [&](const char* name, const auto& values, const char* units, const char* meaning) {
+    if (values.is_uniform()) return;
+    write_column<double>(file, fmt::format("mesh/{}", name), values.values(), std::identity(), units,
+                         meaning);
+  };
+  if (parameters.fracture.variation)
+    write_column<double>(file, "mesh/strength_factor",
+                         fracture::strength_factors(parameters, content.sample, all), std::identity(), "1",
+                         "factor by which the variation multiplies the strength of each tetrahedron");
+  if (!mesh.material.empty()) {
+    write_column<std::uint8_t>(file, "mesh/material", mesh.material, std::identity(), "",
+                               "number of the material of each tetrahedron");
+    std::vector<std::string> names;
+    for (const input::Material& material : parameters.materials) names.push_back(material.name);
+    hdf5::write_attribute(file, "material_names", fmt::format("{}", fmt::join(names, "\n")));
+  }
+  const auto material = fracture::make_material_field(parameters, content.sample, all);
+  std::vector<double> modulus, ratio;
+  for (std::size_t t = 0; !material.elasticity.is_uniform() && t < mesh.tetrahedra.size(); ++t) {
+    const auto& one = material.elasticity[static_cast<std::int32_t>(t)];
+    modulus.push_back(one.youngs_modulus());
+    ratio.push_back(parameters.materials[all.material_of(t)].poisson_ratio);
+  }
+  write("youngs_modulus", mechanics::TetrahedronField<double>(std::move(modulus)), "Pa",
+        "Young's modulus of each tetrahedron");
+  write("poisson_ratio", mechanics::TetrahedronField<double>(std::move(ratio)), "1",
+        "Poisson's ratio of each tetrahedron");
+  write("density", material.density, "kg/m^3", "density of each tetrahedron");
+  write("release_time", fracture::fracture_field(parameters, all, &input::Fracture::release_time), "s",
+        "over which the stiffness of each tetrahedron falls");
+}
+
 void write_counts(hid_t file, const dynamics::SampleCounts& counts) {
   const hdf5::Handle group = hdf5::create_group(file, "counts");
   for (const auto& [name, count] : {std::pair{"quasi_static_breaks", counts.quasi_static_breaks},
@@ -284,13 +322,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(summary, "stable_step", result.stable_step, "s");
     write_specimen(id, *geometry::make_body(content.parameters.specimen));
     write_mesh(id, content.realization);
-    if (content.parameters.fracture.variation) {
-      const auto& mesh = content.realization;
-      write_column<double>(
-          id, "mesh/strength_factor",
-          fracture::strength_factors(content.parameters, content.sample, {mesh.nodes, mesh.tetrahedra}),
-          std::identity(), "1", "factor by which the variation multiplies the strength of each tetrahedron");
-    }
+    write_materials(id, content);
     write_crack_surface(id, content.surface, content.branches.branch);
     write_crack_lines(id, content.lines);
     write_branching(id, content.branches.points);

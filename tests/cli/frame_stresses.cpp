@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Prints the stress of every tetrahedron at every frame of a sample file, as computed by the program: frames
-// x tetrahedra x 6 numbers in native doubles.
+// Prints the stress of every tetrahedron at every frame of the file of sample 1, as computed by the program:
+// frames x tetrahedra x 6 numbers in native doubles.
 #include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/input/reader.h"
 
 #include "io/hdf5.h"
@@ -41,6 +42,8 @@ struct Sample {
     const auto corners = read<std::int32_t>(file, "mesh/tetrahedra");
     for (std::size_t i = 0; i < corners.size(); i += 4)
       mesh.tetrahedra.push_back({corners[i], corners[i + 1], corners[i + 2], corners[i + 3]});
+    if (H5Lexists(file, "mesh/material", H5P_DEFAULT) > 0)
+      mesh.material = read<std::uint8_t>(file, "mesh/material");
     const auto broken = read<std::int64_t>(file, "breaks/tetrahedron");
     const auto load_time = read<double>(file, "breaks/load_time");
     const auto phase_time = read<double>(file, "breaks/phase_time");
@@ -89,13 +92,16 @@ void print_stresses(const std::filesystem::path& path) {
     std::ranges::copy_if(sample.stiffness_reductions, std::back_inserter(releases.stiffness_reductions),
                          is_open);
     const auto& parameters = sample.parameters;
-    fracture::BreakableBody body(subdomain, parameters.material(), parameters.fracture.release,
-                                 parameters.fracture.contact);
-    const double release_time = parameters.fracture.release_time;
+    fracture::TetrahedronSpan tetrahedra = fracture::span_of(subdomain);
+    tetrahedra.material = sample.mesh.material;
+    fracture::BreakableBody body(subdomain, fracture::make_material_field(parameters, 1, tetrahedra),
+                                 parameters.fracture.release, parameters.fracture.contact);
+    const auto release_time =
+        fracture::fracture_field(parameters, tetrahedra, &input::Fracture::release_time);
     for (auto& record : releases.breaks)
       if (record.load_time < sample.phase_start) record.phase_time = -infinity;
-    body.restore(releases, [&](double broke_at) {
-      return release_time > 0 ? std::max(0.0, 1 - (sample.time[k] - broke_at) / release_time) : 0;
+    body.restore(releases, [&](std::int32_t t, double broke_at) {
+      return release_time[t] > 0 ? std::max(0.0, 1 - (sample.time[k] - broke_at) / release_time[t]) : 0;
     });
     std::vector<double> u(n_values);
     for (std::size_t i = 0; i < n_values; ++i) {

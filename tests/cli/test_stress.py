@@ -63,8 +63,8 @@ class Stress(unittest.TestCase):
             intact = element_stress(frames.nodes, frames.tetrahedra, frames.displacement[k], young, poisson)
             # Half of stress times strain; strain = E^-1 of the intact stress.
             trace = intact[:, :3].sum(axis=1, keepdims=True)
-            strain = (1 + poisson) / young * intact
-            strain[:, :3] -= poisson / young * trace
+            strain = ((1 + poisson) / young)[:, None] * intact
+            strain[:, :3] -= (poisson / young)[:, None] * trace
             strain_energy = (stress * strain * (1, 1, 1, 2, 2, 2)).sum(axis=1) * volume / 2
             row = np.flatnonzero(energy.time == frames.time[k])[0]
             worst_energy = max(worst_energy, abs(strain_energy.sum() - energy.strain[row]) / energy.strain.max())
@@ -110,6 +110,13 @@ class Stress(unittest.TestCase):
             frames, _, share = self.compare(f"{release}, in time", text, 5e-3)
             self.assertGreater(sum(np.count_nonzero((left > 0) & (left < 1)) for left in frames.remaining), 10)
             self.assertGreater(share, 1e-3)
+
+    def test_stiffness_varies_from_tetrahedron_to_tetrahedron(self):
+        variation = '[material.variation]\ndistribution = "lognormal"\ncoefficient_of_variation = 0.3\n\n'
+        for release in ("element", "facet"):
+            text = with_release(PLATE, release).replace("[fracture]", variation + "[fracture]", 1)
+            frames, _, _ = self.compare(f"{release}, varying stiffness", text)
+            self.assertGreater(np.std(frames.youngs_modulus), 0.25 * np.mean(frames.youngs_modulus))
 
     def test_contact_carries_while_closed(self):
         for release in ("element", "facet"):

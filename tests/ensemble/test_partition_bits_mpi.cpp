@@ -165,7 +165,7 @@ protected:
       auto criterion = test::unbreakable(share.subdomain, 35e6);
       const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
       const dynamics::MotionState state{share.field(at), share.field(at)};
-      return dynamics::expected_range({&share.group, &share.body, &share.loads, 1180, &criterion}, 0.1, 2e-5,
+      return dynamics::expected_range({&share.group, &share.body, &share.loads, &criterion}, 0.1, 2e-5,
                                       state);
     };
     const auto mine = range(shared), all = range(alone);

@@ -226,7 +226,7 @@ TEST_F(FacetBody, GradualReleaseUnderWayIsRestored) {
                 remaining);
   EXPECT_TRUE(again.is_releasing());
   EXPECT_EQ(again.strain_energies(u), body_.strain_energies(u));
-  const auto nothing = [](double) { return 0.0; };
+  const auto nothing = [](std::int32_t, double) { return 0.0; };
   again.continue_releases(nothing, strain);
   body_.continue_releases(nothing, strain);
   EXPECT_EQ(again.strain_energies(u), body_.strain_energies(u));

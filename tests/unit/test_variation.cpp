@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -176,6 +177,67 @@ TEST(Variation, BelongsToThePlaceAndTheSample) {
       int exponent = 0;
       const double bits = std::ldexp(std::frexp(factor, &exponent), 16);
       EXPECT_EQ(bits, std::rint(bits));
+    }
+  }
+}
+
+/// Mean of ln f and of its product with ln g, for standardized logarithms.
+double correlation(const std::vector<double>& f, const std::vector<double>& g) {
+  std::array<double, 5> sums{};
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    const double x = std::log(f[i]), y = std::log(g[i]);
+    for (std::size_t k = 0; k < sums.size(); ++k)
+      sums[k] += std::array{x, y, x * x, y * y, x * y}[k] / static_cast<double>(f.size());
+  }
+  return (sums[4] - sums[0] * sums[1]) /
+         std::sqrt((sums[2] - sums[0] * sums[0]) * (sums[3] - sums[1] * sums[1]));
+}
+
+TEST(StiffnessVariation, HasItsDistributionAndItsCorrelationWithTheStrength) {
+  const auto mesh = test::make_box({.size = {0.01, 0.02, 0.04}, .cells = {10, 20, 40}, .disturbance = 0.2});
+  const TetrahedronSpan all{mesh.nodes, mesh.tetrahedra};
+  for (const double correlation_length : {0.0, 1e-3})
+    for (const double shared : {-1.0, 0.0, 0.6}) {
+      auto parameters = varied({.of = Varies::strength,
+                                .distribution = Distribution::weibull,
+                                .modulus = 8,
+                                .reference_volume = 1e-9,
+                                .correlation_length = correlation_length});
+      parameters.materials[0].variation = {.distribution = Distribution::lognormal,
+                                           .coefficient_of_variation = 0.2,
+                                           .correlation_length = correlation_length,
+                                           .with_strength = shared};
+      const auto factors = stiffness_factors(parameters, 0, 3, all);
+      double mean = 0, square = 0;
+      for (const double f : factors) {
+        mean += f / static_cast<double>(factors.size());
+        square += f * f / static_cast<double>(factors.size());
+      }
+      const double variation = std::sqrt(square / (mean * mean) - 1);
+      // The logarithm of a Weibull factor is not normal, so its correlation with a normal one is smaller.
+      // That of a tetrahedron's weakest point also varies with the volume.
+      const double with_strength = correlation(factors, variation_factors(parameters, 3, all));
+      const double largest = correlation_length > 0 ? 0.95 : 0.9;
+      std::printf("length %.0f mm, with_strength %.1f: mean %.3f, variation %.3f, correlation %.3f\n",
+                  1e3 * correlation_length, shared, mean, variation, with_strength);
+      EXPECT_NEAR(mean, 1, correlation_length > 0 ? 0.05 : 0.01);
+      EXPECT_NEAR(variation, 0.2, correlation_length > 0 ? 0.03 : 0.005);
+      EXPECT_NEAR(with_strength, largest * shared, 0.08);
+    }
+}
+
+TEST(StiffnessVariation, DependsOnTheTetrahedronNotOnThePart) {
+  const auto mesh = test::make_box({.size = {0.01, 0.02, 0.04}, .cells = {5, 10, 20}, .disturbance = 0.2});
+  for (const double correlation_length : {0.0, 1e-3}) {
+    input::Parameters parameters;
+    parameters.materials[0].variation = {
+        .distribution = Distribution::weibull, .modulus = 10, .correlation_length = correlation_length};
+    const auto all = stiffness_factors(parameters, 0, 3, {mesh.nodes, mesh.tetrahedra});
+    const auto parts = geometry::split(mesh, geometry::partition(mesh, 3));
+    for (const auto& part : parts) {
+      const auto own = stiffness_factors(parameters, 0, 3, span_of(part));
+      for (std::size_t t = 0; t < own.size(); ++t)
+        ASSERT_EQ(own[t], all[static_cast<std::size_t>(part.tetrahedron_number[t])]);
     }
   }
 }

@@ -4,6 +4,7 @@
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/geometry/mother_points.h"
 
 #include "geometry/extruded_plate.h"
@@ -50,23 +51,28 @@ input::Parameters notched_plate() {
 /// CalculiX's output has few digits in any unit.
 /// @param step the lines after *STEP that define the analysis
 void write_input(const std::filesystem::path& file, const input::Parameters& parameters,
-                 const geometry::Realization& mesh, const std::vector<double>& nodal_force,
-                 const std::string& step, const std::string& output) {
+                 const geometry::Realization& mesh, std::span<const std::uint8_t> material_of,
+                 const std::vector<double>& nodal_force, const std::string& step, const std::string& output) {
   std::ofstream out(file);
   out << "*NODE, NSET=ALL\n";
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     const auto& p = mesh.nodes[n];
     out << fmt::format("{}, {:.17g}, {:.17g}, {:.17g}\n", n + 1, 1e3 * p[0], 1e3 * p[1], 1e3 * p[2]);
   }
-  out << "*ELEMENT, TYPE=C3D4, ELSET=BODY\n";
-  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-    const auto& nodes = mesh.tetrahedra[t];
-    out << fmt::format("{}, {}, {}, {}, {}\n", t + 1, nodes[0] + 1, nodes[1] + 1, nodes[2] + 1, nodes[3] + 1);
+  for (std::size_t m = 0; m < parameters.materials.size(); ++m) {
+    const input::Material& material = parameters.materials[m];
+    out << fmt::format("*ELEMENT, TYPE=C3D4, ELSET=PART{}\n", m);
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+      const auto& nodes = mesh.tetrahedra[t];
+      if (!material_of.empty() && material_of[t] != m) continue;
+      out << fmt::format("{}, {}, {}, {}, {}\n", t + 1, nodes[0] + 1, nodes[1] + 1, nodes[2] + 1,
+                         nodes[3] + 1);
+    }
+    out << fmt::format("*MATERIAL, NAME=M{}\n*ELASTIC\n{:.17g}, {:.17g}\n*DENSITY\n{:.10g}\n", m,
+                       1e-6 * material.youngs_modulus, material.poisson_ratio, 1e-12 * material.density);
+    out << fmt::format("*SOLID SECTION, ELSET=PART{}, MATERIAL=M{}\n", m, m);
   }
-  out << fmt::format("*MATERIAL, NAME=EPOXY\n*ELASTIC\n{:.17g}, {:.17g}\n*DENSITY\n{:.10g}\n",
-                     1e-6 * parameters.materials[0].youngs_modulus, parameters.materials[0].poisson_ratio,
-                     1e-12 * parameters.materials[0].density);
-  out << "*SOLID SECTION, ELSET=BODY, MATERIAL=EPOXY\n*BOUNDARY\n";
+  out << "*BOUNDARY\n";
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     if (mesh.nodes[n][2] == 0) out << fmt::format("{}, 1, 3\n", n + 1);
   }
@@ -100,14 +106,17 @@ bool run_calculix(const std::filesystem::path& folder) {
   return std::system(command.c_str()) == 0;
 }
 
-TEST(CalculiX, GivesTheSameStaticDisplacements) {
-  const auto parameters = notched_plate();
+void compare_static(const input::Parameters& parameters, bool is_mixed) {
   const geometry::ExtrudedPlate plate(parameters.specimen);
   const auto base = geometry::make_mother_points(plate, parameters.mesh, 1);
   const auto mesh = geometry::make_realization(plate, base, parameters.mesh, 1, 0);
-  const auto subdomain = test::whole(mesh);
+  auto subdomain = test::whole(mesh);
+  if (is_mixed)
+    for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
+      subdomain.material.push_back(t * t % 3 == 0 ? 0 : 1);
   const parallel::Communicator self(MPI_COMM_SELF);
-  fracture::BreakableBody body(subdomain, parameters.material());
+  fracture::BreakableBody body(subdomain,
+                               fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
   auto criterion = test::tuler_butcher(parameters.fracture, subdomain);
   const QuasiStaticLoading loading(self, body, loads, criterion, 1e-5);
@@ -115,7 +124,7 @@ TEST(CalculiX, GivesTheSameStaticDisplacements) {
   loads.add_forces(0, force);
 
   const test::TemporaryFolder folder;
-  write_input(folder.path() / "plate.inp", parameters, mesh, force, "*STEP\n*STATIC\n",
+  write_input(folder.path() / "plate.inp", parameters, mesh, subdomain.material, force, "*STEP\n*STATIC\n",
               "*NODE PRINT, NSET=ALL\nU\n");
   ASSERT_TRUE(run_calculix(folder.path())) << "CalculiX (Debian's calculix-ccx) is needed for this test";
   const auto reference = read_displacements(folder.path() / "plate.dat", mesh.nodes.size());
@@ -131,6 +140,17 @@ TEST(CalculiX, GivesTheSameStaticDisplacements) {
       "%zu nodes, %zu tetrahedra: largest difference to CalculiX %.2e of the largest displacement %.4g mm\n",
       mesh.nodes.size(), mesh.tetrahedra.size(), worst / largest, 1e3 * largest);
   EXPECT_LT(worst, 1e-6 * largest);
+}
+
+TEST(CalculiX, GivesTheSameStaticDisplacements) {
+  compare_static(notched_plate(), false);
+}
+
+TEST(CalculiX, GivesTheSameStaticDisplacementsOfTwoMaterials) {
+  auto parameters = notched_plate();
+  parameters.materials[0].name = "epoxy";
+  parameters.materials.push_back({70e9, 0.2, 2500, "glass"});
+  compare_static(parameters, true);
 }
 
 /// Blocks "displacements ... time t", each with lines "node ux uy uz": z displacement of the highest node.
@@ -174,7 +194,7 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
 
   constexpr double duration = 60e-6, increment = 0.5e-6;
   const test::TemporaryFolder folder;
-  write_input(folder.path() / "plate.inp", parameters, mesh, force,
+  write_input(folder.path() / "plate.inp", parameters, mesh, {}, force,
               fmt::format("*NSET, NSET=WATCHED\n{}\n*AMPLITUDE, NAME=GROWING\n0, 0, 30e-6, 1, 1, 1\n"
                           "*STEP, INC=100000\n*DYNAMIC, DIRECT, ALPHA=0\n{}, {}\n",
                           watched + 1, increment, duration),

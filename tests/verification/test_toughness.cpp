@@ -21,7 +21,7 @@ using input::Face;
 /// A strip between rigid grips, with a crack along half of its mid-plane.
 input::Parameters strip() {
   input::Parameters parameters;
-  parameters.material() = {32e9, 0.2, 2450};
+  parameters.materials[0] = {32e9, 0.2, 2450};
   parameters.fracture = {.strength = 0, .exponent = 2, .impulse = 1e4};
   parameters.time.duration = 3e-5;
   parameters.time.integrator = input::Integrator::verlet;

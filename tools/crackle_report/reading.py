@@ -182,22 +182,29 @@ def _members_of(kind: type, name: str) -> Callable[[h5py.File], Any]:
 def _read_frames(root: h5py.File) -> Frames:
     group = root["frames"]
     broken, cut = root["breaks/tetrahedron"][...], root["breaks/cut"][...]
-    n_broken, release_time = group["broken"][...], float(group.attrs.get("release_time", 0))
+    n_broken, release_time = group["broken"][...], _of_tetrahedra(root, "release_time", 0)
     return Frames(root["mesh/nodes"][...], root["mesh/tetrahedra"][...], group["time"][...],
                   group["displacement"][...], group["velocity"][...], [broken[:n] for n in n_broken],
                   [cut[:n] for n in n_broken], [_released_edges(root, n) for n in n_broken],
                   [_remaining(root, n, time, release_time) for n, time in zip(n_broken, group["time"][...])],
                   [_stiffness(root, time) for time in group["time"][...]],
                   tomllib.loads(text_of(root.attrs["input"])).get("fracture", {}).get("contact", "none") != "none",
-                  float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))
+                  _of_tetrahedra(root, "youngs_modulus"), _of_tetrahedra(root, "poisson_ratio"))
 
 
-def _remaining(root: h5py.File, n_broken: int, time: float, release_time: float) -> np.ndarray:
+def _of_tetrahedra(root: h5py.File, name: str, default: float | None = None) -> np.ndarray:
+    """A property of each tetrahedron: /mesh has it where it differs, /frames the one value of all."""
+    if name in root["mesh"]:
+        return root["mesh"][name][...]
+    return np.full(root["mesh/tetrahedra"].shape[0], float(root["frames"].attrs.get(name, default)))
+
+
+def _remaining(root: h5py.File, n_broken: int, time: float, release_time: np.ndarray) -> np.ndarray:
     """The share of its stiffness that each of the first n_broken tetrahedra in /breaks has at a time since onset [s], to half a step."""
-    if not release_time:
-        return np.zeros(n_broken)
-    loading, phase = (root["breaks"][name][:n_broken] for name in ("load_time", "phase_time"))
-    return np.where(loading == root["summary/phase_start"][()], np.clip(1 - (time - phase) / release_time, 0, 1), 0)
+    number, loading, phase = (root["breaks"][name][:n_broken] for name in ("tetrahedron", "load_time", "phase_time"))
+    falls_over = release_time[number]
+    share = 1 - np.divide(time - phase, falls_over, out=np.ones(n_broken), where=falls_over > 0)
+    return np.where(loading == root["summary/phase_start"][()], np.clip(share, 0, 1), 0)
 
 
 def _stiffness(root: h5py.File, time: float) -> np.ndarray:

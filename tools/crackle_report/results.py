@@ -112,8 +112,8 @@ class Frames:
     remaining: list[np.ndarray]  # the share of its stiffness that each of them still has, while it is released over some time
     stiffness: list[np.ndarray]  # m for each frame, the share that softening has left; 1 without softening
     has_contact: bool  # whether broken tetrahedra resist being closed again
-    youngs_modulus: float  # [Pa]
-    poisson_ratio: float
+    youngs_modulus: np.ndarray  # m [Pa]
+    poisson_ratio: np.ndarray  # m
 
 
 @dataclass(frozen=True)

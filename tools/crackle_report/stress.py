@@ -15,8 +15,8 @@ CROSSED_EDGES = np.array([sum(1 << k for k, (a, b) in enumerate(EDGES) if (a in 
                          np.uint8)
 
 
-def element_stress(nodes: np.ndarray, tetrahedra: np.ndarray, displacement: np.ndarray, youngs_modulus: float,
-                   poisson_ratio: float) -> np.ndarray:
+def element_stress(nodes: np.ndarray, tetrahedra: np.ndarray, displacement: np.ndarray, youngs_modulus: np.ndarray,
+                   poisson_ratio: np.ndarray) -> np.ndarray:
     """Stress of intact linear tetrahedra, m x 6 in the order xx, yy, zz, yz, xz, xy [Pa]."""
     strain = _strain(nodes[tetrahedra], displacement[tetrahedra])
     return _components(_elastic_stress(strain, youngs_modulus, poisson_ratio))
@@ -32,9 +32,10 @@ def frame_stress(frames: Frames, k: int) -> np.ndarray:
     strain = _strain(corner, frames.displacement[k][frames.tetrahedra[broken]])
     carried = np.zeros_like(strain)
     partial = released != ALL_EDGES
-    carried[partial] = _edge_stress(corner[partial], strain[partial], released[partial], young, poisson)
+    carried[partial] = _edge_stress(corner[partial], strain[partial], released[partial], young[broken][partial],
+                                   poisson[broken][partial])
     if frames.has_contact:
-        carried += _contact_stress(corner, strain, frames.cut[k], young)
+        carried += _contact_stress(corner, strain, frames.cut[k], young[broken])
     share = frames.remaining[k][:, None]
     stress[broken] = share * stress[broken] + (1 - share) * _components(carried)
     return stress
@@ -55,16 +56,17 @@ def _strain(corner: np.ndarray, displacement: np.ndarray) -> np.ndarray:
     return (gradient + gradient.transpose(0, 2, 1)) / 2
 
 
-def _elastic_stress(strain: np.ndarray, youngs_modulus: float, poisson_ratio: float) -> np.ndarray:
-    """Of strains ... x 3 x 3."""
+def _elastic_stress(strain: np.ndarray, youngs_modulus: np.ndarray, poisson_ratio: np.ndarray) -> np.ndarray:
+    """Of strains m x ... x 3 x 3, with m moduli and ratios."""
+    youngs_modulus, poisson_ratio = (value.reshape(-1, *[1] * (strain.ndim - 1)) for value in (youngs_modulus, poisson_ratio))
     shear = youngs_modulus / (2 * (1 + poisson_ratio))
     first = youngs_modulus * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio))
     trace = np.trace(strain, axis1=-2, axis2=-1)[..., None, None]
     return 2 * shear * strain + first * trace * np.eye(3)
 
 
-def _edge_stress(corner: np.ndarray, strain: np.ndarray, released: np.ndarray, youngs_modulus: float,
-                 poisson_ratio: float) -> np.ndarray:
+def _edge_stress(corner: np.ndarray, strain: np.ndarray, released: np.ndarray, youngs_modulus: np.ndarray,
+                 poisson_ratio: np.ndarray) -> np.ndarray:
     """What tetrahedra carry by the edges that are not released, m x 3 x 3."""
     first, second = np.array(EDGES).T
     gradient = gradients(corner)
@@ -84,10 +86,10 @@ def _edge_stress(corner: np.ndarray, strain: np.ndarray, released: np.ndarray, y
     return np.einsum("mpq,mq,mpi,mpj->mij", stiffness, elongation, direction, direction, optimize=True)
 
 
-def _contact_stress(corner: np.ndarray, strain: np.ndarray, cut: np.ndarray, youngs_modulus: float) -> np.ndarray:
+def _contact_stress(corner: np.ndarray, strain: np.ndarray, cut: np.ndarray, youngs_modulus: np.ndarray) -> np.ndarray:
     """What broken tetrahedra carry while their cut is pressed together, m x 3 x 3."""
     side = np.array([[corner in cut for corner in range(4)] for cut in CUTS], float)
     normal = np.einsum("ma,mai->mi", side[cut], gradients(corner))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     closing = np.minimum(np.einsum("mi,mij,mj->m", normal, strain, normal), 0)
-    return youngs_modulus * closing[:, None, None] * normal[:, :, None] * normal[:, None, :]
+    return (youngs_modulus * closing)[:, None, None] * normal[:, :, None] * normal[:, None, :]

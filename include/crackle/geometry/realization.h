@@ -35,6 +35,7 @@ struct Realization {
   std::vector<Tetrahedron> tetrahedra;
   std::vector<BoundaryTriangle> boundary;
   RealizationReport report;
+  std::vector<std::uint8_t> material = {};  ///< number of each tetrahedron's material; empty: there is one
 };
 
 /// Perturbs the base points, tessellates them (Delaunay, CGAL) and redraws points locally until the
