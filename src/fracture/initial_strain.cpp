@@ -4,6 +4,8 @@
 #include "crackle/common/index.h"
 #include "crackle/geometry/centroid.h"
 
+#include <cmath>
+#include <span>
 #include <utility>
 
 namespace crackle::fracture {
@@ -11,6 +13,19 @@ namespace crackle::fracture {
 namespace {
 
 using mechanics::Symmetric;
+
+/// Mean of the input's value over a tetrahedron, exact if the value is linear there, or the parabola: so that
+/// what balances still does on the mesh.
+double mean_value(const input::InitialStress& initial, const std::pair<double, double>& extent,
+                  std::span<const geometry::Point> nodes, const geometry::Tetrahedron& corners) {
+  const std::size_t axis = index(initial.along);
+  const double centre = geometry::centroid(nodes, corners)[axis];
+  double value = input::value_at(initial, extent, centre);
+  if (initial.kind != input::InitialStressKind::surface) return value;
+  double squares = 0;
+  for (const auto node : corners) squares += std::pow((nodes[index(node)][axis] - centre), 2);
+  return value + 6 * initial.surface * squares / (20 * std::pow(extent.second - extent.first, 2));
+}
 
 /// The strain whose elastic stress has these normal components.
 Symmetric strain_of(const Vector& normal_stress, const mechanics::IsotropicElasticity& elasticity) {
@@ -48,9 +63,9 @@ mechanics::InitialStrain make_initial_strain(const input::Parameters& parameters
     for (std::int32_t t = 0; t < n; ++t) {
       const std::size_t material = tetrahedra.material_of(index(t));
       if (!initial.material.empty() && initial.material != parameters.materials[material].name) continue;
-      const auto centroid = geometry::centroid(tetrahedra.nodes, tetrahedra.tetrahedra[index(t)]);
-      part.strain[index(t)] = free_strain(
-          initial, input::value_at(initial, extent, centroid[index(initial.along)]), elasticity[t]);
+      part.strain[index(t)] =
+          free_strain(initial, mean_value(initial, extent, tetrahedra.nodes, tetrahedra.tetrahedra[index(t)]),
+                      elasticity[t]);
     }
   }
   return parts.empty() ? mechanics::InitialStrain() : mechanics::InitialStrain(std::move(parts), n);

@@ -10,7 +10,7 @@
 
 namespace crackle::fracture {
 
-/// The input's initial stresses as strains of each tetrahedron, by their values at its centroid: thermal
+/// The input's initial stresses as strains of each tetrahedron, by their means over it: thermal
 /// expansion, or the strain whose elastic stress is opposite to the given one. One part for each table of the
 /// input. Equal for any number of ranks. Local.
 /// @param elasticity of these tetrahedra
