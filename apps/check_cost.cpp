@@ -112,6 +112,11 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks) 
       solves +=
           fmt::format(", {:.3g} s for each of {} after breaks and arrests", measured.next_solve, work.solves);
     rows.emplace_back("quasi-static part", solves);
+    if (measured.initial)
+      rows.emplace_back("stress at time 0",
+                        fmt::format("tension up to {:.4g} MPa, compression up to {:.4g} MPa; energy {}",
+                                    measured.initial->tension / 1e6, measured.initial->compression / 1e6,
+                                    quantity_text(measured.initial->energy, "J")));
     if (parameters.time.start == input::Start::quasi_static)
       if (std::string loading = loading_text(measured.outlook); !loading.empty())
         rows.emplace_back("loading", std::move(loading));

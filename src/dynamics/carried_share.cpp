@@ -65,10 +65,11 @@ CarriedShare::CarriedShare(const parallel::Communicator& group, const fracture::
     auto& row = compliance_.emplace_back();
     for (const auto& u : unit.first(n_forces)) row.push_back(work(k, {u.local().begin(), u.local().end()}));
   }
+  const mechanics::InternalForce of_displacement(body.operators(), body.residual_stiffness());
   std::vector<double> force;
   for (const auto& a : motions) {
     force.assign(a.local().size(), 0);
-    body.force().evaluate(a.local(), force);
+    of_displacement.evaluate(a.local(), force);
     auto& row = stiffness_.emplace_back();
     for (const auto& b : motions)
       row.push_back(
@@ -111,7 +112,7 @@ double CarriedShare::share_of_forces(const std::vector<double>& factors,
   const std::vector<double> u = superposition(factors, unit);
   double done = 0;
   for (std::size_t k = 0; k < factors.size(); ++k) done += factors[k] * work(k, u);
-  const double stored = 2 * strain_energy(*group_, *body_, u);
+  const double stored = 2 * change_energy(*group_, *body_, u);
   return before * stored < done * done ? before * stored / (done * done) : 1;
 }
 
@@ -121,7 +122,7 @@ double CarriedShare::share_of_motions(const std::vector<double>& factors,
   for (const double factor : factors) squares += factor * factor;
   const double before = intact(stiffness_, factors);
   if (!(before > rigid * squares * bar_stiffness_)) return 1;
-  return std::min(1.0, 2 * strain_energy(*group_, *body_, superposition(factors, unit)) / before);
+  return std::min(1.0, 2 * change_energy(*group_, *body_, superposition(factors, unit)) / before);
 }
 
 double CarriedShare::at(double time, std::span<const parallel::NodeField> unit) const {

@@ -31,6 +31,24 @@ Vector dashpot_force(const parallel::Communicator& group, const mechanics::Absor
   return sum;
 }
 
+/// Adds the factors of the initial strain and their conjugates. Collective.
+void measure_initial_strain(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                            std::span<const double> displacement, LoadState& state) {
+  const mechanics::InitialStrain& initial = body.initial_strain();
+  std::vector<std::vector<double>> terms(initial.parts().size());
+  for (std::int32_t t = 0; !initial.is_none() && t < body.subdomain().n_tetrahedra(); ++t) {
+    if (body.subdomain().counted[index(t)] == 0) continue;
+    const auto sigma = body.residual_stiffness().stress(t, body.strain(t, displacement));
+    const double volume = body.operators().tetrahedra[index(t)].volume;
+    for (std::size_t k = 0; k < terms.size(); ++k)
+      terms[k].push_back(-volume * mechanics::contract(sigma, initial.parts()[k].strain[index(t)]));
+  }
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    state.initial_factor.push_back(initial.parts()[k].factor.at(initial.time()));
+    state.initial_force.push_back(parallel::exact_sum(group, terms[k]));
+  }
+}
+
 }  // namespace
 
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
@@ -61,7 +79,9 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
     state.reaction.push_back(parallel::exact_sum(group, terms));
     state.travel.push_back(motion.displacement(time));
   }
-  if (velocity != nullptr)
+  if (velocity == nullptr)
+    measure_initial_strain(group, body, u, state);
+  else
     for (const auto& absorber : loads.absorbers)
       state.absorbed.push_back(dashpot_force(group, absorber, *velocity));
   return state;
@@ -71,12 +91,19 @@ double strain_energy(const LoadState& state) {
   double twice = 0;
   for (std::size_t k = 0; k < state.amplitude.size(); ++k) twice += state.amplitude[k] * state.position[k];
   for (std::size_t m = 0; m < state.reaction.size(); ++m) twice += state.reaction[m] * state.travel[m];
+  for (std::size_t k = 0; k < state.initial_factor.size(); ++k)
+    twice += state.initial_factor[k] * state.initial_force[k];
   return twice / 2;
 }
 
 double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
                      std::span<const double> displacement) {
   return parallel::exact_sum(group, body.strain_energies(displacement));
+}
+
+double change_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                     std::span<const double> change) {
+  return parallel::exact_sum(group, body.change_energies(change));
 }
 
 void EnergyAccount::add_static_work(const LoadState& from, const LoadState& to) {
@@ -86,13 +113,17 @@ void EnergyAccount::add_static_work(const LoadState& from, const LoadState& to) 
   for (std::size_t m = 0; m < from.reaction.size(); ++m) {
     external_ += 0.5 * (from.reaction[m] + to.reaction[m]) * (to.travel[m] - from.travel[m]);
   }
+  for (std::size_t k = 0; k < from.initial_factor.size(); ++k) {
+    external_ +=
+        0.5 * (from.initial_force[k] + to.initial_force[k]) * (to.initial_factor[k] - from.initial_factor[k]);
+  }
 }
 
 void EnergyAccount::add_relaxation(double kinetic, const parallel::NodeField& before,
                                    const parallel::NodeField& after) {
   std::vector<double> difference(before.local().size());
   for (std::size_t i = 0; i < difference.size(); ++i) difference[i] = before.local()[i] - after.local()[i];
-  dissipated_ += kinetic + strain_energy(*group_, *body_, difference);
+  dissipated_ += kinetic + change_energy(*group_, *body_, difference);
 }
 
 EnergyRow EnergyAccount::row(double time, const Measured& measured) const {

@@ -9,6 +9,7 @@
 #include "dampers.h"
 #include "fixed_point_state.h"
 #include "ghost_displacements.h"
+#include "initial_force.h"
 #include "state_range.h"
 #include "substeps.h"
 
@@ -56,14 +57,17 @@ public:
                context.body->residual_stiffness(), relative_inverse_mass(), scale_, instruction_set),
         screening_(subdomain_, context.body->operators(), context.body->elasticity(),
                    context.criterion->stress(), context.criterion->strengths(), context.screening_share,
-                   scale_.displacement, nodes_per_block, instruction_set),
+                   initial_stresses(context), scale_.displacement, nodes_per_block, instruction_set),
         state_(subdomain_, scale_, force_.nodes(), state),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
         dampers_(context),
+        initial_force_(*context.body),
+        initial_quanta_(initial_force_.values().size()),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
         ghosts_(*context.group, subdomain_.layout, force_.nodes(),
                 std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
+    for (std::size_t n = 0; 3 * n < initial_quanta_.size(); ++n) quantize_initial_force(n);
     for (const auto node : ghosts_.sent_nodes())
       sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
     for (const auto t : context.body->broken_tetrahedra()) screening_.exclude(t);
@@ -153,6 +157,11 @@ public:
   void release(std::span<const std::int32_t> broken) override {
     for (const auto t : broken) take_over(t);
     force_.update(broken, force_is_current_);
+    for (const auto node : initial_force_.update(broken)) {
+      if (force_is_current_) add_initial_force<-1>(index(node));
+      quantize_initial_force(index(node));
+      if (force_is_current_) add_initial_force<1>(index(node));
+    }
     if (force_is_current_) add_contacts(n_contacts_);
     n_contacts_ = context_.body->residual_stiffness().contacts().size();
   }
@@ -186,7 +195,7 @@ public:
                          sizeof(Real) == 4
                              ? "time.precision = \"double\""
                              : "time.engine = \"petsc\", or raise the loads, which barely strain the body");
-    if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
+    if (force_has_overflown_ || !forces_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
     // Edges are only checked once their ends may have separated that far.
     if (stretch_bound_ + 2 * furthest() >= limit) stretch_bound_ = force_.largest_stretch();
@@ -272,6 +281,33 @@ private:
     return expected_range(context, load_time, duration, state);
   }
 
+  /// The equivalent stress of each tetrahedron at zero displacement; empty if there is no initial strain.
+  static std::vector<double> initial_stresses(const MotionContext& context) {
+    const fracture::BreakableBody& body = *context.body;
+    std::vector<double> stresses;
+    for (std::int32_t t = 0; !body.initial_strain().is_none() && t < body.subdomain().n_tetrahedra(); ++t)
+      stresses.push_back(context.criterion->stress()(
+          body.intact_stress(t, body.initial_strain().elastic(t, mechanics::Symmetric{}))));
+    return stresses;
+  }
+
+  void quantize_initial_force(std::size_t node) {
+    for (std::size_t i = 3 * node; i < 3 * node + 3; ++i)
+      initial_quanta_[i] = quantized<Integer>(initial_force_.values()[i], scale_.force, forces_are_in_range_);
+  }
+
+  /// Adds the force of the initial strain to the nodal force, or takes it back.
+  template <int sign>
+  void add_initial_force(std::size_t node) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      auto& force = force_.nodes()[node].force[i];
+      const Integer initial = initial_quanta_[3 * node + i];
+      if (sign > 0 ? __builtin_sub_overflow(force, initial, &force)
+                   : __builtin_add_overflow(force, initial, &force))
+        forces_are_in_range_ = false;
+    }
+  }
+
   std::size_t n_ghost_blocks() const {
     return (subdomain_.nodes.size() - index(subdomain_.layout.n_owned) + nodes_per_block - 1) /
            nodes_per_block;
@@ -308,7 +344,7 @@ private:
         u[3 * a + i] = scale_.displacement * static_cast<double>(kernels::difference(corner[i], origin[i]));
     }
     t.nodes = {0, 1, 2, 3};
-    return mechanics::strain(t, u);
+    return context_.body->initial_strain().elastic(number, mechanics::strain(t, u));
   }
 
   void clear_forces() {
@@ -383,15 +419,15 @@ private:
       for (std::size_t a = 1; a < 4; ++a) {
         const auto traction = mechanics::apply(sigma, t.gradient[a]);
         for (std::size_t i = 0; i < 3; ++i) {
-          const auto force = quantized<Integer>(t.volume * traction[i], scale_.force, contacts_are_in_range_);
+          const auto force = quantized<Integer>(t.volume * traction[i], scale_.force, forces_are_in_range_);
           auto& one = nodes[index(t.nodes[a])].force[i];
           auto& other = nodes[index(t.nodes[0])].force[i];
           // The sum of several contact forces may overflow even if each of them fits. Forces on ghosts are
           // never used, and never cleared.
           if (t.nodes[a] < subdomain_.layout.n_owned && __builtin_add_overflow(one, force, &one))
-            contacts_are_in_range_ = false;
+            forces_are_in_range_ = false;
           if (t.nodes[0] < subdomain_.layout.n_owned && __builtin_sub_overflow(other, force, &other))
-            contacts_are_in_range_ = false;
+            forces_are_in_range_ = false;
         }
       }
     }
@@ -403,6 +439,8 @@ private:
     const std::size_t n = std::min(state_.velocity().size() - first, index(nodes_per_block));
     kernels::NodeRecord<Real>* const nodes = state_.nodes().data() + first;
     kernels::Velocity<Real>* const velocity = state_.velocity().data() + first;
+    if (substep.has_force && !initial_force_.is_none())
+      for (std::size_t i = 0; i < n; ++i) add_initial_force<1>(first + i);
     if (substep.has_kick) {
       boundary_.before_kick(number, substep);
       const auto factor =
@@ -455,6 +493,8 @@ private:
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
   Dampers dampers_;
+  InitialForce initial_force_;
+  std::vector<Integer> initial_quanta_;              // of its components
   std::vector<kernels::Movement<double>> movement_;  // per block of nodes, since the last breaking check
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
@@ -467,7 +507,7 @@ private:
   bool force_has_overflown_ = false;
   bool moves_too_far_ = false;
   std::int64_t n_steps_since_check_ = 0;
-  bool contacts_are_in_range_ = true;
+  bool forces_are_in_range_ = true;
   double largest_force_ = 0;
   mutable double stretch_bound_ =
       limit;  // over all edges that carry load, at the last breaking check, in quanta

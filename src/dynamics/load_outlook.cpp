@@ -5,12 +5,16 @@
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/sample_setup.h"
+#include "crackle/fracture/principal_stress.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/mechanics/elasticity.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace crackle::dynamics {
@@ -50,6 +54,20 @@ std::string too_late(const input::Parameters& parameters, const LoadOutlook& out
 
 }  // namespace
 
+StressState stress_state(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                         std::span<const double> displacement) {
+  std::array<double, 2> largest{};
+  for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
+    mechanics::Symmetric sigma = body.residual_stiffness().stress(t, body.strain(t, displacement));
+    largest[0] = std::max(largest[0], fracture::largest_principal(sigma));
+    for (double& component : sigma) component = -component;
+    largest[1] = std::max(largest[1], fracture::largest_principal(sigma));
+  }
+  parallel::agree(group);
+  parallel::all_reduce(group, largest, MPI_MAX);
+  return {largest[0], largest[1], strain_energy(group, body, displacement)};
+}
+
 LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLoads& loads,
                         EnergyAccount& account) {
   LoadOutlook outlook{.share = 0};
@@ -63,7 +81,7 @@ LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLo
   };
   const QuasiStaticEnd end = loading.advance(account, has_broken, look);
   outlook.breaks = has_broken() || end != QuasiStaticEnd::no_load;
-  outlook.grows = !outlook.breaks && loads.grows_after(loading.time());
+  outlook.grows = !outlook.breaks && loading.grows();
   if (!outlook.breaks) return outlook;
   outlook.share = 1;
   outlook.load = loading.load();

@@ -2,6 +2,7 @@
 #include "crackle/dynamics/model_limits.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/interpolation.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/plausibility.h"
@@ -13,7 +14,6 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <span>
 #include <utility>
 
 namespace crackle::dynamics {
@@ -34,19 +34,6 @@ constexpr double compressible = 0.4;
 constexpr double least_ligament = 0.25, greatest_ligament = 0.98;
 /// Loading within this many wave transits is fast.
 constexpr double few_transits = 5;
-
-using Table = std::span<const std::pair<double, double>>;
-
-/// Linear interpolation, constant beyond the ends of the table.
-double interpolated(Table table, double at) {
-  if (at <= table.front().first) return table.front().second;
-  for (std::size_t i = 1; i < table.size(); ++i) {
-    const auto [x0, y0] = table[i - 1];
-    const auto [x1, y1] = table[i];
-    if (at <= x1) return y0 + (y1 - y0) * (at - x0) / (x1 - x0);
-  }
-  return table.back().second;
-}
 
 bool is_side(const Boundary& condition) {
   return condition.on == input::face_names[0] || condition.on == input::face_names[1];

@@ -7,6 +7,7 @@
 
 #include "dampers.h"
 #include "external_work.h"
+#include "initial_force.h"
 
 #include "mechanics/petsc_stiffness.h"
 
@@ -43,15 +44,33 @@ private:
 };
 
 /// Product by PETSc's matrix.
-class PetscProduct : public mechanics::PetscStiffness {
+class PetscProduct {
 public:
   explicit PetscProduct(const MotionContext& context)
-      : PetscStiffness(*context.group, context.body->subdomain(), context.body->operators(),
-                       context.body->elasticity(), context.body->residual_stiffness()) {}
+      : stiffness_(*context.group, context.body->subdomain(), context.body->operators(),
+                   context.body->elasticity(), context.body->residual_stiffness()),
+        initial_force_(*context.body) {}
+
+  void apply(parallel::NodeField& displacement, parallel::NodeField& force) const {
+    stiffness_.apply(displacement, force);
+    const auto initial = initial_force_.values();
+    const auto f = force.owned();
+    for (std::size_t i = 0; i < initial.size(); ++i) f[i] -= initial[i];
+  }
+  void update(std::span<const std::int32_t> tetrahedra) {
+    stiffness_.update(tetrahedra);
+    initial_force_.update(tetrahedra);
+  }
+  void assemble() { stiffness_.assemble(); }
+
+private:
+  mechanics::PetscStiffness stiffness_;
+  InitialForce initial_force_;
 };
 
 /// All operations in sequence, in double precision, on the caller's state.
-/// @tparam Product stiffness times displacement: apply() and assemble() are collective, update() is local
+/// @tparam Product the internal force of a displacement: apply() and assemble() are collective, update() is
+/// local
 template <class Product>
 class PlainMotion final : public MovingBody {
 public:
@@ -102,13 +121,11 @@ public:
   }
 
   mechanics::Symmetric strain(std::int32_t tetrahedron) const override {
-    return mechanics::strain(context_.body->operators().tetrahedra[index(tetrahedron)],
-                             state_->displacement.local());
+    return context_.body->strain(tetrahedron, state_->displacement.local());
   }
 
   mechanics::Symmetric strain_before(std::int32_t tetrahedron, int n_steps) const override {
-    return mechanics::strain(context_.body->operators().tetrahedra[index(tetrahedron)],
-                             before_[n_steps == 1 ? 0 : 1]);
+    return context_.body->strain(tetrahedron, before_[n_steps == 1 ? 0 : 1]);
   }
 
   void relative_displacements(std::span<const std::int32_t> nodes, int n_steps,

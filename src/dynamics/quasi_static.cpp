@@ -93,11 +93,13 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       unit.local()[index(node, motion.component)] = 1;
     }
   }
+  for (std::size_t k = 0; k < body.initial_strain().parts().size(); ++k)
+    initial_unit_.emplace_back(group, body.subdomain().layout);
   group.enter("static solve");
   solve_unit_problems({});
   group.enter("quasi-static loading");
   carried_share_ = std::make_unique<const CarriedShare>(group, body, loads, unit_);
-  combine(time_, displacement_);
+  combine();
 }
 
 QuasiStaticLoading::~QuasiStaticLoading() = default;
@@ -112,31 +114,58 @@ void QuasiStaticLoading::solve_unit_problems(const mechanics::Accuracy& accuracy
         force[index(pattern.nodes[n], pattern.component)] = pattern.weight[n];
       }
     }
-    n_iterations_ += solver_.solve(force, unit_[k], accuracy);
-    residual_ = std::max(residual_, solver_.residual());
-    ++n_solves_;
+    solve(force, unit_[k], accuracy);
   }
+  is_solved_.assign(initial_unit_.size(), 0);
+  solve_initial_problems(accuracy);
+}
+
+void QuasiStaticLoading::solve_initial_problems(const mechanics::Accuracy& accuracy) {
+  std::vector<double> force(displacement_.local().size());
+  for (std::size_t k = 0; k < initial_unit_.size(); ++k) {
+    const auto& part = body_->initial_strain().parts()[k];
+    const bool acts = part.factor.at(time_) != 0 || part.factor.slope(time_) != 0;
+    if (!acts || std::exchange(is_solved_[k], std::uint8_t{1}) != 0) continue;
+    body_->force().evaluate_strains(part.strain, force);
+    solve(std::span<const double>(force).first(displacement_.owned().size()), initial_unit_[k], accuracy);
+  }
+}
+
+void QuasiStaticLoading::solve(std::span<const double> force, parallel::NodeField& displacement,
+                               const mechanics::Accuracy& accuracy) {
+  n_iterations_ += solver_.solve(force, displacement, accuracy);
+  residual_ = std::max(residual_, solver_.residual());
+  ++n_solves_;
 }
 
 template <class ForceFactor, class MotionFactor>
 void QuasiStaticLoading::superpose(std::span<double> sum, ForceFactor&& of_force,
                                    MotionFactor&& of_motion) const {
   std::ranges::fill(sum, 0.0);
-  std::size_t k = 0;
-  const auto add = [&](double factor) {
-    const auto unit = unit_[k++].local();
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += factor * unit[i];
+  const auto add = [&](double factor, const parallel::NodeField& unit) {
+    const auto u = unit.local();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += factor * u[i];
   };
-  for (const auto& pattern : loads_->forces) add(of_force(pattern.amplitude));
+  std::size_t k = 0;
+  for (const auto& pattern : loads_->forces) add(of_force(pattern.amplitude), unit_[k++]);
   for (const auto& motion : loads_->motions) {
-    if (!motion.never_moves()) add(of_motion(motion));
+    if (!motion.never_moves()) add(of_motion(motion), unit_[k++]);
   }
+  // The parts that do not act now need not be solved for.
+  for (k = 0; k < initial_unit_.size(); ++k)
+    if (const double factor = of_force(body_->initial_strain().parts()[k].factor); factor != 0)
+      add(factor, initial_unit_[k]);
 }
 
-void QuasiStaticLoading::combine(double time, parallel::NodeField& displacement) const {
+void QuasiStaticLoading::combine() {
   superpose(
-      displacement.local(), [time](const auto& amplitude) { return amplitude.at(time); },
-      [time](const auto& motion) { return motion.displacement(time); });
+      displacement_.local(), [this](const auto& amplitude) { return amplitude.at(time_); },
+      [this](const auto& motion) { return motion.displacement(time_); });
+  body_->set_time(time_);
+}
+
+bool QuasiStaticLoading::grows() const {
+  return loads_->grows_after(time_) || body_->initial_strain().changes_after(time_);
 }
 
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
@@ -162,7 +191,7 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
     no_equilibrium = std::current_exception();  // on every rank
   }
   group_->enter("quasi-static loading");
-  combine(time_, displacement_);
+  combine();
   if (carries_nothing(!no_equilibrium)) {
     displacement_.assign(last);
     residual_ = residual;  // of a solution that is discarded
@@ -253,7 +282,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   fracture::FirstCrossing first(criterion_->stress(), until - time_);
   const auto u = displacement_.local();
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
-  const auto stress_rate = [&](std::int32_t t) { return body_->stress(t, rate); };
+  const auto stress_rate = [&](std::int32_t t) { return body_->stress_rate(t, rate); };
   std::unordered_map<std::int32_t, double> averaged;  // crossings of balls
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     const std::int32_t place = place_of(t);
@@ -328,6 +357,12 @@ void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
 void QuasiStaticLoading::refuse_overload() const {
   const Critical most = most_loaded();
   if (most.number < 0 || most.value <= 1) return;
+  if (!body_->initial_strain().is_none())
+    throw parallel::AgreedError(
+        0, fmt::format("at time 0 the initial stress, with the loads then, is {:.4g} times the strength of a "
+                       "tetrahedron; lower it, or set time.start = \"equilibrium\" to start the dynamic "
+                       "phase at time 0",
+                       most.value));
   // The largest load of any condition; the machine's may be smaller.
   const double load = largest_load(*loads_, measure_loads(*group_, *body_, *loads_, displacement_, time_));
   throw parallel::AgreedError(
@@ -361,16 +396,15 @@ QuasiStaticEnd QuasiStaticLoading::advance(
       if (on_equilibrium) on_equilibrium(state);
       // Increase the loads, kink by kink of the load curves, until a tetrahedron reaches the limit.
       for (;;) {
-        const double kink = loads_->next_kink(time_);
+        const double kink = std::min(loads_->next_kink(time_), body_->initial_strain().next_kink(time_));
         next = first_to_break(kink);
-        if (next.number < 0 && (std::isinf(kink) || !loads_->grows_after(time_)))
-          return QuasiStaticEnd::no_load;
+        if (next.number < 0 && (std::isinf(kink) || !grows())) return QuasiStaticEnd::no_load;
         const double last_time = time_;
         time_ = next.number < 0 ? kink : time_ + next.value;
-        combine(time_, displacement_);
+        combine();
         if (n_events_ > 0 && is_far(displacement_) && carried_share_->at(time_, unit_) < weak_share) {
           time_ = last_time;
-          combine(time_, displacement_);
+          combine();
           return QuasiStaticEnd::separated;
         }
         LoadState reached = measure_loads(*group_, *body_, *loads_, displacement_, time_);
@@ -378,6 +412,9 @@ QuasiStaticEnd QuasiStaticLoading::advance(
         state = std::move(reached);
         if (on_equilibrium) on_equilibrium(state);
         if (next.number >= 0) break;
+        group_->enter("static solve");
+        solve_initial_problems({});
+        group_->enter("quasi-static loading");
       }
     }
     load_ = machine_load(*loads_, state).force;
@@ -412,6 +449,12 @@ QuasiStaticEnd QuasiStaticLoading::advance(
 
 bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::NodeField& displacement,
                                 EnergyAccount& account) {
+  if (!body_->initial_strain().is_none()) {
+    // In motion it was constant.
+    const LoadState held = measure_loads(*group_, *body_, *loads_, displacement, time);
+    body_->set_time(time);
+    account.add_static_work(held, measure_loads(*group_, *body_, *loads_, displacement, time));
+  }
   time_ = time;
   if (!update_after_breaks(true)) return false;
   account.add_relaxation(kinetic, displacement, displacement_);

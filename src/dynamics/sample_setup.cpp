@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/sample_setup.h"
 
+#include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/mechanics/rigid_motion.h"
@@ -39,6 +40,8 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
           fracture::fracture_field(input, fracture::span_of(part), &input::Fracture::impulse))),
       average(fracture::make_stress_average(input.fracture, body, criterion->strengths())) {
   refuse_overdamping(input.damping_rate(), grid);
+  // After the stable step, which depends on the stiffness alone.
+  body.set_initial_strain(fracture::make_initial_strain(input, body.elasticity(), fracture::span_of(part)));
   fracture::soften_by_input(ranks, input, sample, body);
   vicinity = fracture::make_crack_vicinity(ranks, input, sample, body, *criterion, average.get());
 }

@@ -101,6 +101,10 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
     if (body.is_broken(t)) continue;
     const auto sigma = body.stress(t, state.displacement.local());
     e.state_stress = std::max(e.state_stress, mechanics::contract(sigma, sigma));
+    // The forces of displacement and initial strain, which balance, are larger than their sum.
+    if (body.initial_strain().is_none()) continue;
+    const auto initial = body.intact_stress(t, body.initial_strain()[t]);
+    e.state_stress = std::max(e.state_stress, 4 * mechanics::contract(initial, initial));
   }
   e.state_stress = std::sqrt(e.state_stress);
   const auto node_volume = [&](std::int32_t node) {

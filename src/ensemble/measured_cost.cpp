@@ -46,6 +46,8 @@ public:
                                          dynamics::arrest_window(parameters_), setup_.average.get());
     cost.first_solve = first.seconds();
     loading.load_at_start(account_);
+    if (!setup_.body.initial_strain().is_none())
+      cost.initial = dynamics::stress_state(self_, setup_.body, loading.displacement().local());
     if (parameters_.time.start == input::Start::quasi_static) loading.refuse_overload();
     const auto n_solves = loading.n_solves();
     const ThreadClock next;
@@ -70,7 +72,9 @@ public:
                                           criterion.get(),
                                           criterion->screening_share(setup_.stable_step),
                                           average.get(),
-                                          parameters_.damping_rate()};
+                                          parameters_.damping_rate(),
+                                          nullptr,
+                                          parameters_.stress_varies()};
     agitate();
     const ThreadClock start;
     const auto motion =

@@ -56,7 +56,7 @@ BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, mechanics::Ma
       operators_(mechanics::make_operators(subdomain, material_.density)),
       edges_(mechanics::make_edges(subdomain)),
       residual_stiffness_(operators_, material_.elasticity),
-      force_(operators_, residual_stiffness_),
+      force_(operators_, residual_stiffness_, &initial_strain_),
       broken_(subdomain.tetrahedra.size(), 0) {}
 
 void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
@@ -233,13 +233,22 @@ const std::vector<std::array<std::int32_t, 4>>& BreakableBody::face_neighbours()
 }
 
 std::vector<double> BreakableBody::strain_energies(std::span<const double> displacement) const {
+  return energies([&](std::int32_t t) { return strain(t, displacement); });
+}
+
+std::vector<double> BreakableBody::change_energies(std::span<const double> displacement) const {
+  return energies([&](std::int32_t t) { return total_strain(t, displacement); });
+}
+
+template <class Strain>
+std::vector<double> BreakableBody::energies(const Strain& strain) const {
   std::vector<double> energies;
   energies.reserve(operators_.tetrahedra.size());
   for (std::size_t i = 0; i < operators_.tetrahedra.size(); ++i) {
     const auto t = static_cast<std::int32_t>(i);
     if (subdomain_->counted[i] == 0) continue;
     if (!residual_stiffness_.carries(t) && !residual_stiffness_.has_contact(t)) continue;
-    const Symmetric e = strain(t, displacement);
+    const Symmetric e = strain(t);
     // Nearly all tetrahedra are intact, so avoid a function call.
     if (residual_stiffness_.is_intact(t))
       energies.push_back(0.5 * operators_.tetrahedra[i].volume * mechanics::contract(intact_stress(t, e), e));

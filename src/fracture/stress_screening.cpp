@@ -17,6 +17,8 @@ constexpr std::size_t groups_per_chunk = 64;
 constexpr std::size_t chunk_size = 8 * groups_per_chunk;  // in tetrahedra
 /// For unused lanes, which never become due.
 constexpr double no_sensitivity = 1e-30;
+/// With less of its strength left beside the initial stress, a tetrahedron is always due.
+constexpr double least_left = 0.01;
 
 /// Half diagonal of the bounding box of the movements of all nodes in these blocks.
 double half_diagonal(std::span<const kernels::Movement<double>> movement,
@@ -57,7 +59,7 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
                                        const mechanics::PdsOperators& operators,
                                        const mechanics::ElasticityField& elasticity,
                                        const EquivalentStress& stress, std::span<const double> strength,
-                                       double share, double displacement_quantum,
+                                       double share, std::vector<double> initial, double displacement_quantum,
                                        std::int32_t nodes_per_block, InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
       operators_(&operators),
@@ -65,6 +67,7 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
       elasticity_(&elasticity),
       stress_(&stress),
       share_(share),
+      initial_(std::move(initial)),
       reference_(strength.empty() ? 1 : strength.front()),
       instruction_set_(instruction_set),
       bound_(stress_bound<Real>(elasticity, stress, share * reference_)),
@@ -74,7 +77,7 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
   std::vector<double> sensitivities;
   sensitivities.reserve(operators.tetrahedra.size());
   for (std::int32_t t = 0; t < n_tetrahedra_; ++t)
-    sensitivities.push_back(sensitivity(t, strength[index(t)]));
+    sensitivities.push_back(sensitivity(t, left_strength(t, strength[index(t)])));
   sort_chunks(sensitivities);
   for (std::int32_t t = 0; t < n_tetrahedra_; ++t) {
     auto& group = groups_[place(t) / 8];
@@ -143,8 +146,18 @@ std::span<const std::int32_t> StressScreening<Real>::candidates(
     chunk.deadline = *std::min_element(deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.first_group),
                                        deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.last_group));
   }
+  candidates_.insert(candidates_.end(), always_due_.begin(), always_due_.end());
   std::ranges::sort(candidates_);
+  if (!always_due_.empty())
+    candidates_.erase(std::unique(candidates_.begin(), candidates_.end()), candidates_.end());
   return candidates_;
+}
+
+template <class Real>
+double StressScreening<Real>::left_strength(std::int32_t tetrahedron, double strength) const {
+  if (initial_.empty()) return strength;
+  const double left = strength - initial_[index(tetrahedron)] / share_;
+  return left > least_left * strength ? left : 0;
 }
 
 template <class Real>
@@ -162,7 +175,14 @@ double StressScreening<Real>::relative_stiffness(std::int32_t tetrahedron) const
 }
 
 template <class Real>
-void StressScreening<Real>::set_strength(std::int32_t tetrahedron, double strength) {
+void StressScreening<Real>::set_strength(std::int32_t tetrahedron, double whole_strength) {
+  const double strength = left_strength(tetrahedron, whole_strength);
+  if (strength == 0) {
+    exclude(tetrahedron);
+    always_due_.insert(std::ranges::lower_bound(always_due_, tetrahedron), tetrahedron);
+    return;
+  }
+  if (!always_due_.empty()) exclude(tetrahedron);
   auto& group = groups_[place(tetrahedron) / 8];
   const std::size_t lane = place(tetrahedron) % 8;
   // Stresses are in units of the tetrahedron's own strength.
@@ -181,6 +201,9 @@ void StressScreening<Real>::set_strength(std::int32_t tetrahedron, double streng
 
 template <class Real>
 void StressScreening<Real>::exclude(std::int32_t tetrahedron) {
+  if (const auto due = std::ranges::lower_bound(always_due_, tetrahedron);
+      due != always_due_.end() && *due == tetrahedron)
+    always_due_.erase(due);
   auto& group = groups_[place(tetrahedron) / 8];
   const std::size_t lane = place(tetrahedron) % 8;
   for (auto& component : group.gradient) component[lane] = 0;

@@ -27,13 +27,14 @@ class StressScreening {
 public:
   /// @param strength of each tetrahedron [Pa]
   /// @param share of its strength above which a tetrahedron must be reported
+  /// @param initial equivalent stress of each tetrahedron at zero displacement [Pa]; empty: none
   /// @param displacement_quantum of the node records [m]
   /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts are in
   ///   separate blocks
   StressScreening(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
                   const mechanics::ElasticityField& elasticity, const EquivalentStress& stress,
-                  std::span<const double> strength, double share, double displacement_quantum,
-                  std::int32_t nodes_per_block, InstructionSet instruction_set);
+                  std::span<const double> strength, double share, std::vector<double> initial,
+                  double displacement_quantum, std::int32_t nodes_per_block, InstructionSet instruction_set);
 
   /// The tetrahedra to be checked after a step, ascending: all those above the share of their strength, and
   /// possibly others, including broken ones.
@@ -45,7 +46,7 @@ public:
   void exclude(std::int32_t tetrahedron);
 
   /// Sets a strength [Pa]. If it has decreased, the tetrahedron is due at the next check.
-  void set_strength(std::int32_t tetrahedron, double strength);
+  void set_strength(std::int32_t tetrahedron, double whole_strength);
 
 private:
   struct Chunk {
@@ -55,6 +56,9 @@ private:
     double deadline = 0;               // smallest of its groups
   };
 
+  /// The strength left for the stress of the displacement: the equivalent stress, being convex, is at most
+  /// the sum of those of the initial stress and of the rest. 0: so little that the tetrahedron is always due.
+  double left_strength(std::int32_t tetrahedron, double strength) const;
   double sensitivity(std::int32_t tetrahedron, double strength) const;
   double relative_stiffness(std::int32_t tetrahedron) const;
   void sort_chunks(std::span<const double> sensitivity);
@@ -66,6 +70,7 @@ private:
   const mechanics::ElasticityField* elasticity_;
   const EquivalentStress* stress_;
   double share_;
+  std::vector<double> initial_;
   double reference_;  // by which the elastic constants are divided [Pa]
   InstructionSet instruction_set_;
   kernels::StressBound<Real> bound_;
@@ -75,6 +80,7 @@ private:
   std::vector<kernels::TetrahedronGroup<Real>> groups_;
   std::vector<double> deadline_;  // of each group, on its chunk's clock
   std::vector<Chunk> chunks_;
+  std::vector<std::int32_t> always_due_;  // ascending
   std::vector<std::uint32_t> candidate_groups_;
   std::vector<std::int32_t> candidates_;
 };

@@ -37,6 +37,10 @@ const Dimension rate_of_decay_dimension{
 
 const Dimension angle_dimension{"an angle", "radian", "30 degree", 0, {{"degree", std::numbers::pi / 180}}};
 
+const Dimension temperature_dimension{"a change of temperature", "K", "-200 K", 0, {{"K", 1}, {"mK", 1e-3}}};
+
+const Dimension expansion_dimension{"an expansion", "1/K", "8e-6 1/K", 0, {{"1/K", 1, 1e-30}}};
+
 Dimension impulse_dimension(double exponent) {
   const std::string power = exponent == 1 ? std::string() : fmt::format("^{}", format_number(exponent));
   const std::string unit = fmt::format("MPa{} s", power);
@@ -72,8 +76,9 @@ const Dimension& rate_dimension(BoundaryKind kind) {
 
 std::vector<Dimension> known_dimensions(double exponent) {
   std::vector<Dimension> dimensions{
-      length_dimension,          time_dimension,   stress_dimension,        density_dimension,
-      energy_per_area_dimension, volume_dimension, rate_of_decay_dimension, stress_intensity_dimension};
+      length_dimension,          time_dimension,     stress_dimension,        density_dimension,
+      energy_per_area_dimension, volume_dimension,   rate_of_decay_dimension, stress_intensity_dimension,
+      temperature_dimension,     expansion_dimension};
   for (const BoundaryTraits& traits : boundary_kinds) {
     if (!has_quantity(traits.kind)) continue;
     dimensions.push_back(value_dimension(traits.kind));

@@ -29,7 +29,7 @@ struct Dimension {
 
 extern const Dimension length_dimension, time_dimension, stress_dimension, density_dimension,
     energy_per_area_dimension, volume_dimension, rate_of_decay_dimension, stress_intensity_dimension,
-    angle_dimension;
+    angle_dimension, temperature_dimension, expansion_dimension;
 
 /// stress^exponent time, the dimension of the Tuler-Butcher impulse K_f.
 Dimension impulse_dimension(double exponent);

@@ -43,6 +43,9 @@ std::vector<Table> material_tables();
 /// Keys of [[boundary]], whose values depend on each other.
 Table boundary_table();
 
+/// [[initial.stress]].
+Table initial_stress_table();
+
 /// [output] and [[output.probe]].
 Table output_table();
 Table probe_table();
@@ -82,6 +85,22 @@ Key optional_number_key(std::string name, Access<double> access, Range range, st
 Key range_key(std::string name, Access<std::pair<double, double>> access,
               const std::pair<std::string, std::string>& example, std::string whole, std::string help,
               bool may_be_empty = false);
+
+/// What an array of pairs contains.
+struct Pairs {
+  std::string argument, value;  ///< "time", "factor"
+  std::string example;          ///< "[[\"0 s\", 0], [\"10 s\", 1]]"
+  Dimension argument_dimension;
+  Range argument_range;
+  std::optional<Dimension> value_dimension;  ///< empty: a number
+  Range value_range;
+  std::string after = "above";  ///< one argument is, than the one before
+};
+/// Pairs with ascending arguments, shown if there are any.
+Key pairs_key(std::string name, Access<std::vector<std::pair<double, double>>> access, const Pairs& pairs,
+              Requirement requirement, std::string help);
+/// Factors at times.
+Key history_key(Access<std::vector<std::pair<double, double>>> access, std::string help);
 
 /// A key whose value is parsed by `read`, which may fail, and written by `show`.
 template <class T, class Read, class Show>

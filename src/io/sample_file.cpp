@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
+#include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/input/reader.h"
 
@@ -16,6 +17,7 @@
 #include <fmt/ranges.h>
 
 #include <array>
+#include <cmath>
 #include <functional>
 #include <type_traits>
 #include <utility>
@@ -239,6 +241,12 @@ void write_materials(hid_t file, const SampleFileContent& content) {
   write("density", material.density, "kg/m^3", "density of each tetrahedron");
   write("release_time", fracture::fracture_field(parameters, all, &input::Fracture::release_time), "s",
         "over which the stiffness of each tetrahedron falls");
+  // Of the last dynamic phase, from which the frames are.
+  if (const double start = content.result.phase_start; !std::isnan(start))
+    if (const auto strain = fracture::initial_strain_at(parameters, start, material.elasticity, all);
+        !strain.empty())
+      write_column<double>(file, "mesh/initial_strain", strain, std::identity(), "1",
+                           "strain at which each tetrahedron is free of stress: xx, yy, zz, yz, xz, xy");
 }
 
 void write_counts(hid_t file, const dynamics::SampleCounts& counts) {

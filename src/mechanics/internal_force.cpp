@@ -19,11 +19,28 @@ void InternalForce::evaluate(std::span<const std::int32_t> tetrahedra, std::span
   for (const auto tetrahedron : tetrahedra) add(tetrahedron, displacement, force);
 }
 
+void InternalForce::evaluate_strains(std::span<const Symmetric> strain, std::span<double> force) const {
+  std::ranges::fill(force, 0.0);
+  for (std::size_t t = 0; t < strain.size(); ++t) add_strain(static_cast<std::int32_t>(t), strain[t], force);
+}
+
+bool InternalForce::carries(std::int32_t tetrahedron) const {
+  return residual_stiffness_->carries(tetrahedron) || residual_stiffness_->has_contact(tetrahedron);
+}
+
 void InternalForce::add(std::int32_t tetrahedron, std::span<const double> displacement,
                         std::span<double> force) const {
-  if (!residual_stiffness_->carries(tetrahedron) && !residual_stiffness_->has_contact(tetrahedron)) return;
+  if (!carries(tetrahedron)) return;
+  const Symmetric total = strain(operators_->tetrahedra[index(tetrahedron)], displacement);
+  add_strain(tetrahedron, initial_strain_ != nullptr ? initial_strain_->elastic(tetrahedron, total) : total,
+             force);
+}
+
+void InternalForce::add_strain(std::int32_t tetrahedron, const Symmetric& strain,
+                               std::span<double> force) const {
+  if (!carries(tetrahedron)) return;
   const auto& t = operators_->tetrahedra[index(tetrahedron)];
-  const Symmetric sigma = residual_stiffness_->stress(tetrahedron, strain(t, displacement));
+  const Symmetric sigma = residual_stiffness_->stress(tetrahedron, strain);
   for (std::size_t a = 0; a < 4; ++a) {
     const Vector traction = apply(sigma, t.gradient[a]);
     double* f = &force[3 * index(t.nodes[a])];

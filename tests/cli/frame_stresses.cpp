@@ -2,6 +2,7 @@
 // Prints the stress of every tetrahedron at every frame of the file of sample 1, as computed by the program:
 // frames x tetrahedra x 6 numbers in native doubles.
 #include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/input/reader.h"
 
@@ -96,6 +97,8 @@ void print_stresses(const std::filesystem::path& path) {
     tetrahedra.material = sample.mesh.material;
     fracture::BreakableBody body(subdomain, fracture::make_material_field(parameters, 1, tetrahedra),
                                  parameters.fracture.release, parameters.fracture.contact);
+    body.set_initial_strain(fracture::make_initial_strain(parameters, body.elasticity(), tetrahedra));
+    body.set_time(sample.phase_start);
     const auto release_time =
         fracture::fracture_field(parameters, tetrahedra, &input::Fracture::release_time);
     for (auto& record : releases.breaks)

@@ -65,6 +65,7 @@ class Stress(unittest.TestCase):
             trace = intact[:, :3].sum(axis=1, keepdims=True)
             strain = ((1 + poisson) / young)[:, None] * intact
             strain[:, :3] -= (poisson / young)[:, None] * trace
+            strain -= frames.initial_strain
             strain_energy = (stress * strain * (1, 1, 1, 2, 2, 2)).sum(axis=1) * volume / 2
             row = np.flatnonzero(energy.time == frames.time[k])[0]
             worst_energy = max(worst_energy, abs(strain_energy.sum() - energy.strain[row]) / energy.strain.max())
@@ -117,6 +118,12 @@ class Stress(unittest.TestCase):
             text = with_release(PLATE, release).replace("[fracture]", variation + "[fracture]", 1)
             frames, _, _ = self.compare(f"{release}, varying stiffness", text)
             self.assertGreater(np.std(frames.youngs_modulus), 0.25 * np.mean(frames.youngs_modulus))
+
+    def test_stress_from_the_start_adds_up(self):
+        stress = '[[initial.stress]]\nalong = "x"\nsurface = "-3 MPa"\nhistory = [["0 s", 1], ["100 s", 2]]\n\n'
+        for release in ("element", "facet"):
+            frames, _, _ = self.compare(f"{release}, initial stress", with_release(PLATE, release).replace("[fracture]", stress + "[fracture]", 1))
+            self.assertGreater(abs(frames.initial_strain[:, 1]).max(), 5e-4)
 
     def test_contact_carries_while_closed(self):
         for release in ("element", "facet"):

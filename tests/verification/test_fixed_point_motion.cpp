@@ -116,6 +116,20 @@ private:
   }
 };
 
+/// A block with an initial strain that changes from tetrahedron to tetrahedron, without any equilibrium.
+class StrainedBlock : public VibratingBlock {
+protected:
+  StrainedBlock() {
+    mechanics::InitialStrain::Part part{mechanics::LoadCurve(1, 0, {}), {}};
+    for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t) {
+      auto random = RandomStream(5, 0, "strain").substream(static_cast<std::uint64_t>(t));
+      auto& strain = part.strain.emplace_back();
+      for (double& component : strain) component = 0.0015 * random.uniform(-1, 1);
+    }
+    body_.set_initial_strain({{part}, subdomain_.n_tetrahedra()});
+  }
+};
+
 TEST_F(VibratingBlock, RunsBackToItsStartBitByBit) {
   for (std::int32_t t = 4; t < subdomain_.n_tetrahedra(); t += 40) body_.release(t, {}, 0, 0);
   for (const auto precision : {Precision::mixed, Precision::double_}) {
@@ -214,6 +228,37 @@ TEST_F(VibratingBlock, FollowsThePlainDynamicsOverManySteps) {
 TEST_F(MixedBlock, FollowsThePlainDynamicsOverManySteps) {
   expect_plain_dynamics();
 }
+TEST_F(StrainedBlock, FollowsThePlainDynamicsOverManySteps) {
+  expect_plain_dynamics();
+}
+TEST_F(StrainedBlock, WithBreaksFollowsThePlainDynamics) {
+  auto state = start(0.002, 1), plain_state = start(0.002, 1), petsc_state = start(0.002, 1);
+  const auto motion = fixed_point(Precision::double_, state);
+  const auto used = context(35e6);
+  const auto plain = make_reference_motion(used, 0, plain_state);
+  const auto petsc = make_petsc_motion(used, 0, petsc_state);
+  for (int i = 0; i < 20; ++i) {
+    const std::int32_t t = 7 + 40 * i;
+    // At once, and gradually.
+    body_.release(t, motion->strain(t), 0, i * dt_, i % 2 == 0 ? 0 : 0.4);
+    for (MovingBody* const one : {motion.get(), plain.get(), petsc.get()}) {
+      one->release(std::array{t});
+      run(*one, 2);
+    }
+  }
+  motion->read(state);
+  const auto expected = values(plain_state), found = values(state), by_petsc = values(petsc_state);
+  double worst = 0, worst_petsc = 0, largest = 0;
+  for (std::size_t i = expected.size() / 2; i < expected.size(); ++i) {
+    worst = std::max(worst, std::abs(found[i] - expected[i]));
+    worst_petsc = std::max(worst_petsc, std::abs(by_petsc[i] - expected[i]));
+    largest = std::max(largest, std::abs(expected[i]));
+  }
+  std::printf("velocities differ by %.1e of the largest, by PETSc's product %.1e\n", worst / largest,
+              worst_petsc / largest);
+  EXPECT_LT(worst, 1e-8 * largest);
+  EXPECT_LT(worst_petsc, 1e-11 * largest);
+}
 
 void VibratingBlock::expect_no_overload_missed() {
   const double strength = 15e6, share = 0.8;
@@ -244,6 +289,9 @@ TEST_F(VibratingBlock, NoOverloadedTetrahedronIsMissed) {
   expect_no_overload_missed();
 }
 TEST_F(MixedBlock, NoOverloadedTetrahedronIsMissed) {
+  expect_no_overload_missed();
+}
+TEST_F(StrainedBlock, NoOverloadedTetrahedronIsMissed) {
   expect_no_overload_missed();
 }
 

@@ -189,7 +189,8 @@ def _read_frames(root: h5py.File) -> Frames:
                   [_remaining(root, n, time, release_time) for n, time in zip(n_broken, group["time"][...])],
                   [_stiffness(root, time) for time in group["time"][...]],
                   tomllib.loads(text_of(root.attrs["input"])).get("fracture", {}).get("contact", "none") != "none",
-                  _of_tetrahedra(root, "youngs_modulus"), _of_tetrahedra(root, "poisson_ratio"))
+                  _of_tetrahedra(root, "youngs_modulus"), _of_tetrahedra(root, "poisson_ratio"),
+                  root["mesh/initial_strain"][...] if "initial_strain" in root["mesh"] else np.zeros((len(root["mesh/tetrahedra"]), 6)))
 
 
 def _of_tetrahedra(root: h5py.File, name: str, default: float | None = None) -> np.ndarray:

@@ -26,10 +26,10 @@ def frame_stress(frames: Frames, k: int) -> np.ndarray:
     """The stress at frame k in the form of element_stress; of softened and broken tetrahedra what they still carry."""
     young, poisson = frames.youngs_modulus, frames.poisson_ratio
     broken, released = frames.broken[k], frames.released[k]
-    stress = element_stress(frames.nodes, frames.tetrahedra, frames.displacement[k], young, poisson)
+    elastic = _strain(frames.nodes[frames.tetrahedra], frames.displacement[k][frames.tetrahedra]) - _tensor(frames.initial_strain)
+    stress = _components(_elastic_stress(elastic, young, poisson))
     stress *= frames.stiffness[k][:, None]
-    corner = frames.nodes[frames.tetrahedra[broken]]
-    strain = _strain(corner, frames.displacement[k][frames.tetrahedra[broken]])
+    corner, strain = frames.nodes[frames.tetrahedra[broken]], elastic[broken]
     carried = np.zeros_like(strain)
     partial = released != ALL_EDGES
     carried[partial] = _edge_stress(corner[partial], strain[partial], released[partial], young[broken][partial],
@@ -48,6 +48,10 @@ def frame_stresses(frames: Frames) -> list[np.ndarray]:
 
 def _components(tensor: np.ndarray) -> np.ndarray:
     return tensor[:, (0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1)]
+
+
+def _tensor(components: np.ndarray) -> np.ndarray:
+    return components[:, ((0, 5, 4), (5, 1, 3), (4, 3, 2))]
 
 
 def _strain(corner: np.ndarray, displacement: np.ndarray) -> np.ndarray:

@@ -22,6 +22,9 @@ struct LoadState {
   std::vector<double> reaction;       ///< resultant force exerted by each prescribed motion [N]
   std::vector<double> travel;         ///< displacement of each prescribed motion [m]
   std::vector<Vector> absorbed = {};  ///< force exerted by each absorbing face; empty at rest [N]
+  // Of each part of the initial strain; empty in motion, during which it is constant.
+  std::vector<double> initial_factor = {};
+  std::vector<double> initial_force = {};  ///< conjugate to the factor: energy per factor [J]
 };
 
 /// Collective; bitwise equal for any number of ranks.
@@ -30,7 +33,7 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
                         double time, const parallel::NodeField* velocity = nullptr);
 
-/// Strain energy of an equilibrium that is linear in its loads [J].
+/// Strain energy of an equilibrium that is linear in its loads and its initial strain [J].
 double strain_energy(const LoadState& state);
 
 /// From the strains of all tetrahedra [J]. Collective; bitwise equal for any number of ranks.
@@ -38,8 +41,13 @@ double strain_energy(const LoadState& state);
 double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
                      std::span<const double> displacement);
 
-/// The energy balance of a body, starting from its unloaded state: external work = kinetic + strain +
-/// released + dissipated. All members are collective and bitwise equal for any number of ranks. [J]
+/// Half the work of the stiffness on a change of displacement, whatever the initial strain [J]. Likewise.
+double change_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                     std::span<const double> change);
+
+/// The energy balance of a body, starting from its state without loads and initial strain: external work =
+/// kinetic + strain + released + dissipated. What changes the initial strain, such as heat, does external
+/// work. All members are collective and bitwise equal for any number of ranks. [J]
 class EnergyAccount {
 public:
   EnergyAccount(const parallel::Communicator& group, const fracture::BreakableBody& body)

@@ -7,9 +7,21 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
+#include <span>
 #include <string>
 
 namespace crackle::dynamics {
+
+/// Extremes of the stress in a body, and its energy.
+struct StressState {
+  double tension = 0;      ///< largest principal stress [Pa]
+  double compression = 0;  ///< largest pressure along a principal axis [Pa]
+  double energy = 0;       ///< [J]
+};
+
+/// Collective. @param displacement 3 n_local
+StressState stress_state(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                         std::span<const double> displacement);
 
 /// Static prediction of the first break under the loads.
 struct LoadOutlook {

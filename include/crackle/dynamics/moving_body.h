@@ -44,7 +44,7 @@ public:
   /// The local unbroken tetrahedra now above the screening share of their strength, ascending. Local.
   virtual std::span<const std::int32_t> overloaded() = 0;
 
-  /// Current strain of a local tetrahedron. Local.
+  /// Current elastic strain of a local tetrahedron. Local.
   virtual mechanics::Symmetric strain(std::int32_t tetrahedron) const = 0;
 
   /// Strain of a local tetrahedron at the start of the last step() or of the one before. Before its first
@@ -108,7 +108,8 @@ struct MotionContext {
       nullptr;              ///< used by the criterion instead of a tetrahedron's own stress
   double damping_rate = 0;  ///< of mass-proportional damping: force / (mass * velocity) [1/s]
   fracture::CrackVicinity* vicinity = nullptr;  ///< if strengths depend on where cracks are
-  bool material_varies = false;                 ///< stiffness differs between tetrahedra, on any rank
+  /// Stiffness or initial strain differs between tetrahedra, on any rank.
+  bool material_varies = false;
 };
 
 /// The reference implementation: all operations in double precision, in sequence, with the plain loop over

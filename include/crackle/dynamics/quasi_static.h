@@ -31,9 +31,9 @@ enum class QuasiStaticEnd {
 };
 
 /// Event-driven quasi-static loading. Between breaks the equilibrium is linear in the loads: one unit
-/// solution per force pattern and per prescribed motion, scaled by its curve. Under a slow ramp the
-/// Tuler-Butcher overshoot is negligible, so a tetrahedron breaks when its largest principal stress reaches
-/// the strength.
+/// solution per force pattern, per prescribed motion and per part of the initial strain, scaled by its curve.
+/// Under a slow ramp the Tuler-Butcher overshoot is negligible, so a tetrahedron breaks when its largest
+/// principal stress reaches the strength.
 class QuasiStaticLoading {
 public:
   /// Solves for the intact body. Collective. The references must outlive the object.
@@ -49,7 +49,7 @@ public:
                      fracture::CrackVicinity* vicinity = nullptr);
   ~QuasiStaticLoading();
 
-  /// Adds the loads at time 0 to the energy account. Collective; call once, first.
+  /// Adds the loads and the initial strain at time 0 to the energy account. Collective; call once, first.
   void load_at_start(EnergyAccount& account);
 
   /// Collective. @throws parallel::AgreedError on every rank when a tetrahedron exceeds its strength under
@@ -73,6 +73,8 @@ public:
   bool resume(double time, double kinetic, const parallel::NodeField& displacement, EnergyAccount& account);
 
   double time() const { return time_; }
+  /// True if a load, a motion or the initial strain changes from now on.
+  bool grows() const;
   /// The machine's load at the last event [N].
   double load() const { return load_; }
   /// The same at the first break; NaN if nothing has broken quasi-statically.
@@ -94,10 +96,16 @@ private:
   };
 
   void solve_unit_problems(const mechanics::Accuracy& accuracy);
+  /// Solves for the parts of the initial strain that act or change now and are not solved for yet: of a
+  /// history that is a sum of many, few do.
+  void solve_initial_problems(const mechanics::Accuracy& accuracy);
+  void solve(std::span<const double> force, parallel::NodeField& displacement,
+             const mechanics::Accuracy& accuracy);
   /// Superposition of the unit solutions, scaled by their load curves.
   template <class ForceFactor, class MotionFactor>
   void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
-  void combine(double time, parallel::NodeField& displacement) const;
+  /// Takes displacement and initial strain at time_.
+  void combine();
   /// Solves for the new equilibrium. @return false when the body no longer carries any load
   /// @param may_separate tetrahedra or bridges broke, rather than only softened
   bool update_after_breaks(bool may_separate);
@@ -132,7 +140,9 @@ private:
   fracture::CrackVicinity* vicinity_;
   double patience_;
   mechanics::StaticSolver solver_;
-  std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each driven motion
+  std::vector<parallel::NodeField> unit_;          // for each force pattern, then for each driven motion
+  std::vector<parallel::NodeField> initial_unit_;  // for each part of the initial strain
+  std::vector<std::uint8_t> is_solved_;            // of these, with the current stiffness
   std::unique_ptr<const CarriedShare> carried_share_;
   parallel::NodeField displacement_;  // equilibrium at time_
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver

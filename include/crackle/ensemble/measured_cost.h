@@ -6,6 +6,7 @@
 #include "crackle/input/parameters.h"
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 
 namespace crackle::ensemble {
@@ -13,9 +14,11 @@ namespace crackle::ensemble {
 /// Measured costs of the parts of a sample on this machine, in seconds of CPU time of one core, so that other
 /// load on the machine matters little.
 struct MeasuredCost {
-  double setup = 0;               ///< operators, strengths, loads and coarse space of a sample [s]
-  double first_solve = 0;         ///< equilibrium of the intact body [s]; 0 with start = "rest"
-  double next_solve = 0;          ///< equilibrium after a break [s]; 0 if no load breaks the body
+  double setup = 0;        ///< operators, strengths, loads and coarse space of a sample [s]
+  double first_solve = 0;  ///< equilibrium of the intact body [s]; 0 with start = "rest"
+  double next_solve = 0;   ///< equilibrium after a break [s]; 0 if no load breaks the body
+  /// Stresses and energy of the first equilibrium, with [[initial.stress]].
+  std::optional<dynamics::StressState> initial = {};
   dynamics::LoadOutlook outlook;  ///< for start = "rest": assumed to break
   double phase_start = 0;         ///< overhead of a dynamic phase before its first step [s]
   double step = 0;                ///< one step of a dynamic phase: forces, breaking, energies and output [s]

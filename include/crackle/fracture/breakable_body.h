@@ -7,6 +7,7 @@
 #include "crackle/fracture/softening.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/edges.h"
+#include "crackle/mechanics/initial_strain.h"
 #include "crackle/mechanics/internal_force.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/mechanics/residual_stiffness.h"
@@ -18,6 +19,7 @@
 #include <optional>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace crackle::fracture {
@@ -63,6 +65,7 @@ public:
   const mechanics::ElasticityField& elasticity() const { return material_.elasticity; }
   const mechanics::Edges& edges() const { return edges_; }
   const mechanics::InternalForce& force() const { return force_; }
+  const mechanics::InitialStrain& initial_strain() const { return initial_strain_; }
   const mechanics::ResidualStiffness& residual_stiffness() const { return residual_stiffness_; }
   /// True if broken tetrahedra resist closing.
   bool has_contact() const { return contact_ != input::Contact::none; }
@@ -87,16 +90,29 @@ public:
   /// Releases by the bridging rule of tetrahedra counted by this rank.
   std::span<const BridgeRelease> bridge_releases() const { return bridge_releases_; }
 
+  /// The elastic strain, on which stress and energy depend: without the initial strain.
   mechanics::Symmetric strain(std::int32_t tetrahedron, std::span<const double> displacement) const {
-    return mechanics::strain(operators_.tetrahedra[index(tetrahedron)], displacement);
+    return initial_strain_.elastic(tetrahedron, total_strain(tetrahedron, displacement));
   }
-  /// Stress of the intact material of a tetrahedron at a strain [Pa].
+  /// Stress of the intact material of a tetrahedron at an elastic strain [Pa].
   mechanics::Symmetric intact_stress(std::int32_t tetrahedron, const mechanics::Symmetric& strain) const {
     return material_.elasticity[tetrahedron](strain);
   }
   /// The same at the tetrahedron's own strain.
   mechanics::Symmetric stress(std::int32_t tetrahedron, std::span<const double> displacement) const {
     return intact_stress(tetrahedron, strain(tetrahedron, displacement));
+  }
+  /// Its rate while the displacement changes at a rate, and the initial strain with time [Pa/s].
+  mechanics::Symmetric stress_rate(std::int32_t tetrahedron, std::span<const double> velocity) const {
+    return intact_stress(tetrahedron,
+                         initial_strain_.elastic_rate(tetrahedron, total_strain(tetrahedron, velocity)));
+  }
+
+  /// Enables an initial strain, at its time 0.
+  void set_initial_strain(mechanics::InitialStrain strain) { initial_strain_ = std::move(strain); }
+  /// Takes the initial strain at a time of the load curves [s].
+  void set_time(double time) {
+    if (!initial_strain_.is_none()) initial_strain_.set_time(time);
   }
 
   /// Enables softening of tetrahedra before they break.
@@ -132,6 +148,8 @@ public:
 
   /// Strain energy of each tetrahedron counted by this rank [J].
   std::vector<double> strain_energies(std::span<const double> displacement) const;
+  /// The same of a body without initial strain: the quadratic form of the stiffness.
+  std::vector<double> change_energies(std::span<const double> displacement) const;
   /// Energies released by the breaks, bridge releases and stiffness reductions counted by this rank [J].
   std::vector<double> released_energies() const;
 
@@ -147,6 +165,11 @@ private:
     int n_fallen = 0;
     double ductility = 0;
   };
+  mechanics::Symmetric total_strain(std::int32_t tetrahedron, std::span<const double> displacement) const {
+    return mechanics::strain(operators_.tetrahedra[index(tetrahedron)], displacement);
+  }
+  template <class Strain>
+  std::vector<double> energies(const Strain& strain) const;
   std::vector<BridgingEdge> find_bridging_edges() const;
   /// @return false when no tooth is left
   bool reduce_stiffness(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
@@ -167,6 +190,7 @@ private:
   mechanics::PdsOperators operators_;
   mechanics::Edges edges_;
   mechanics::ResidualStiffness residual_stiffness_;
+  mechanics::InitialStrain initial_strain_;
   mechanics::InternalForce force_;
   mutable std::vector<std::array<std::int32_t, 4>> face_neighbours_;
   std::vector<std::uint8_t> broken_;

@@ -41,7 +41,6 @@ struct Realization {
   /// interfaces.
   std::vector<std::uint8_t> interface = {};
   RealizationReport report;
-  std::vector<std::uint8_t> material = {};  ///< number of each tetrahedron's material; empty: there is one
 };
 
 /// Perturbs the base points, tessellates them (Delaunay, CGAL) and redraws points locally until the

@@ -22,10 +22,6 @@ struct Subdomain {
   std::vector<Point> nodes;             ///< of the layout, ghosts included [m]
   std::vector<Tetrahedron> tetrahedra;  ///< local node numbers, in ascending order of tetrahedron_number
   std::vector<std::int64_t> tetrahedron_number;  ///< in the realization
-  /// Number of the material of each tetrahedron; empty if there is one material.
-  std::vector<std::uint8_t> material = {};
-  /// 1 + the number of the [[interface]] that a tetrahedron touches, or 0; empty if there is none.
-  std::vector<std::uint8_t> interface = {};
   std::vector<std::uint8_t>
       counted;  ///< 1 on exactly one rank for each tetrahedron: the rank that includes it in sums
   std::vector<BoundaryTriangle> boundary;  ///< local node numbers; every triangle that touches an owned node

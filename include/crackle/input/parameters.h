@@ -306,6 +306,34 @@ struct Boundary {
   std::string name = {};  ///< conditions with the same name add up to one load of the machine; empty: none
 };
 
+/// How a stress from the start is given.
+enum class InitialStressKind {
+  surface,      ///< the parabola of tempered glass
+  profile,      ///< stress along an axis
+  temperature,  ///< change of temperature along an axis, times an expansion
+};
+
+/// A stress that the body has without any load. Several add up.
+struct InitialStress {
+  int along = 0;  ///< axis along which it changes
+  InitialStressKind kind = InitialStressKind::profile;
+  /// The normal stresses of a surface stress or a profile; empty: the two across the axis.
+  std::optional<std::array<bool, 3>> components = {};
+  double surface = 0;                                  ///< [Pa]
+  std::vector<std::pair<double, double>> profile;      ///< (coordinate [m], stress [Pa]), ascending
+  double expansion = 0;                                ///< [1/K]
+  std::vector<std::pair<double, double>> temperature;  ///< (coordinate [m], change [K]), ascending
+  std::string material = {};                           ///< whose thermal expansion it is; empty: that of all
+  std::vector<std::pair<double, double>> history;      ///< as of a Boundary
+
+  /// True if it is the stress of this component, where nothing moves.
+  bool has(int component) const { return components ? (*components)[index(component)] : component != along; }
+};
+
+/// Stress, or change of temperature, at a coordinate along the axis [Pa or K].
+/// @param extent of the body along the axis [m]
+double value_at(const InitialStress& initial, const std::pair<double, double>& extent, double coordinate);
+
 enum class Start { quasi_static, equilibrium, rest };
 enum class Integrator { bilateral4, verlet };
 /// Implementation of the dynamic phases. With PETSc, samples are bitwise reproducible on the same number of
@@ -434,6 +462,7 @@ struct Parameters {
   std::vector<Interface> interfaces = {};
   Fracture fracture;
   std::vector<Boundary> boundaries;
+  std::vector<InitialStress> initial_stresses = {};
   Time time;
   std::optional<Damping> damping = {};
   Sections sections;
@@ -452,6 +481,8 @@ struct Parameters {
     return materials.size() > 1 ||
            (materials.front().variation && materials.front().variation->of != StiffnessVaries::density);
   }
+  /// True if the stress of one displacement may differ between tetrahedra.
+  bool stress_varies() const { return stiffness_varies() || !initial_stresses.empty(); }
   double damping_rate() const { return damping ? damping->mass : 0; }  ///< [1/s]
 };
 

@@ -27,6 +27,7 @@
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
 /// | /mesh/material, strength_factor, youngs_modulus, poisson_ratio, density, release_time | m | of each
 /// tetrahedron, if they differ; names of the materials in the attribute material_names of / |
+/// | /mesh/initial_strain | m x 6 | of the last dynamic phase, with [[initial.stress]] |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
 /// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |
 /// | /crack_surface/branch | f | see analysis::CrackBranches |

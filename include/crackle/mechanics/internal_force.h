@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/mechanics/initial_strain.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/mechanics/residual_stiffness.h"
 
@@ -14,9 +15,11 @@ namespace crackle::mechanics {
 /// collective: ghost displacements must be up to date.
 class InternalForce {
 public:
-  /// The references must outlive the object; the residual stiffness may change.
-  InternalForce(const PdsOperators& operators, const ResidualStiffness& residual_stiffness)
-      : operators_(&operators), residual_stiffness_(&residual_stiffness) {}
+  /// The references must outlive the object; the residual stiffness and the initial strain may change.
+  /// @param initial_strain nullptr: none, so that the force is linear in the displacement
+  InternalForce(const PdsOperators& operators, const ResidualStiffness& residual_stiffness,
+                const InitialStrain* initial_strain = nullptr)
+      : operators_(&operators), residual_stiffness_(&residual_stiffness), initial_strain_(initial_strain) {}
 
   /// force_a = sum over tetrahedra of V sigma b^a, with the stress sigma that they still carry.
   /// @param displacement 3 n_local values [m]
@@ -28,11 +31,17 @@ public:
   void evaluate(std::span<const std::int32_t> tetrahedra, std::span<const double> displacement,
                 std::span<double> force) const;
 
+  /// The same for given strains of all local tetrahedra, elastic and of whatever origin.
+  void evaluate_strains(std::span<const Symmetric> strain, std::span<double> force) const;
+
 private:
   void add(std::int32_t tetrahedron, std::span<const double> displacement, std::span<double> force) const;
+  void add_strain(std::int32_t tetrahedron, const Symmetric& strain, std::span<double> force) const;
+  bool carries(std::int32_t tetrahedron) const;
 
   const PdsOperators* operators_;
   const ResidualStiffness* residual_stiffness_;
+  const InitialStrain* initial_strain_;
 };
 
 }  // namespace crackle::mechanics
