@@ -3,6 +3,7 @@
 
 #include "crackle/common/freed_memory.h"
 #include "crackle/common/heartbeat.h"
+#include "crackle/ensemble/material_map.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/io/ensemble_file.h"
@@ -70,6 +71,7 @@ geometry::Realization make_sample_mesh(const geometry::Body& body, const geometr
     own = geometry::make_mother_points(body, mesh, seed, {}, sample, attempt);
   const bool is_shared = mesh.base == input::Base::shared;
   auto realization = geometry::make_realization(body, is_shared ? shared : own, mesh, seed, sample, attempt);
+  apply_material_map(parameters, body, sample, realization);
   release_freed_memory();
   return realization;
 }

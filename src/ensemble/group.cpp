@@ -73,6 +73,7 @@ void for_each_array(Subdomain& part, const Work& work) {
   work(part.boundary_number);
   work(part.material);
   work(part.interface);
+  work(part.map_factor);
 }
 
 }  // namespace

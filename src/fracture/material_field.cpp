@@ -28,9 +28,13 @@ mechanics::MaterialField make_material_field(const input::Parameters& parameters
   const auto& materials = parameters.materials;
   const bool varies =
       std::ranges::any_of(materials, [](const auto& one) { return one.variation.has_value(); });
-  if (materials.size() == 1 && !varies) return mechanics::MaterialField(materials.front());
-  const auto stiffness = factors_of(parameters, sample, tetrahedra, input::StiffnessVaries::density);
+  if (materials.size() == 1 && !varies && !parameters.maps_stiffness())
+    return mechanics::MaterialField(materials.front());
+  auto stiffness = factors_of(parameters, sample, tetrahedra, input::StiffnessVaries::density);
   const auto weight = factors_of(parameters, sample, tetrahedra, input::StiffnessVaries::stiffness);
+  if (parameters.maps_stiffness())
+    for (std::size_t t = 0; t < stiffness.size(); ++t)
+      stiffness[t] *= static_cast<double>(tetrahedra.map_factor[t]);
   std::vector<mechanics::IsotropicElasticity> elasticity;
   std::vector<double> density;
   elasticity.reserve(stiffness.size());

@@ -50,10 +50,15 @@ public:
   double energy_factor(std::size_t t) const {
     const input::Material& material = parameters_.materials[span_of(body_.subdomain()).material_of(t)];
     // Without variation the modulus is the input's to the last bit.
-    const double modulus = material.variation ? 2 * body_.elasticity()[static_cast<std::int32_t>(t)].mu *
-                                                    (1 + material.poisson_ratio)
-                                              : material.youngs_modulus;
+    const double modulus =
+        material.variation || parameters_.maps_stiffness()
+            ? 2 * body_.elasticity()[static_cast<std::int32_t>(t)].mu * (1 + material.poisson_ratio)
+            : material.youngs_modulus;
     return toughness_factor(parameters_.fracture.release, material.poisson_ratio) / modulus;
+  }
+  /// By the input's raster.
+  double strength_factor(std::size_t t) const {
+    return parameters_.maps_strength() ? static_cast<double>(body_.subdomain().map_factor[t]) : 1;
   }
   double poisson_ratio(std::size_t t) const {
     return parameters_.materials[span_of(body_.subdomain()).material_of(t)].poisson_ratio;
@@ -171,6 +176,7 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
       const auto factors = strength_factors(parameters, sample, span_of(body.subdomain()));
       for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
     });
+  for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= local.strength_factor(t);
   const auto growth = growth_strengths(group, parameters, sample, body);
   for (std::size_t t = 0; t < growth.size(); ++t) strengths[t] = std::max(strengths[t], growth[t]);
   return strengths;
@@ -184,7 +190,8 @@ std::vector<double> growth_strengths(const parallel::Communicator& group, const 
     const LocalFracture local(parameters, body);
     const auto factors = toughness_factors(parameters, sample, span_of(body.subdomain()));
     for (std::size_t t = 0; t < strengths.size(); ++t)
-      strengths[t] = std::sqrt(factors[t] * local.toughness(t) / (local.energy_factor(t) * strengths[t]));
+      strengths[t] = local.strength_factor(t) *
+                     std::sqrt(factors[t] * local.toughness(t) / (local.energy_factor(t) * strengths[t]));
   });
   return strengths;
 }

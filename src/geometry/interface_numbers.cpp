@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "interface_numbers.h"
+#include "crackle/geometry/interface_numbers.h"
 
 #include "crackle/common/index.h"
 #include "crackle/geometry/face_neighbours.h"

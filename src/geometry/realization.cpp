@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/realization.h"
+#include "crackle/geometry/interface_numbers.h"
 
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
@@ -7,7 +8,6 @@
 #include "crackle/geometry/symmetry.h"
 
 #include "displacement.h"
-#include "interface_numbers.h"
 #include "redraw.h"
 
 #include <fmt/format.h>

@@ -93,6 +93,7 @@ std::vector<Subdomain> split(const Realization& realization, const Partition& pa
       part.tetrahedron_number.push_back(static_cast<std::int64_t>(i));
       part.counted.push_back(number == node_part[index(t[0])]);
       if (!realization.material.empty()) part.material.push_back(realization.material[i]);
+      if (!realization.map_factor.empty()) part.map_factor.push_back(realization.map_factor[i]);
       if (!realization.interface.empty()) part.interface.push_back(realization.interface[i]);
     };
     for_owning_parts(t, node_part, add_to);

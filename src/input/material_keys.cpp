@@ -165,7 +165,7 @@ Table interface_table() {
 }  // namespace
 
 std::vector<Table> material_tables() {
-  return {material_table(), stiffness_variation_table(), interface_table()};
+  return {material_table(), stiffness_variation_table(), map_table(), interface_table()};
 }
 
 }  // namespace crackle::input

@@ -2,6 +2,7 @@
 #include "crackle/input/parameters.h"
 
 #include <algorithm>
+#include <string_view>
 
 namespace crackle::input {
 
@@ -18,6 +19,14 @@ double toughness_of(double intensity, const Material& material) {
 int material_named(const std::vector<Material>& materials, const std::string& name) {
   const auto found = std::ranges::find(materials, name, &Material::name);
   return found == materials.end() ? -1 : static_cast<int>(found - materials.begin());
+}
+
+std::filesystem::path MaterialMap::path(std::uint64_t sample) const {
+  std::string name = file;
+  const std::string_view number = "{sample}";
+  for (auto at = name.find(number); at != std::string::npos; at = name.find(number, at))
+    name.replace(at, number.size(), std::to_string(sample));
+  return folder / name;
 }
 
 Fracture Parameters::fracture_of(std::size_t number) const {

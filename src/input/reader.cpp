@@ -159,12 +159,17 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   complete_fracture(parameters, findings);
   check_specimen(parameters, findings);
   complete_regions(parameters, findings);
+  complete_map(parameters, findings);
   for (const auto check : {check_materials, check_mesh, check_sections, check_fracture, check_boundaries,
                            check_initial_stresses, check_time, check_output, check_sweeps})
     check(parameters, findings);
   if (!parameters.draw) check_random(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
+  // The stored input names the contents of the raster, which may no longer be there when it is read again.
+  if (parameters.map)
+    stored = completed(
+        stored, {{map_key(parameters) + ".checksum", fmt::format("\"{}\"", parameters.map->checksum)}});
   parameters.text = std::move(stored);
   parameters.notes = findings.notes(name);
   return parameters;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
-#include "crackle/common/checksum.h"
+#include "crackle/common/file_digest.h"
 
 #include <array>
 #include <cmath>
@@ -31,24 +31,6 @@ std::string show_lengths(std::span<const double> lengths) {
   return bracketed(items);
 }
 
-/// Size and 64-bit FNV-1a hash of a file's contents, as text: detects accidental, not deliberate differences.
-/// Empty if the file cannot be read.
-std::optional<std::string> content_digest(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return std::nullopt;
-  std::vector<char> buffer(std::size_t{1} << 16);
-  std::uint64_t hash = empty_checksum;
-  std::uint64_t n_bytes = 0;
-  while (stream) {
-    stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    const auto n_read = static_cast<std::size_t>(stream.gcount());
-    hash = checksum(std::as_bytes(std::span(buffer).first(n_read)), hash);
-    n_bytes += n_read;
-  }
-  if (stream.bad()) return std::nullopt;
-  return fmt::format("{} bytes, FNV-1a {:016x}", n_bytes, hash);
-}
-
 Key points_key() {
   return {"points",
           "file name",
@@ -74,7 +56,7 @@ Key points_key() {
                   shortened(file.string(), 200));
               return;
             }
-            const auto digest = content_digest(file);
+            const auto digest = file_digest(file);
             if (!digest)
               source.report("the file \"{}\" cannot be read; give the name of a readable file",
                             shortened(file.string(), 200));

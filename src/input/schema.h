@@ -39,6 +39,7 @@ std::vector<Table> specimen_tables();
 
 /// [material] with its parts, and [[interface]].
 std::vector<Table> material_tables();
+Table map_table();
 
 /// Keys of [[boundary]], whose values depend on each other.
 Table boundary_table();

@@ -39,21 +39,31 @@ std::size_t end_of_line(const std::string& text, std::size_t at) {
   return end == std::string::npos ? text.size() : end + 1;
 }
 
-/// Byte offset after the header line of a table: "[fracture]", or the second "[[boundary]]" for
-/// "boundary[1]". Empty if the text has no such line.
-std::optional<std::size_t> behind_header(const std::string& text, const std::string& path) {
+/// Byte offset after the header line of a table: "[fracture]", the second "[[boundary]]" for "boundary[1]",
+/// or the first "[material.map]" after the second "[[material]]" for "material[1].map". Empty if the text has
+/// no such line.
+std::optional<std::size_t> behind_header(const std::string& text, const std::string& path,
+                                         std::size_t from = 0) {
   const auto bracket = path.find('[');
+  const auto end = path.find(']');
   std::size_t count = 0;
   std::string header = fmt::format("[{}]", path);
   if (bracket != std::string::npos) {
-    if (path.back() != ']') return {};
-    header = fmt::format("[[{}]]", path.substr(0, bracket));
+    const std::string name = path.substr(0, bracket);
+    if (end != path.size() - 1) {
+      const auto whole = behind_header(text, path.substr(0, end + 1));
+      if (!whole || path.find('[', end) != std::string::npos) return {};
+      const auto part = behind_header(text, name + path.substr(end + 1), *whole);
+      const auto next = behind_header(text, fmt::format("{}[0]", name), *whole);
+      return part && next && *next < *part ? std::nullopt : part;
+    }
+    header = fmt::format("[[{}]]", name);
     const auto number =
         whole_number<std::size_t>(std::string_view(path).substr(bracket + 1, path.size() - bracket - 2));
     if (!number) return {};
     count = *number;
   }
-  for (std::size_t start = 0; start < text.size(); start = end_of_line(text, start)) {
+  for (std::size_t start = from; start < text.size(); start = end_of_line(text, start)) {
     const std::size_t first = text.find_first_not_of(" \t", start);
     if (first == std::string::npos || text.compare(first, header.size(), header) != 0) continue;
     if (count-- == 0) return end_of_line(text, start);

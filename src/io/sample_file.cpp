@@ -210,7 +210,7 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::s
 void write_materials(hid_t file, const SampleFileContent& content) {
   const geometry::Realization& mesh = content.realization;
   const input::Parameters& parameters = content.parameters;
-  const fracture::TetrahedronSpan all{mesh.nodes, mesh.tetrahedra, {}, mesh.material};
+  const fracture::TetrahedronSpan all{mesh.nodes, mesh.tetrahedra, {}, mesh.material, mesh.map_factor};
   const auto write = [&](const char* name, const auto& values, const char* units, const char* meaning) {
     if (values.is_uniform()) return;
     write_column<double>(file, fmt::format("mesh/{}", name), values.values(), std::identity(), units,
@@ -227,6 +227,9 @@ void write_materials(hid_t file, const SampleFileContent& content) {
     for (const input::Material& material : parameters.materials) names.push_back(material.name);
     hdf5::write_attribute(file, "material_names", fmt::format("{}", fmt::join(names, "\n")));
   }
+  if (!mesh.map_factor.empty())
+    write_column<float>(file, "mesh/map_factor", mesh.map_factor, std::identity(), "1",
+                        "factor of each tetrahedron by [material.map]");
   const auto material = fracture::make_material_field(parameters, content.sample, all);
   std::vector<double> modulus, ratio;
   for (std::size_t t = 0; !material.elasticity.is_uniform() && t < mesh.tetrahedra.size(); ++t) {

@@ -93,6 +93,8 @@ crackle_version_of(PETSc_VERSION ${PETSc_INCLUDE_DIR}/petscversion.h PETSC_VERSI
 crackle_require(PETSc "${PETSc_VERSION}" 3.18)
 target_link_libraries(crackle::PETSc INTERFACE MPI::MPI_CXX)
 
+find_package(PNG REQUIRED)
+
 # HDF5 with MPI. Systems that have several builds of it beside each other give them names of their own.
 if(DEFINED CRACKLE_HDF5_FLAVOUR)
   set(hdf5_flavours ${CRACKLE_HDF5_FLAVOUR})

@@ -18,6 +18,8 @@ struct TetrahedronSpan {
   std::span<const std::int64_t> number = {};          ///< in the realization; empty: in order, from 0
   std::span<const std::uint8_t> material = {};        ///< number of the material; empty: the only one
 
+  std::span<const float> map_factor = {};  ///< of the input's raster; empty without one
+
   /// Number of the material of one of them.
   std::size_t material_of(std::size_t tetrahedron) const {
     return material.empty() ? 0 : material[tetrahedron];
@@ -25,7 +27,8 @@ struct TetrahedronSpan {
 };
 
 inline TetrahedronSpan span_of(const geometry::Subdomain& subdomain) {
-  return {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number, subdomain.material};
+  return {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number, subdomain.material,
+          subdomain.map_factor};
 }
 
 /// Factor of the input's strength or toughness in each tetrahedron: 1 without [fracture.variation].

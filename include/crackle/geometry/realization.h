@@ -40,6 +40,7 @@ struct Realization {
   /// several: it is of one of its two materials and has a node where these meet. 0: none; empty without
   /// interfaces.
   std::vector<std::uint8_t> interface = {};
+  std::vector<float> map_factor = {};  ///< of each tetrahedron by the input's raster; empty without one
   RealizationReport report;
 };
 

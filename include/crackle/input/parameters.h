@@ -230,6 +230,26 @@ struct Material {
   std::optional<double> release_time = {};  ///< [s]
 };
 
+/// The property that a raster gives for each tetrahedron.
+enum class MapOf { material, stiffness, strength, stiffness_and_strength };
+
+/// A raster of material numbers or of factors, sampled at the centroids of the tetrahedra: the value of the
+/// cell that contains it.
+struct MaterialMap {
+  std::string file;              ///< with "{sample}" for the number of the sample, if each has its own
+  std::filesystem::path folder;  ///< to which the file is relative
+  std::string dataset;           ///< in an HDF5 file
+  MapOf of = MapOf::material;
+  std::vector<int> axes;        ///< of the body, for each axis of the raster; constant along others
+  std::vector<double> origin;   ///< middle of the first cell along each axis of the raster [m]
+  std::vector<double> spacing;  ///< of the cells; negative if they are in descending order [m]
+  double scale = 1;             ///< by which values are multiplied
+  std::string checksum;         ///< of the contents of the files of all samples
+
+  std::filesystem::path path(std::uint64_t sample) const;
+  bool has_file_per_sample() const { return file.find("{sample}") != std::string::npos; }
+};
+
 /// Number of the material with this name, or -1.
 int material_named(const std::vector<Material>& materials, const std::string& name);
 
@@ -460,6 +480,7 @@ struct Parameters {
   Mesh mesh;
   std::vector<Material> materials = {{}};  ///< the first one fills the body outside the regions
   std::vector<Interface> interfaces = {};
+  std::optional<MaterialMap> map = {};
   Fracture fracture;
   std::vector<Boundary> boundaries;
   std::vector<InitialStress> initial_stresses = {};
@@ -476,9 +497,15 @@ struct Parameters {
   /// [fracture] as it applies to a material.
   Fracture fracture_of(std::size_t material) const;
 
+  bool maps_stiffness() const {
+    return map && (map->of == MapOf::stiffness || map->of == MapOf::stiffness_and_strength);
+  }
+  bool maps_strength() const {
+    return map && (map->of == MapOf::strength || map->of == MapOf::stiffness_and_strength);
+  }
   /// True if Young's modulus or Poisson's ratio may differ between tetrahedra.
   bool stiffness_varies() const {
-    return materials.size() > 1 ||
+    return materials.size() > 1 || maps_stiffness() ||
            (materials.front().variation && materials.front().variation->of != StiffnessVaries::density);
   }
   /// True if the stress of one displacement may differ between tetrahedra.

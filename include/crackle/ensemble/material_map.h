@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/input/parameters.h"
+
+#include <cstdint>
+
+namespace crackle::ensemble {
+
+/// Gives the tetrahedra of a sample's realization the materials or factors of the input's raster, at their
+/// centroids; nothing without [material.map].
+/// @throws std::runtime_error as io::Raster, and naming the tetrahedron whose value is no material or no
+///   factor
+void apply_material_map(const input::Parameters& parameters, const geometry::Body& body, std::uint64_t sample,
+                        geometry::Realization& realization);
+
+}  // namespace crackle::ensemble

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/material_map.h"
+
+#include "crackle/common/failure.h"
+#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/interface_numbers.h"
+#include "crackle/io/raster.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace crackle::ensemble {
+
+namespace {
+
+constexpr double rounding = 1e-6;  // of material numbers
+
+}  // namespace
+
+void apply_material_map(const input::Parameters& parameters, const geometry::Body& body, std::uint64_t sample,
+                        geometry::Realization& realization) {
+  if (!parameters.map) return;
+  const io::Raster raster(*parameters.map, sample, body.bounds());
+  const bool is_material = parameters.map->of == input::MapOf::material;
+  for (const geometry::Tetrahedron& t : realization.tetrahedra) {
+    const geometry::Point place = geometry::centroid(realization.nodes, t);
+    const double value = raster.at(place);
+    const auto refuse = [&](const char* wanted) {
+      fail("{}: the value {:g} at ({:.4g}, {:.4g}, {:.4g}) mm is {}", raster.file().string(), value,
+           1e3 * place[0], 1e3 * place[1], 1e3 * place[2], wanted);
+    };
+    if (is_material) {
+      const double number = std::round(value);
+      if (!(std::abs(value - number) < rounding && number >= 0 &&
+            number < static_cast<double>(parameters.materials.size())))
+        refuse("the number of no [[material]]");
+      realization.material.push_back(static_cast<std::uint8_t>(number));
+    } else {
+      if (!(value > 0 && std::isfinite(value))) refuse("no factor: it is not above 0");
+      realization.map_factor.push_back(static_cast<float>(value));
+    }
+  }
+  if (!is_material || parameters.interfaces.empty()) return;
+  std::vector<std::array<int, 2>> pairs;
+  for (const input::Interface& one : parameters.interfaces)
+    pairs.push_back({input::material_named(parameters.materials, one.between[0]),
+                     input::material_named(parameters.materials, one.between[1])});
+  realization.interface = geometry::interface_numbers(realization, pairs);
+}
+
+}  // namespace crackle::ensemble

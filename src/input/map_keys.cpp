@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// [material.map]: rasters of materials, stiffness or strength.
+#include "consistency.h"
+#include "crackle/common/checksum.h"
+#include "crackle/common/file_digest.h"
+#include "schema.h"
+
+#include <algorithm>
+#include <span>
+#include <system_error>
+
+namespace crackle::input {
+
+namespace {
+
+MaterialMap& map(Parameters& parameters) {
+  if (!parameters.map) parameters.map.emplace();
+  return *parameters.map;
+}
+
+/// The key, hidden without a map, and read for one material only.
+Key of_map(Key key) {
+  key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t) {
+    map(parameters);
+    read(source, parameters, 0);
+  };
+  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (!parameters.map || i > 0) return {};
+    return show(parameters, 0);
+  };
+  return key;
+}
+
+Key text_key(const char* name, Requirement requirement, std::string accepted, std::string help,
+             std::string MaterialMap::*member) {
+  return {name,
+          "text",
+          std::move(requirement),
+          accepted,
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t) {
+            if (const auto text = read_text(source, accepted)) map(parameters).*member = *text;
+          },
+          [=](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            const std::string& text = map(parameters).*member;
+            if (text.empty()) return {};
+            return text;
+          }};
+}
+
+Key file_key() {
+  Key key =
+      text_key("file", required(),
+               "name of an HDF5 (.h5), NumPy (.npy) or PNG (.png) file, relative to the input file, such as "
+               "\"ct.npy\" or \"ct-{sample}.h5\"",
+               "the raster: one for all samples, or with {sample} one for each", &MaterialMap::file);
+  key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
+    read(source, parameters, i);
+    map(parameters).folder = source.context.folder;
+  };
+  return key;
+}
+
+Key axes_key() {
+  const std::vector<std::string> names{"x", "y", "z"};
+  const std::string form = "one to three of \"x\", \"y\" and \"z\", such as [\"z\", \"y\"]";
+  return {
+      "axes",
+      "words",
+      required(),
+      form,
+      "of the body, in the order of the raster's dimensions (of a picture: rows, columns); it is constant "
+      "along the others",
+      [=](const Source& source, Parameters& parameters, std::size_t) {
+        const auto elements = read_elements(source, 0, form);
+        if (!elements) return;
+        for (const Source& element : *elements)
+          if (const auto axis = read_choice(element, names))
+            map(parameters).axes.push_back(static_cast<int>(*axis));
+      },
+      [=](Parameters& parameters, std::size_t) {
+        std::vector<std::string> axes;
+        for (const int axis : map(parameters).axes) axes.push_back(names[static_cast<std::size_t>(axis)]);
+        return bracketed(axes);
+      }};
+}
+
+Key lengths_key(const char* name, const char* example, const char* help,
+                std::vector<double> MaterialMap::*member) {
+  const std::string form = fmt::format("a length for each of axes, such as {}", example);
+  return {name,
+          "length",
+          required(),
+          form,
+          help,
+          [=](const Source& source, Parameters& parameters, std::size_t) {
+            const auto elements = read_elements(source, 0, form);
+            if (!elements) return;
+            for (const Source& element : *elements)
+              if (const auto value = read_quantity(element, length_dimension, coordinate))
+                (map(parameters).*member).push_back(*value);
+          },
+          [=](Parameters& parameters, std::size_t) {
+            std::vector<std::string> lengths;
+            for (const double value : map(parameters).*member) lengths.push_back(show(value));
+            return bracketed(lengths);
+          }};
+}
+
+/// Digest of the files of all samples; reports the first one that cannot be read.
+std::optional<std::string> digest_of(const Parameters& parameters, Findings& findings) {
+  const MaterialMap& map = *parameters.map;
+  const auto digest = [&](std::uint64_t sample) {
+    const std::filesystem::path file = map.path(sample);
+    std::error_code error;
+    auto result = std::filesystem::is_regular_file(file, error) ? file_digest(file) : std::nullopt;
+    if (!result)
+      findings.report(map_key(parameters) + ".file",
+                      "\"{}\" is not a readable file; give a name relative to the input file{}",
+                      shortened(file.string(), 200),
+                      map.has_file_per_sample() ? ", with files for all samples from 0 on" : "");
+    return result;
+  };
+  if (!map.has_file_per_sample()) return digest(0);
+  std::uint64_t hash = empty_checksum;
+  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+  for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
+    const auto one = digest(sample);
+    if (!one) return {};
+    hash = checksum(std::as_bytes(std::span(*one)), hash);
+  }
+  return fmt::format("{} files, FNV-1a {:016x}", n_samples, hash);
+}
+
+}  // namespace
+
+Table map_table() {
+  const auto member = [](auto MaterialMap::*one) {
+    return [=](Parameters & parameters, std::size_t) -> auto& {
+      return map(parameters).*one;
+    };
+  };
+  std::vector<Key> keys{
+      file_key(),
+      text_key("dataset", optional("required for HDF5"), "name of a dataset, such as \"/materials\"",
+               "of an HDF5 file", &MaterialMap::dataset),
+      choice_key<MapOf>(
+          "of", member(&MaterialMap::of),
+          {{"material", MapOf::material},
+           {"stiffness", MapOf::stiffness},
+           {"strength", MapOf::strength},
+           {"both", MapOf::stiffness_and_strength}},
+          required(),
+          "the values: numbers of the [[material]] tables, from 0, or factors of Young's modulus, of "
+          "the strength, or of both"),
+      axes_key(),
+      lengths_key("origin", R"(["0.05 mm", "0.05 mm"])", "middle of the first cell", &MaterialMap::origin),
+      lengths_key("spacing", R"(["0.1 mm", "0.1 mm"])",
+                  "from one cell to the next; below 0 if coordinates descend", &MaterialMap::spacing),
+      number_key("scale", member(&MaterialMap::scale), {0, 1e12, true}, by_default("1"),
+                 "by which values are multiplied; those of pictures are from 0 to 255, or 65535"),
+      text_key("checksum", optional("computed"), "as the program writes it",
+               "of the file, or of those of all samples", &MaterialMap::checksum)};
+  for (Key& key : keys) key = of_map(std::move(key));
+  return {"material.map",
+          Occurrence::optional,
+          "a raster, sampled at the centroids of the tetrahedra: boundaries between its cells are not meshed",
+          std::move(keys),
+          [](const Parameters&) { return std::size_t{1}; },
+          {},
+          "material"};
+}
+
+std::string map_key(const Parameters& parameters) {
+  return material_key(parameters.materials, parameters.materials.size() - 1) + ".map";
+}
+
+void complete_map(Parameters& parameters, Findings& findings) {
+  if (!parameters.map) return;
+  MaterialMap& map = *parameters.map;
+  const std::string table = map_key(parameters);
+  if (!findings.given(table)) {
+    findings.report("material", "give [material.map] once, after the last [[material]]");
+    return;
+  }
+  if (findings.faulty(table)) return;
+  for (const auto& [key, lengths] : {std::pair{"origin", &map.origin}, {"spacing", &map.spacing}})
+    if (lengths->size() != map.axes.size())
+      findings.report(fmt::format("{}.{}", table, key), "has {} lengths for {} axes; give one for each",
+                      lengths->size(), map.axes.size());
+  for (std::size_t k = 0; k < map.axes.size(); ++k)
+    if (std::ranges::count(map.axes, map.axes[k]) > 1)
+      return findings.report(table + ".axes", "names an axis twice");
+  if (std::ranges::find(map.spacing, 0.0) != map.spacing.end())
+    findings.report(table + ".spacing", "is 0; give the distance from one cell to the next");
+  const std::string suffix = std::filesystem::path(map.file).extension().string();
+  const bool is_hdf5 = suffix == ".h5" || suffix == ".hdf5";
+  if (!is_hdf5 && suffix != ".npy" && suffix != ".png")
+    findings.report(table + ".file",
+                    "\"{}\" is no file of a known format; give a name that ends in .h5, .npy or .png",
+                    shortened(map.file));
+  if (is_hdf5 && map.dataset.empty())
+    findings.report(table + ".dataset", "the key is missing; name the dataset in the HDF5 file");
+  if (!is_hdf5 && !map.dataset.empty())
+    findings.report(table + ".dataset", "applies to HDF5 files only; leave it out");
+  if (map.of == MapOf::material) {
+    if (parameters.materials.size() < 2)
+      findings.report(table + ".of", "\"material\" requires several materials; give them as [[material]]");
+    if (!parameters.specimen.regions.empty())
+      findings.report(table + ".of",
+                      "\"material\" cannot be combined with [[specimen.region]], which says the same");
+  }
+  if (!map.checksum.empty() || findings.faulty(table)) return;
+  map.checksum = digest_of(parameters, findings).value_or("");
+}
+
+}  // namespace crackle::input
