@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle mesh: makes one realization and writes it with its quality table, or surveys many.
 #include "crackle/common/stopwatch.h"
+#include "crackle/ensemble/material_map.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/fracture/variation.h"
 #include "crackle/geometry/body.h"
@@ -46,8 +47,9 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   const geometry::MotherPoints base = ensemble::make_base_points(*body, parameters, notify, options.sample);
   times.base = base_clock.seconds();
   const Stopwatch clock;
-  const geometry::Realization realization =
+  geometry::Realization realization =
       geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, options.sample);
+  ensemble::apply_material_map(parameters, *body, options.sample, realization);
   times.realization = clock.seconds();
   std::vector<double> strength_factors;
   if (parameters.fracture.variation)

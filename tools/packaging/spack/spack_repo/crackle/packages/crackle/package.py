@@ -36,6 +36,7 @@ class Crackle(CMakePackage):
     depends_on("cli11@2.1:")
     depends_on("fmt@9:")
     depends_on("nlohmann-json@3.10:")
+    depends_on("libpng")
     depends_on("nanoflann@1.4:")
 
     with when("+report"):
