@@ -492,8 +492,8 @@ private:
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
   Dampers dampers_;
-  InitialForce initial_force_;
-  std::vector<Integer> initial_quanta_;              // of its components
+  bool forces_are_in_range_ = true;
+  InitialForce<std::int64_t> initial_force_;
   std::vector<kernels::Movement<double>> movement_;  // per block of nodes, since the last breaking check
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
