@@ -30,6 +30,7 @@ template <class Real>
 class FixedPointMotion final : public MovingBody {
   using Integer = kernels::Integer<Real>;
   using Force = mechanics::FixedPointForce<Real>;
+  using ForceQuanta = InitialForce<std::int64_t>::OfNode;
   static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
   static constexpr std::int64_t steps_between_unwrapping = 16;
   /// Number of substeps combined in one pass over the body.
@@ -62,12 +63,10 @@ public:
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
         dampers_(context),
-        initial_force_(*context.body),
-        initial_quanta_(initial_force_.values().size()),
+        initial_force_(*context.body, [this](const auto& forces) { return force_quanta(forces); }),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
         ghosts_(*context.group, subdomain_.layout, force_.nodes(),
                 std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
-    for (std::size_t n = 0; 3 * n < initial_quanta_.size(); ++n) quantize_initial_force(n);
     for (const auto node : ghosts_.sent_nodes())
       sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
     for (const auto t : context.body->broken_tetrahedra()) screening_.exclude(t);
@@ -157,11 +156,11 @@ public:
   void release(std::span<const std::int32_t> broken) override {
     for (const auto t : broken) take_over(t);
     force_.update(broken, force_is_current_);
-    for (const auto node : initial_force_.update(broken)) {
-      if (force_is_current_) add_initial_force<-1>(index(node));
-      quantize_initial_force(index(node));
-      if (force_is_current_) add_initial_force<1>(index(node));
-    }
+    initial_force_.update(broken, [&](std::size_t node, const ForceQuanta& before) {
+      if (!force_is_current_) return;
+      for (std::size_t i = 0; i < 3; ++i)
+        add_force(before[i] - initial_force_.values()[node][i], force_.nodes()[node].force[i]);
+    });
     if (force_is_current_) add_contacts(n_contacts_);
     n_contacts_ = context_.body->residual_stiffness().contacts().size();
   }
@@ -291,21 +290,19 @@ private:
     return stresses;
   }
 
-  void quantize_initial_force(std::size_t node) {
-    for (std::size_t i = 3 * node; i < 3 * node + 3; ++i)
-      initial_quanta_[i] = quantized<Integer>(initial_force_.values()[i], scale_.force, forces_are_in_range_);
+  /// The forces of a tetrahedron at its corners; corner 0 balances the others, so that the sum is exactly 0.
+  std::array<ForceQuanta, 4> force_quanta(const std::array<Vector, 4>& forces) {
+    std::array<ForceQuanta, 4> quanta{};
+    for (std::size_t a = 1; a < 4; ++a)
+      for (std::size_t i = 0; i < 3; ++i) {
+        quanta[a][i] = quantized<Integer>(forces[a][i], scale_.force, forces_are_in_range_);
+        quanta[0][i] -= quanta[a][i];
+      }
+    return quanta;
   }
 
-  /// Adds the force of the initial strain to the nodal force, or takes it back.
-  template <int sign>
-  void add_initial_force(std::size_t node) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      auto& force = force_.nodes()[node].force[i];
-      const Integer initial = initial_quanta_[3 * node + i];
-      if (sign > 0 ? __builtin_sub_overflow(force, initial, &force)
-                   : __builtin_add_overflow(force, initial, &force))
-        forces_are_in_range_ = false;
-    }
+  void add_force(std::int64_t change, Integer& force) {
+    if (__builtin_add_overflow(force, change, &force)) forces_are_in_range_ = false;
   }
 
   std::size_t n_ghost_blocks() const {
@@ -440,7 +437,9 @@ private:
     kernels::NodeRecord<Real>* const nodes = state_.nodes().data() + first;
     kernels::Velocity<Real>* const velocity = state_.velocity().data() + first;
     if (substep.has_force && !initial_force_.is_none())
-      for (std::size_t i = 0; i < n; ++i) add_initial_force<1>(first + i);
+      for (std::size_t k = first; k < first + n; ++k)
+        for (std::size_t i = 0; i < 3; ++i)
+          add_force(-initial_force_.values()[k][i], force_.nodes()[k].force[i]);
     if (substep.has_kick) {
       boundary_.before_kick(number, substep);
       const auto factor =
@@ -493,8 +492,8 @@ private:
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
   Dampers dampers_;
-  InitialForce initial_force_;
-  std::vector<Integer> initial_quanta_;              // of its components
+  bool forces_are_in_range_ = true;
+  InitialForce<std::int64_t> initial_force_;
   std::vector<kernels::Movement<double>> movement_;  // per block of nodes, since the last breaking check
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
@@ -507,7 +506,6 @@ private:
   bool force_has_overflown_ = false;
   bool moves_too_far_ = false;
   std::int64_t n_steps_since_check_ = 0;
-  bool forces_are_in_range_ = true;
   double largest_force_ = 0;
   mutable double stretch_bound_ =
       limit;  // over all edges that carry load, at the last breaking check, in quanta

@@ -49,23 +49,24 @@ public:
   explicit PetscProduct(const MotionContext& context)
       : stiffness_(*context.group, context.body->subdomain(), context.body->operators(),
                    context.body->elasticity(), context.body->residual_stiffness()),
-        initial_force_(*context.body) {}
+        initial_force_(*context.body, [](const std::array<Vector, 4>& forces) { return forces; }) {}
 
   void apply(parallel::NodeField& displacement, parallel::NodeField& force) const {
     stiffness_.apply(displacement, force);
     const auto initial = initial_force_.values();
     const auto f = force.owned();
-    for (std::size_t i = 0; i < initial.size(); ++i) f[i] -= initial[i];
+    for (std::size_t n = 0; n < initial.size(); ++n)
+      for (std::size_t i = 0; i < 3; ++i) f[3 * n + i] -= initial[n][i];
   }
   void update(std::span<const std::int32_t> tetrahedra) {
     stiffness_.update(tetrahedra);
-    initial_force_.update(tetrahedra);
+    initial_force_.update(tetrahedra, [](std::size_t, const Vector&) {});
   }
   void assemble() { stiffness_.assemble(); }
 
 private:
   mechanics::PetscStiffness stiffness_;
-  InitialForce initial_force_;
+  InitialForce<double> initial_force_;
 };
 
 /// All operations in sequence, in double precision, on the caller's state.

@@ -345,12 +345,17 @@ double QuasiStaticLoading::stress_share() const {
 }
 
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
-  // The initial loads are taken to have grown from zero.
+  // The initial loads, and the initial strain, are taken to have grown from zero.
   const LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   const auto nothing = [](const std::vector<double>& like) { return std::vector<double>(like.size(), 0.0); };
-  account.add_static_work(
-      {nothing(state.amplitude), nothing(state.position), nothing(state.reaction), nothing(state.travel)},
-      state);
+  account.add_static_work({nothing(state.amplitude),
+                           nothing(state.position),
+                           nothing(state.reaction),
+                           nothing(state.travel),
+                           {},
+                           nothing(state.initial_factor),
+                           nothing(state.initial_force)},
+                          state);
   load_ = machine_load(*loads_, state).force;
 }
 
