@@ -199,7 +199,7 @@ auto shown_of(const FigureAccess& figure, Show show) {
 Key center_key(const FigureAccess& figure) {
   return {"center",
           "length",
-          optional("required except with polygon"),
+          optional("required with radius and semi_axes"),
           point_form,
           "centre",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
