@@ -81,8 +81,8 @@ typename BoundaryNodes<Real>::Integer& BoundaryNodes<Real>::velocity(const Entry
 template <class Real>
 void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Substep& substep) {
   entry.velocity = velocity(entry);
-  const double prescribed =
-      context_.loads->motions[entry.condition].velocity(substep.kick_time, substep.step);
+  const auto& motion = context_.loads->motions[entry.condition];
+  const double prescribed = motion.factor_at(entry.place) * motion.velocity(substep.kick_time, substep.step);
   if (prescribed == 0) return;
   const auto force = state_->nodes()[index(entry.node)].force[entry.component];
   work_->add_reaction(entry.condition, entry.place, substep.kick * prescribed,
@@ -109,15 +109,17 @@ void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep) {
 template <class Real>
 double BoundaryNodes<Real>::drive(const Entry& entry, const Substep& substep) {
   const auto& motion = context_.loads->motions[entry.condition];
+  const double factor = motion.factor_at(entry.place);
+  const double speed = factor * motion.velocity(substep.drift_time);
   auto& place = state_->nodes()[index(entry.node)].displacement[entry.component];
   const Integer before = place;
-  place = low_digits<Real>(
-      quantized<std::int64_t>(motion.displacement(substep.drift_time), scale_.displacement, stays_in_range_));
-  velocity(entry) = quantized<Integer>(motion.velocity(substep.drift_time), scale_.velocity, stays_in_range_);
+  place = low_digits<Real>(quantized<std::int64_t>(factor * motion.displacement(substep.drift_time),
+                                                   scale_.displacement, stays_in_range_));
+  velocity(entry) = quantized<Integer>(speed, scale_.velocity, stays_in_range_);
   // During the drift the node moved by factor times velocity from the start of the step; the sum bounds its
   // movement.
   return std::abs(static_cast<double>(kernels::difference(place, before))) +
-         std::abs(substep.drift * motion.velocity(substep.drift_time)) / scale_.displacement + 2;
+         std::abs(substep.drift * speed) / scale_.displacement + 2;
 }
 
 template class BoundaryNodes<float>;

@@ -247,41 +247,6 @@ Key rate_key() {
           }};
 }
 
-Key history_key() {
-  const std::string form = "an array of [time, factor], such as [[\"0 s\", 0], [\"10 s\", 1]]";
-  return {"history",
-          "time and number",
-          optional("constant in time"),
-          form + ", times ascending from 0",
-          "factors of the prescribed quantity, linear between these times",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto points = read_elements(source, 0, form);
-            if (!points) return;
-            auto& history = boundary(parameters, i).history;
-            for (const Source& point : *points) {
-              const auto pair = read_elements(point, 2, "a time and a factor, such as [\"10 s\", 1]");
-              if (!pair) continue;
-              const auto time = read_quantity((*pair)[0], with_example(time_dimension, "10 s"), {0, 1e12});
-              const auto factor = read_number((*pair)[1], {-1e12, 1e12});
-              if (!time || !factor) continue;
-              if (!history.empty() && *time <= history.back().first) {
-                (*pair)[0].report((*pair)[0].value.source +
-                                  " is not later than the time before it; give ascending times");
-              }
-              history.emplace_back(*time, *factor);
-            }
-          },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto& history = boundary(parameters, i).history;
-            if (history.empty()) return {};
-            std::vector<std::string> items;
-            for (const auto& [time, factor] : history) {
-              items.push_back(bracketed({format_quantity(time, time_dimension), format_number(factor)}));
-            }
-            return bracketed(items);
-          }};
-}
-
 Key condition_name_key() {
   return {"name",
           "text",
@@ -300,17 +265,30 @@ Key condition_name_key() {
 }  // namespace
 
 Table boundary_table() {
-  return {"boundary",
-          Occurrence::many,
-          fmt::format("boundary conditions; each prescribes exactly one of {}", fmt::join(kind_names, ", ")),
-          {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
-           prescription_key(BoundaryKind::force, "total force, spread by area"),
-           prescription_key(BoundaryKind::traction, "force per area"),
-           prescription_key(BoundaryKind::velocity, "\"free\" where it is not prescribed"),
-           prescription_key(BoundaryKind::displacement, "\"free\" where it is not prescribed"),
-           pressure_key(), absorbing_key(), rate_key(), history_key(), condition_name_key()},
-          [](const Parameters& parameters) { return parameters.boundaries.size(); },
-          [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
+  Table table{
+      "boundary",
+      Occurrence::many,
+      fmt::format("boundary conditions; each prescribes exactly one of {}", fmt::join(kind_names, ", ")),
+      {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
+       prescription_key(BoundaryKind::force, "total force, spread by area"),
+       prescription_key(BoundaryKind::traction, "force per area"),
+       prescription_key(BoundaryKind::velocity, "\"free\" where it is not prescribed"),
+       prescription_key(BoundaryKind::displacement, "\"free\" where it is not prescribed"), pressure_key(),
+       absorbing_key(), rate_key(),
+       history_key(
+           [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).history; },
+           "factors of the prescribed quantity, linear between these times")},
+      [](const Parameters& parameters) { return parameters.boundaries.size(); },
+      [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
+  for (Key& key : profile_keys(
+           "factor",
+           [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).factor; },
+           "factors of the prescribed quantity along this coordinate, linear between the entries, constant "
+           "outside; "
+           "a force is only distributed by them, its total stays"))
+    table.keys.push_back(std::move(key));
+  table.keys.push_back(condition_name_key());
+  return table;
 }
 
 }  // namespace crackle::input

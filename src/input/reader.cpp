@@ -138,7 +138,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   complete_specimen(parameters, findings);
   complete_fracture(parameters, findings);
   for (const auto check : {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries,
-                           check_time, check_output, check_sweeps})
+                           check_loads, check_time, check_output, check_sweeps})
     check(parameters, findings);
   if (!parameters.draw) check_random(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));

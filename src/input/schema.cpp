@@ -462,9 +462,9 @@ const std::vector<Table>& schema() {
     std::vector<Table> all{ensemble_table(), stop_table()};
     for (Table& table : specimen_tables()) all.push_back(std::move(table));
     for (Table& table : std::vector<Table>{mesh_table(), region_table(), material_table(), fracture_table(),
-                                           variation_table(), boundary_table(), time_table(), damping_table(),
-                                           sections_table(), line_table(), output_table(), probe_table(),
-                                           random_table(), sweep_table()})
+                                           variation_table(), boundary_table(), load_table(), time_table(),
+                                           damping_table(), sections_table(), line_table(), output_table(),
+                                           probe_table(), random_table(), sweep_table()})
       all.push_back(std::move(table));
     return all;
   }();

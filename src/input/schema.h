@@ -40,6 +40,9 @@ std::vector<Table> specimen_tables();
 /// Keys of [[boundary]], whose values depend on each other.
 Table boundary_table();
 
+/// [[load]]
+Table load_table();
+
 /// [output] and [[output.probe]].
 Table output_table();
 Table probe_table();
@@ -73,6 +76,13 @@ Key optional_number_key(std::string name, Access<double> access, Range range, st
 Key range_key(std::string name, Access<std::pair<double, double>> access,
               const std::pair<std::string, std::string>& example, std::string whole, std::string help,
               bool may_be_empty = false);
+
+/// Factors over time, "history".
+Key history_key(Access<FactorTable> access, std::string help);
+/// A factor over a coordinate that may be omitted: "name.along" and "name.table". The profile exists once one
+/// of them is given.
+std::vector<Key> profile_keys(const std::string& name, const Access<std::optional<Profile>>& access,
+                              const std::string& help);
 
 /// A key whose value is parsed by `read`, which may fail, and written by `show`.
 template <class T, class Read, class Show>

@@ -41,7 +41,7 @@
 /// | /history/time, phase, phase_time, governing_load, kinetic, ... | h | see dynamics::HistoryRow |
 /// | /history/crack_area, crack_length, tip_speed, ... | h x starts | see analysis::CrackHistory |
 /// | /history/load, reaction, displacement | h x c x 3 | of each boundary condition |
-/// | /history/condition_on, condition_kind | c | the input's boundary conditions |
+/// | /history/condition_on, condition_kind | c | the input's boundary conditions, then its body forces |
 /// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |
 /// | /history/probes/NAME/at | 3 | place of the probe |
 /// | attribute rayleigh_speed [m/s] of /history | | of the material |
