@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace crackle::dynamics {
 
@@ -39,7 +40,17 @@ void BoundaryNodes<Real>::before_kick(std::size_t block, const Substep& substep)
 template <class Real>
 void BoundaryNodes<Real>::after_kick(std::size_t block, const Substep& substep) {
   for (const Entry& entry : blocks_[block].driven) velocity(entry) = entry.velocity;
-  for (Entry& entry : blocks_[block].loaded) kick_by_load(entry, substep);
+  // The entries of a pattern follow each other.
+  std::optional<std::size_t> pattern;
+  Amplitude amplitude{};
+  for (Entry& entry : blocks_[block].loaded) {
+    if (pattern != entry.condition) {
+      pattern = entry.condition;
+      const mechanics::LoadCurve& curve = context_.loads->forces[*pattern].amplitude;
+      amplitude = {curve.at(substep.kick_time), curve.slope(substep.kick_time, substep.step)};
+    }
+    kick_by_load(entry, substep, amplitude);
+  }
 }
 
 template <class Real>
@@ -90,15 +101,14 @@ void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Substep& substep) {
 }
 
 template <class Real>
-void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep) {
+void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep, const Amplitude& amplitude) {
   const auto& pattern = context_.loads->forces[entry.condition];
   const std::int64_t displacement = state_->whole_displacement(index(entry.node, entry.component));
-  work_->add_rate(entry.condition, entry.place,
-                  substep.kick * pattern.amplitude.slope(substep.kick_time, substep.step),
+  work_->add_rate(entry.condition, entry.place, substep.kick * amplitude.slope,
                   scale_.displacement * static_cast<double>(displacement));
   if (entry.is_driven) return;
   const double mass = context_.body->operators().node_mass[index(entry.node)];
-  const double force = pattern.amplitude.at(substep.kick_time) * pattern.weight[entry.place];
+  const double force = amplitude.value * pattern.weight[entry.place];
   // A constant load would be rounded the same way in every kick, so the remainder is carried over.
   const double change = substep.kick * force / mass / scale_.velocity + entry.remainder;
   const auto rounded = quantized<Integer>(change, 1, stays_in_range_);
