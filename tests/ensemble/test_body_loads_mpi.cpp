@@ -26,8 +26,8 @@ input::Parameters held_bar() {
   parameters.material = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
   parameters.time.precision = input::Precision::double_;
-  parameters.time.duration = 1.2e-5;
-  parameters.time.step = 2e-8;
+  parameters.time.integrator = input::Integrator::verlet;
+  parameters.time.duration = 1e-5;
   parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true})};
   parameters.output.frames = 4;
   return parameters;
@@ -69,7 +69,7 @@ input::Parameters hanging_bar() {
 TEST(BodyLoads, HaveTheSameBitsOnAnyNumberOfRanksAndAfterAnInterruption) {
   const parallel::Communicator world(MPI_COMM_WORLD), self(MPI_COMM_SELF);
   const geometry::Realization mesh =
-      test::make_box({.size = held_bar().specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
+      test::make_box({.size = held_bar().specimen.size, .cells = {2, 4, 10}, .disturbance = 0.2});
   const auto part = [&](const parallel::Communicator& group) {
     return geometry::split(mesh, geometry::partition(mesh, group.size()))[index(group.rank())];
   };
@@ -82,7 +82,7 @@ TEST(BodyLoads, HaveTheSameBitsOnAnyNumberOfRanksAndAfterAnInterruption) {
                 together.breaks.size(), to_string(together.outcome).c_str(), together.energy.front().kinetic,
                 together.energy_error);
     EXPECT_GT(together.breaks.size(), 20u);
-    EXPECT_LT(together.energy_error, 1e-4);
+    EXPECT_LT(together.energy_error, 0.02);
     test::expect_same_course(together, pieces);
     if (world.size() > 1) test::expect_same_course(run_sample(self, parameters, part(self)), together);
   }
