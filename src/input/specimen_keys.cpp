@@ -378,7 +378,7 @@ Table material_region_table() {
   std::vector<Key> keys{value_key(
                             "material", "name", required(), form, "that fills the region", name,
                             [=](const Source& source) { return read_text(source, form); },
-                            [](const std::string& text) { return fmt::format("\"{}\"", text); }),
+                            [](const std::string& text) { return text; }),
                         range(0, "x"), range(1, "y"), range(2, "z")};
   for (Key& key : figure_keys(figure, "corners")) keys.push_back(std::move(key));
   return {
