@@ -371,7 +371,7 @@ Table material_region_table() {
         [=](Parameters & parameters, std::size_t i) -> auto& { return region(parameters, i).box[axis]; },
         {"0 mm", "2 mm"}, "whole body", "extent of a box; x also of other shapes");
   };
-  const std::string form = "the name of a [[material]], in quotes";
+  const std::string form = "the name of a [[material]], such as \"coating\"";
   const Access<std::string> name = [=](Parameters& parameters, std::size_t i) -> std::string& {
     return region(parameters, i).material;
   };
