@@ -32,7 +32,7 @@ input::Parameters quenched_bar() {
   quench.kind = input::InitialStressKind::temperature;
   quench.expansion = 9e-6;
   quench.temperature = {{0, -100}, {0.0015, 0}};
-  quench.history = {{0, 0}, {0.6, 0.6}};
+  quench.history = {{0, 0}, {0.32, 0.32}};
   auto& tempered = parameters.initial_stresses.emplace_back();
   tempered.along = 1;
   tempered.kind = input::InitialStressKind::surface;
@@ -54,7 +54,7 @@ TEST(InitialStress, HasTheSameBitsOnAnyNumberOfRanksAndAfterAnInterruption) {
     std::printf("%s after %zu breaks in %lld dynamic phases, energy error %.1e\n",
                 to_string(together.outcome).c_str(), together.breaks.size(),
                 static_cast<long long>(together.counts.dynamic_phases), together.energy_error);
-    EXPECT_GT(together.breaks.size(), 10U);
+    EXPECT_GT(together.breaks.size(), 5U);
     EXPECT_GE(together.counts.dynamic_phases, 1);
     EXPECT_LT(together.energy_error, 1e-3);
     test::expect_same_course(together, pieces);
