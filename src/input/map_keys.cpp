@@ -159,8 +159,8 @@ Table map_table() {
                   "from one cell to the next; below 0 if coordinates descend", &MaterialMap::spacing),
       number_key("scale", member(&MaterialMap::scale), {0, 1e12, true}, by_default("1"),
                  "by which values are multiplied; those of pictures are from 0 to 255, or 65535"),
-      text_key("checksum", optional("computed"), "as the program writes it",
-               "of the file, or of those of all samples", &MaterialMap::checksum)};
+      text_key("checksum", optional("computed"), R"(a text such as "198 bytes, FNV-1a 9ae16a3b2f90404f")",
+               "of the file, or of those of all samples, as the program writes it", &MaterialMap::checksum)};
   for (Key& key : keys) key = of_map(std::move(key));
   return {"material.map",
           Occurrence::optional,

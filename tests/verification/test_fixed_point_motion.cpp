@@ -78,7 +78,8 @@ protected:
       motion.step(step % 2 == 0 ? map.even : map.odd, dt_, step * dt_);
   }
 
-  void expect_plain_dynamics();
+  /// @param accuracy of the energy in double precision
+  void expect_plain_dynamics(double accuracy);
   void expect_no_overload_missed();
 
   static std::vector<double> values(const MotionState& state) {
@@ -177,7 +178,7 @@ TEST_F(VibratingBlock, HasTheSameBitsWithEveryInstructionSet) {
   }
 }
 
-void VibratingBlock::expect_plain_dynamics() {
+void VibratingBlock::expect_plain_dynamics(double accuracy) {
   const int n_steps = 20000;
   // Changes in the reference motion due to the integrator's own error are subtracted.
   const auto energy_and_momentum = [&](const MotionState& state) {
@@ -215,7 +216,7 @@ void VibratingBlock::expect_plain_dynamics() {
         name(precision), n_steps, after[0] / before[0] - 1 - plain_change, (after[1] - before[1]) / before[2],
         worst / largest);
     const bool is_mixed = precision == Precision::mixed;
-    EXPECT_LT(std::abs(after[0] / before[0] - 1 - plain_change), is_mixed ? 5e-5 : 1e-8);
+    EXPECT_LT(std::abs(after[0] / before[0] - 1 - plain_change), is_mixed ? 5e-5 : accuracy);
     EXPECT_LT(std::abs(after[1] - before[1]), (is_mixed ? 1e-5 : 1e-9) * before[2]);
     EXPECT_LT(worst, (is_mixed ? 2e-3 : 1e-6) * largest);
     EXPECT_FALSE(motion->failure());
@@ -223,10 +224,11 @@ void VibratingBlock::expect_plain_dynamics() {
 }
 
 TEST_F(VibratingBlock, FollowsThePlainDynamicsOverManySteps) {
-  expect_plain_dynamics();
+  expect_plain_dynamics(1e-8);
 }
 TEST_F(MixedBlock, FollowsThePlainDynamicsOverManySteps) {
-  expect_plain_dynamics();
+  // Numbers have the range of the stiffest material.
+  expect_plain_dynamics(4e-8);
 }
 TEST_F(StrainedBlock, FollowsThePlainDynamicsOverManySteps) {
   expect_plain_dynamics();
