@@ -26,8 +26,7 @@ bool add_crack(const std::filesystem::path& folder, const input::Parameters& par
   } else {
     const input::Parameters own = uncertainty::sample_parameters(parameters, sample.number);
     const auto own_body = geometry::make_body(own);
-    add_arms(*own_body, geometry::loaded_symmetries(*own_body, own.boundaries, own.time.start),
-             stored.surface, sample);
+    add_arms(*own_body, geometry::loaded_symmetries(*own_body, own), stored.surface, sample);
   }
   return true;
 }
@@ -40,7 +39,7 @@ experiment::ObservedSamples observed_samples(const std::filesystem::path& folder
   auto rows = stored_samples(folder, parameters).rows;
   analysis::leave_out_surplus(analysis::make_statistics(rows, parameters), 0, rows);
   auto found = experiment::sort_samples(rows, parameters.ensemble.seed);
-  found.symmetries = geometry::loaded_symmetries(body, parameters.boundaries, parameters.time.start);
+  found.symmetries = geometry::loaded_symmetries(body, parameters);
   if (found.samples.empty()) fail("'{}' has no sample that is done and decided", folder.string());
   if (!with_arms) return found;
   std::vector<experiment::ObservedSample> with_crack;

@@ -90,8 +90,7 @@ LeaderFrame::LeaderFrame(const input::Parameters& parameters)
     : LeaderFrame(parameters, *geometry::make_body(parameters.specimen)) {}
 
 LeaderFrame::LeaderFrame(const input::Parameters& parameters, const geometry::Body& body)
-    : LeaderFrame(body, geometry::loaded_symmetries(body, parameters.boundaries, parameters.time.start),
-                  parameters.sections) {}
+    : LeaderFrame(body, geometry::loaded_symmetries(body, parameters), parameters.sections) {}
 
 LeaderFrame::LeaderFrame(const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
                          const input::Sections& sections)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace crackle::dynamics {
 
@@ -39,7 +40,17 @@ void BoundaryNodes<Real>::before_kick(std::size_t block, const Substep& substep)
 template <class Real>
 void BoundaryNodes<Real>::after_kick(std::size_t block, const Substep& substep) {
   for (const Entry& entry : blocks_[block].driven) velocity(entry) = entry.velocity;
-  for (Entry& entry : blocks_[block].loaded) kick_by_load(entry, substep);
+  // The entries of a pattern follow each other.
+  std::optional<std::size_t> pattern;
+  Amplitude amplitude{};
+  for (Entry& entry : blocks_[block].loaded) {
+    if (pattern != entry.condition) {
+      pattern = entry.condition;
+      const mechanics::LoadCurve& curve = context_.loads->forces[*pattern].amplitude;
+      amplitude = {curve.at(substep.kick_time), curve.slope(substep.kick_time, substep.step)};
+    }
+    kick_by_load(entry, substep, amplitude);
+  }
 }
 
 template <class Real>
@@ -81,8 +92,8 @@ typename BoundaryNodes<Real>::Integer& BoundaryNodes<Real>::velocity(const Entry
 template <class Real>
 void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Substep& substep) {
   entry.velocity = velocity(entry);
-  const double prescribed =
-      context_.loads->motions[entry.condition].velocity(substep.kick_time, substep.step);
+  const auto& motion = context_.loads->motions[entry.condition];
+  const double prescribed = motion.factor_at(entry.place) * motion.velocity(substep.kick_time, substep.step);
   if (prescribed == 0) return;
   const auto force = state_->nodes()[index(entry.node)].force[entry.component];
   work_->add_reaction(entry.condition, entry.place, substep.kick * prescribed,
@@ -90,15 +101,14 @@ void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Substep& substep) {
 }
 
 template <class Real>
-void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep) {
+void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep, const Amplitude& amplitude) {
   const auto& pattern = context_.loads->forces[entry.condition];
   const std::int64_t displacement = state_->whole_displacement(index(entry.node, entry.component));
-  work_->add_rate(entry.condition, entry.place,
-                  substep.kick * pattern.amplitude.slope(substep.kick_time, substep.step),
+  work_->add_rate(entry.condition, entry.place, substep.kick * amplitude.slope,
                   scale_.displacement * static_cast<double>(displacement));
   if (entry.is_driven) return;
   const double mass = context_.body->operators().node_mass[index(entry.node)];
-  const double force = pattern.amplitude.at(substep.kick_time) * pattern.weight[entry.place];
+  const double force = amplitude.value * pattern.weight[entry.place];
   // A constant load would be rounded the same way in every kick, so the remainder is carried over.
   const double change = substep.kick * force / mass / scale_.velocity + entry.remainder;
   const auto rounded = quantized<Integer>(change, 1, stays_in_range_);
@@ -109,15 +119,17 @@ void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep) {
 template <class Real>
 double BoundaryNodes<Real>::drive(const Entry& entry, const Substep& substep) {
   const auto& motion = context_.loads->motions[entry.condition];
+  const double factor = motion.factor_at(entry.place);
+  const double speed = factor * motion.velocity(substep.drift_time);
   auto& place = state_->nodes()[index(entry.node)].displacement[entry.component];
   const Integer before = place;
-  place = low_digits<Real>(
-      quantized<std::int64_t>(motion.displacement(substep.drift_time), scale_.displacement, stays_in_range_));
-  velocity(entry) = quantized<Integer>(motion.velocity(substep.drift_time), scale_.velocity, stays_in_range_);
+  place = low_digits<Real>(quantized<std::int64_t>(factor * motion.displacement(substep.drift_time),
+                                                   scale_.displacement, stays_in_range_));
+  velocity(entry) = quantized<Integer>(speed, scale_.velocity, stays_in_range_);
   // During the drift the node moved by factor times velocity from the start of the step; the sum bounds its
   // movement.
   return std::abs(static_cast<double>(kernels::difference(place, before))) +
-         std::abs(substep.drift * motion.velocity(substep.drift_time)) / scale_.displacement + 2;
+         std::abs(substep.drift * speed) / scale_.displacement + 2;
 }
 
 template class BoundaryNodes<float>;

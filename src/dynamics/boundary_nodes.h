@@ -54,9 +54,15 @@ private:
     std::vector<Entry> driven;
   };
 
+  /// Of a force pattern in a kick.
+  struct Amplitude {
+    double value;
+    double slope;
+  };
+
   Integer& velocity(const Entry& entry);
   void keep_velocity(Entry& entry, const Substep& substep);
-  void kick_by_load(Entry& entry, const Substep& substep);
+  void kick_by_load(Entry& entry, const Substep& substep, const Amplitude& amplitude);
   double drive(const Entry& entry, const Substep& substep);
 
   MotionContext context_;

@@ -20,7 +20,8 @@ public:
   void start() override {
     over_.clear();
     for (const auto t : motion_->overloaded())
-      if (stress(t, motion_->strain(t)) > criterion_->strength(static_cast<std::size_t>(t))) over_.push_back(t);
+      if (stress(t, motion_->strain(t)) > criterion_->strength(static_cast<std::size_t>(t)))
+        over_.push_back(t);
   }
 
   std::span<const std::int32_t> end_step(std::int64_t) override {

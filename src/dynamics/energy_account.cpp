@@ -77,6 +77,8 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
       terms.push_back(force[i] - external[i]);
     }
     state.reaction.push_back(parallel::exact_sum(group, terms));
+    for (std::size_t i = 0; i < terms.size(); ++i) terms[i] *= motion.factor_at(i);
+    state.conjugate.push_back(motion.has_factor ? parallel::exact_sum(group, terms) : state.reaction.back());
     state.travel.push_back(motion.displacement(time));
   }
   if (velocity == nullptr)
@@ -90,9 +92,9 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
 double strain_energy(const LoadState& state) {
   double twice = 0;
   for (std::size_t k = 0; k < state.amplitude.size(); ++k) twice += state.amplitude[k] * state.position[k];
-  for (std::size_t m = 0; m < state.reaction.size(); ++m) twice += state.reaction[m] * state.travel[m];
   for (std::size_t k = 0; k < state.initial_factor.size(); ++k)
     twice += state.initial_factor[k] * state.initial_force[k];
+  for (std::size_t m = 0; m < state.conjugate.size(); ++m) twice += state.conjugate[m] * state.travel[m];
   return twice / 2;
 }
 
@@ -110,8 +112,8 @@ void EnergyAccount::add_static_work(const LoadState& from, const LoadState& to) 
   for (std::size_t k = 0; k < from.amplitude.size(); ++k) {
     external_ += 0.5 * (from.amplitude[k] + to.amplitude[k]) * (to.position[k] - from.position[k]);
   }
-  for (std::size_t m = 0; m < from.reaction.size(); ++m) {
-    external_ += 0.5 * (from.reaction[m] + to.reaction[m]) * (to.travel[m] - from.travel[m]);
+  for (std::size_t m = 0; m < from.conjugate.size(); ++m) {
+    external_ += 0.5 * (from.conjugate[m] + to.conjugate[m]) * (to.travel[m] - from.travel[m]);
   }
   for (std::size_t k = 0; k < from.initial_factor.size(); ++k) {
     external_ +=

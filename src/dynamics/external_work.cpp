@@ -24,7 +24,8 @@ void set_prescribed(const mechanics::BoundaryLoads& loads, double time, MotionSt
   loads.set_displacements(time, state.displacement.owned());
   for (const auto& motion : loads.motions) {
     const double velocity = motion.velocity(time);
-    for (const auto node : motion.nodes) state.velocity.owned()[index(node, motion.component)] = velocity;
+    for (std::size_t i = 0; i < motion.nodes.size(); ++i)
+      state.velocity.owned()[index(motion.nodes[i], motion.component)] = motion.factor_at(i) * velocity;
   }
 }
 

@@ -24,12 +24,29 @@ namespace {
 /// Maximum amplification of the static stress that waves are assumed to cause.
 constexpr double wave_amplification = 10;
 
-/// Largest stress of the plane wave that a prescribed velocity sends into the body: density times
+/// Largest speed of the body at the start [m/s].
+double initial_speed(const input::Parameters& parameters) {
+  const input::Region bounds = input::bounds_of(parameters.specimen);
+  const auto velocities = parameters.initial_velocities();
+  double speed = 0;
+  // A velocity that is linear in the coordinates is largest at a corner.
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    Vector p{}, sum{};
+    for (std::size_t k = 0; k < 3; ++k) p[k] = (corner >> k & 1u) != 0 ? bounds[k].second : bounds[k].first;
+    for (const auto& velocity : velocities) sum = sum + velocity.at(p);
+    speed = std::max(speed, norm(sum));
+  }
+  return speed;
+}
+
+/// Largest stress of the plane wave that a prescribed or initial velocity sends into the body: density times
 /// dilatational speed times velocity [Pa].
 double impact_stress(const input::Parameters& parameters) {
-  double speed = 0;
+  double speed = initial_speed(parameters);
   for (const auto& condition : parameters.boundaries)
-    if (condition.kind == input::BoundaryKind::velocity) speed = std::max(speed, norm(condition.value));
+    if (condition.kind == input::BoundaryKind::velocity)
+      speed = std::max(
+          speed, norm(condition.value) * (condition.factor ? condition.factor->largest_magnitude() : 1));
   double impedance = 0;
   for (const auto& material : parameters.materials)
     impedance = std::max(impedance, material.density * mechanics::dilatational_speed(material));

@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/dynamics/separation.h"
+#include "crackle/fracture/connectivity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
@@ -34,10 +35,12 @@ struct OnPiece {
 /// Represents supports, drives and absorbing faces.
 constexpr std::int64_t any_condition = -1;
 
-/// Bit mask of the components in which each condition loads the body.
+/// Bit mask of the components in which each condition loads the body; without body forces, which go with a
+/// fragment.
 std::map<std::int64_t, std::int64_t> loaded_components(const mechanics::BoundaryLoads& loads) {
   std::map<std::int64_t, std::int64_t> components;
-  for (const auto& pattern : loads.forces) components[pattern.condition] |= 1 << pattern.component;
+  for (const auto& pattern : loads.forces)
+    if (!pattern.is_body_force) components[pattern.condition] |= 1 << pattern.component;
   return components;
 }
 
@@ -122,6 +125,45 @@ std::map<std::int64_t, Pieces> bearing_pieces(const mechanics::BoundaryLoads& lo
   return bearing;
 }
 
+/// The pieces connected by faces that touch a prescribed motion, or are not splinters. Collective.
+/// @param labels of local tetrahedra, see fracture::face_piece_labels()
+Pieces bearing_face_pieces(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                           const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels,
+                           const mechanics::NodeTetrahedra& around) {
+  const auto& tetrahedra = body.operators().tetrahedra;
+  const auto& counted = body.subdomain().counted;
+  std::vector<double> volumes;
+  for (std::size_t t = 0; t < tetrahedra.size(); ++t)
+    if (counted[t] != 0) volumes.push_back(tetrahedra[t].volume);
+  // Integers make the sums independent of the partition.
+  const double scale = std::ldexp(1.0, 48) / parallel::exact_sum(group, volumes);
+  const auto mine = parallel::agree(group, [&] {
+    std::map<std::int64_t, std::array<std::int64_t, 2>> pieces;  // volume, and whether it is supported
+    for (std::size_t t = 0; t < tetrahedra.size(); ++t)
+      if (counted[t] != 0 && labels[t] >= 0)
+        pieces[labels[t]][0] += std::llrint(tetrahedra[t].volume * scale);
+    for (const auto& motion : loads.motions)
+      for (const auto node : motion.nodes)
+        for (const auto t : around[node])
+          if (labels[index(t)] >= 0) pieces[labels[index(t)]][1] = 1;
+    std::vector<std::int64_t> flat;
+    for (const auto& [label, piece] : pieces) flat.insert(flat.end(), {label, piece[0], piece[1]});
+    return flat;
+  });
+  const auto all = parallel::gather_all<std::int64_t>(group, mine);
+  return parallel::agree(group, [&] {
+    std::map<std::int64_t, std::int64_t> volume;
+    Pieces bearing;
+    for (std::size_t i = 0; i < all.size(); i += 3) {
+      volume[all[i]] += all[i + 1];
+      if (all[i + 2] != 0) bearing.insert(all[i]);
+    }
+    for (const auto& [label, share] : volume)
+      if (std::ldexp(static_cast<double>(share), -48) >= separated_share) bearing.insert(label);
+    return bearing;
+  });
+}
+
 }  // namespace
 
 std::optional<mechanics::NodesOfConditions> nodes_of_loose_pieces(const parallel::Communicator& group,
@@ -143,6 +185,33 @@ std::optional<mechanics::NodesOfConditions> nodes_of_loose_pieces(const parallel
       is_any = is_any || !loose[index(c)].empty();
     }
     return loose;
+  });
+  if (!parallel::any_of_all(group, is_any)) return std::nullopt;
+  return nodes;
+}
+
+std::optional<mechanics::NodesOfConditions> nodes_of_falling_splinters(
+    const parallel::Communicator& group, const fracture::BreakableBody& body,
+    const mechanics::BoundaryLoads& loads) {
+  if (std::ranges::none_of(loads.forces, &mechanics::ForcePattern::is_body_force)) return std::nullopt;
+  const auto labels = fracture::face_piece_labels(group, body);
+  const auto around = parallel::agree(group, [&] { return mechanics::node_tetrahedra(body.subdomain()); });
+  const Pieces bearing = bearing_face_pieces(group, body, loads, labels, around);
+  bool is_any = false;
+  const auto nodes = parallel::agree(group, [&] {
+    mechanics::NodesOfConditions falling(loads.conditions.size());
+    for (const auto& pattern : loads.forces) {
+      auto& of_condition = falling[index(pattern.condition)];
+      if (!pattern.is_body_force || !of_condition.empty()) continue;
+      const auto& condition = loads.conditions[index(pattern.condition)];
+      for (std::size_t i = 0; i < condition.nodes.size(); ++i)
+        if (condition.acts_at(i) && std::ranges::none_of(around[condition.nodes[i]], [&](std::int32_t t) {
+              return bearing.contains(labels[index(t)]);
+            }))
+          of_condition.push_back(condition.nodes[i]);
+      is_any = is_any || !of_condition.empty();
+    }
+    return falling;
   });
   if (!parallel::any_of_all(group, is_any)) return std::nullopt;
   return nodes;
@@ -184,9 +253,10 @@ LoadWatch::LoadWatch(const fracture::BreakableBody& body, const mechanics::Bound
     : body_(&body),
       is_loaded_(body.subdomain().nodes.size()),
       interval_(std::max<std::int64_t>(1, n_steps / checks_per_phase)),
-      has_loads_(!loads.forces.empty()) {
+      has_loads_(!std::ranges::all_of(loads.forces, &mechanics::ForcePattern::is_body_force)) {
   for (const auto& pattern : loads.forces)
-    for (const auto node : pattern.nodes) is_loaded_[index(node)] = 1;
+    if (!pattern.is_body_force)
+      for (const auto node : pattern.nodes) is_loaded_[index(node)] = 1;
 }
 
 void LoadWatch::note(std::span<const std::int32_t> changed, std::int64_t step) {

@@ -26,6 +26,13 @@ std::optional<mechanics::NodesOfConditions> nodes_of_loose_pieces(const parallel
                                                                   const mechanics::BoundaryLoads& loads,
                                                                   const std::vector<std::int64_t>& labels);
 
+/// Finds the nodes where body forces still act although no face connects them with a support: splinters,
+/// which fall off during quasi-static loading, and would have no equilibrium. Collective.
+/// @return empty on every rank if there is no such node on any rank
+std::optional<mechanics::NodesOfConditions> nodes_of_falling_splinters(const parallel::Communicator& group,
+                                                                       const fracture::BreakableBody& body,
+                                                                       const mechanics::BoundaryLoads& loads);
+
 /// Gathers the nodes where loads have ended, by condition, on the root; empty if there are none. Collective.
 std::vector<parallel::NumberedRows> gather_ended_loads(const parallel::Communicator& group,
                                                        const parallel::NodeLayout& layout,

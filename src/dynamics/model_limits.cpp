@@ -62,7 +62,7 @@ bool is_balanced(const Boundary& one, const std::vector<Boundary>& all) {
   return std::ranges::any_of(all, [&](const Boundary& other) {
     return other.kind == BoundaryKind::pressure && is_side(other) && other.on != one.on &&
            other.value == one.value && other.rate == one.rate && other.history == one.history &&
-           other.region[1] == one.region[1] && other.region[2] == one.region[2];
+           other.factor == one.factor && other.region[1] == one.region[1] && other.region[2] == one.region[2];
   });
 }
 
@@ -82,6 +82,19 @@ double greatest_spacing(const geometry::Body& body, const input::Mesh& mesh) {
   return greatest;
 }
 
+/// The first load that bends the plate, such as "boundary[1]"; empty if there is none.
+std::string bending_load(const input::Parameters& parameters) {
+  const auto& all = parameters.boundaries;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (acts_across(all[i]) && !is_balanced(all[i], all)) return fmt::format("boundary[{}]", i);
+  // The centrifugal forces on the two halves of the thickness balance, or point along the plate.
+  for (std::size_t i = 0; i < parameters.loads.size(); ++i)
+    if (const input::BodyLoad& load = parameters.loads[i];
+        !input::is_initial(load.kind) && (load.value[0] != 0 || load.rate[0] != 0))
+      return fmt::format("load[{}]", i);
+  return {};
+}
+
 std::string bending_warning(const input::Parameters& parameters, const geometry::Body& body) {
   const auto& all = parameters.boundaries;
   const Vector size = body.size();
@@ -91,19 +104,17 @@ std::string bending_warning(const input::Parameters& parameters, const geometry:
            covers(condition, body.bounds(), 2);
   });
   if (is_held_flat) return {};
-  const auto bends = std::ranges::find_if(
-      all, [&](const Boundary& one) { return acts_across(one) && !is_balanced(one, all); });
-  if (bends == all.end()) return {};
+  const std::string bends = bending_load(parameters);
+  if (bends.empty()) return {};
   const double cells = size[0] / greatest_spacing(body, parameters.mesh);
   if (!(cells < resolving_cells * (1 - 1e-6))) return {};
   return fmt::format(
-      "boundary[{}] loads the plate across its thickness of {:.4g} mm, which has {:.2g} cell{}: bending "
+      "{} loads the plate across its thickness of {:.4g} mm, which has {:.2g} cell{}: bending "
       "out of the plane is about {:.2g} times too stiff; use spacings of at most {:.3g} mm ({:.0f} cells: "
       "{:.3g} "
       "times)",
-      bends - all.begin(), 1e3 * size[0], cells, std::abs(cells - 1) < 0.005 ? "" : "s",
-      bending_stiffness_ratio(cells), 1e3 * size[0] / resolving_cells, resolving_cells,
-      bending_stiffness_ratio(resolving_cells));
+      bends, 1e3 * size[0], cells, std::abs(cells - 1) < 0.005 ? "" : "s", bending_stiffness_ratio(cells),
+      1e3 * size[0] / resolving_cells, resolving_cells, bending_stiffness_ratio(resolving_cells));
 }
 
 std::string locking_warning(const input::Parameters& parameters) {

@@ -15,17 +15,6 @@ namespace {
 /// Share of the energy at the strength: far above rounding errors in a hardly loaded body.
 constexpr double negligible_share = 1e-12;
 
-double kinetic_energy(const MotionContext& context, const MotionState& state) {
-  const auto v = state.velocity.owned();
-  const auto& mass = context.body->operators().node_mass;
-  std::vector<double> terms(mass.size());
-  for (std::size_t n = 0; n < mass.size(); ++n) {
-    terms[n] =
-        0.5 * mass[n] * (v[3 * n] * v[3 * n] + v[3 * n + 1] * v[3 * n + 1] + v[3 * n + 2] * v[3 * n + 2]);
-  }
-  return parallel::exact_sum(*context.group, terms);
-}
-
 /// The steps after which a frame is stored.
 std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
   std::vector<std::int64_t> steps;
@@ -36,6 +25,17 @@ std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
 }
 
 }  // namespace
+
+double kinetic_energy(const MotionContext& context, const MotionState& state) {
+  const auto v = state.velocity.owned();
+  const auto& mass = context.body->operators().node_mass;
+  std::vector<double> terms(mass.size());
+  for (std::size_t n = 0; n < mass.size(); ++n) {
+    terms[n] =
+        0.5 * mass[n] * (v[3 * n] * v[3 * n] + v[3 * n + 1] * v[3 * n + 1] + v[3 * n + 2] * v[3 * n + 2]);
+  }
+  return parallel::exact_sum(*context.group, terms);
+}
 
 PhaseOutput::PhaseOutput(const MotionContext& context, const MovingBody& motion, const EnergyAccount& account,
                          double load_time, const PhaseOptions& options, MotionState& state,

@@ -45,4 +45,7 @@ private:
   double negligible_energy_;                      // that rounding alone may produce [J]
 };
 
+/// Kinetic energy of the lumped masses [J]. Collective; bitwise equal for any number of ranks.
+double kinetic_energy(const MotionContext& context, const MotionState& state);
+
 }  // namespace crackle::dynamics

@@ -271,7 +271,8 @@ private:
       const double velocity = motion.velocity(time, step);
       if (velocity == 0) continue;
       for (std::size_t n = 0; n < motion.nodes.size(); ++n)
-        work_.add_reaction(m, n, duration * velocity, f[index(motion.nodes[n], motion.component)]);
+        work_.add_reaction(m, n, duration * motion.factor_at(n) * velocity,
+                           f[index(motion.nodes[n], motion.component)]);
     }
   }
 

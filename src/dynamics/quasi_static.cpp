@@ -89,9 +89,8 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
   for (const auto& motion : loads.motions) {
     if (motion.never_moves()) continue;
     auto& unit = unit_.emplace_back(group, body.subdomain().layout);
-    for (const auto node : motion.nodes) {
-      unit.local()[index(node, motion.component)] = 1;
-    }
+    for (std::size_t i = 0; i < motion.nodes.size(); ++i)
+      unit.local()[index(motion.nodes[i], motion.component)] = motion.factor_at(i);
   }
   for (std::size_t k = 0; k < body.initial_strain().parts().size(); ++k)
     initial_unit_.emplace_back(group, body.subdomain().layout);
@@ -175,9 +174,12 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   n_changes_solved_ = changes.size();
   if (may_separate) {
     const auto labels = fracture::piece_labels(*group_, *body_);
-    if (ending_loads_ != nullptr)
+    if (ending_loads_ != nullptr) {
       if (const auto nodes = nodes_of_loose_pieces(*group_, *body_, *loads_, labels))
         ending_loads_->end_loads(*group_, *nodes);
+      if (const auto nodes = nodes_of_falling_splinters(*group_, *body_, *loads_))
+        ending_loads_->end_loads(*group_, *nodes);
+    }
     if (!loads_are_supported(*group_, *body_, *loads_, labels)) return false;
   }
   parallel::NodeField last(*group_, body_->subdomain().layout);
@@ -348,13 +350,12 @@ void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
   // The initial loads, and the initial strain, are taken to have grown from zero.
   const LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   const auto nothing = [](const std::vector<double>& like) { return std::vector<double>(like.size(), 0.0); };
-  account.add_static_work({nothing(state.amplitude),
-                           nothing(state.position),
-                           nothing(state.reaction),
-                           nothing(state.travel),
-                           {},
-                           nothing(state.initial_factor),
-                           nothing(state.initial_force)},
+  account.add_static_work({.amplitude = nothing(state.amplitude),
+                           .position = nothing(state.position),
+                           .travel = nothing(state.travel),
+                           .initial_factor = nothing(state.initial_factor),
+                           .initial_force = nothing(state.initial_force),
+                           .conjugate = nothing(state.conjugate)},
                           state);
   load_ = machine_load(*loads_, state).force;
 }

@@ -17,6 +17,8 @@
 #include "crackle/parallel/collectives.h"
 
 #include "counted_results.h"
+#include "initial_velocity.h"
+#include "phase_output.h"
 #include "phase_progress.h"
 #include "sample_checkpoints.h"
 
@@ -98,12 +100,14 @@ private:
 
   void move_from_rest() {
     MotionState state = at_rest();
-    // Displacements imposed instantaneously, before the body can follow, strain it; the drive supplies that
-    // energy.
+    // Displacements imposed instantaneously, before the body can follow, strain it. Their drive supplies that
+    // energy, and whatever set the body in motion its kinetic energy.
     loads_.set_displacements(0, state.displacement.owned());
+    set_initial_velocity(context_, parameters_, state);
     parallel::agree(group_);
     state.displacement.update_ghosts();
-    account_.add_phase(strain_energy(group_, body_, state.displacement.local()), 0);
+    const double strain = strain_energy(group_, body_, state.displacement.local());
+    account_.add_phase(strain + kinetic_energy(context_, state), 0);
     say("dynamic phase 1 starts from rest");
     const PhaseResult phase = move(0, {}, state);
     if (phase.suspended) return;

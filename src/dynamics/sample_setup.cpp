@@ -22,6 +22,14 @@ void refuse_overdamping(double rate, const TimeGrid& grid) {
                                              rate, 1e9 * grid.step, 1 / grid.step));
 }
 
+mechanics::BoundaryLoads all_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                                   const geometry::Subdomain& subdomain,
+                                   const mechanics::PdsOperators& operators) {
+  mechanics::BoundaryLoads loads = mechanics::make_boundary_loads(group, parameters, subdomain);
+  mechanics::add_body_forces(group, parameters, subdomain, operators, loads);
+  return loads;
+}
+
 }  // namespace
 
 SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Parameters& input,
@@ -31,7 +39,7 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
       subdomain(part),
       body(part, fracture::make_material_field(input, sample, fracture::span_of(part)),
            input.fracture.release, input.fracture.contact),
-      loads(mechanics::make_boundary_loads(ranks, input, part)),
+      loads(all_loads(ranks, input, part, body.operators())),
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(splitting.stability_limit / largest_frequency(ranks, part, body.operators(), body.force())),
       grid(choose_time_grid(input.time, stable_step)),

@@ -82,22 +82,33 @@ bool act_apart(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>&
     return k < loads.forces.size() ? loads.forces[k].condition
                                    : loads.motions[k - loads.forces.size()].condition;
   };
+  const auto is_body_force = [&](std::size_t k) {
+    return k < loads.forces.size() && loads.forces[k].is_body_force;
+  };
   for (std::size_t a = 0; a < conditions.size(); ++a)
     for (std::size_t b = 0; b < a; ++b)
-      // The components of a load that has ended everywhere act on no piece at all.
-      if (!have_common_piece(conditions[a], conditions[b]) && input_condition(a) != input_condition(b))
+      // The components of a load that has ended everywhere act on no piece at all; body forces act on all
+      // pieces.
+      if (!is_body_force(a) && !is_body_force(b) && !have_common_piece(conditions[a], conditions[b]) &&
+          input_condition(a) != input_condition(b))
         return true;
   return false;
 }
 
-/// True if each condition acts on a piece with a prescribed motion, or with a fix if there is any.
+/// True if each condition acts on a piece with a prescribed motion, or with a fix if there is any; a body
+/// force on such pieces only.
 bool are_supported(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
   const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
   Pieces supported;
   for (std::size_t m = 0; m < loads.motions.size(); ++m)
     if (loads.motions[m].is_fixed || !any_fixed) supported.merge(Pieces(conditions[loads.forces.size() + m]));
-  return std::ranges::all_of(conditions,
-                             [&](const Pieces& pieces) { return have_common_piece(pieces, supported); });
+  for (std::size_t k = 0; k < conditions.size(); ++k) {
+    const bool on_all = k < loads.forces.size() && loads.forces[k].is_body_force;
+    if (on_all ? !std::ranges::includes(supported, conditions[k])
+               : !have_common_piece(conditions[k], supported))
+      return false;
+  }
+  return true;
 }
 
 /// Volume of the second largest piece, as a share of the body's. Collective.
@@ -132,7 +143,8 @@ double second_largest_share(const parallel::Communicator& group, const fracture:
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
                  const mechanics::BoundaryLoads& loads) {
   std::set<int> acting;
-  for (const auto& pattern : loads.forces) acting.insert(pattern.condition);
+  for (const auto& pattern : loads.forces)
+    if (!pattern.is_body_force) acting.insert(pattern.condition);
   for (const auto& motion : loads.motions) acting.insert(motion.condition);
   if (acting.size() < 2) return is_separated(group, body, loads);
   return act_apart(loads, face_pieces_of_conditions(group, body, loads));

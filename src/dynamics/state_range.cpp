@@ -7,6 +7,8 @@
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
 
+#include "mechanics/node_cells.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -66,16 +68,35 @@ double largest_component(std::span<const double> values) {
   return largest;
 }
 
+double peak_of(const mechanics::ForcePattern& pattern, double from, double to) {
+  return peak(pattern.amplitude, from, to, [&](double t) { return pattern.amplitude.at(t); });
+}
+
 /// Velocity that the loads can give an unsupported body [m/s].
-double free_flight_velocity(const MotionContext& context, double from, double to) {
+double flight_of_body(const MotionContext& context, double from, double to) {
   const auto& loads = *context.loads;
   if (!loads.motions.empty() || loads.forces.empty()) return 0;
   const double mass = parallel::exact_sum(*context.group, context.body->operators().node_mass);
   double force = 0;
   for (const auto& pattern : loads.forces)
-    force += std::abs(pattern.total_weight) *
-             peak(pattern.amplitude, from, to, [&](double t) { return pattern.amplitude.at(t); });
+    force += std::abs(pattern.total_weight) * peak_of(pattern, from, to);
   return force / mass * (to - from);
+}
+
+/// Velocity that the loads can give an unsupported body, and body forces a fragment [m/s].
+double free_flight_velocity(const MotionContext& context, double from, double to) {
+  const auto& loads = *context.loads;
+  const auto& node_mass = context.body->operators().node_mass;
+  double acceleration = 0;
+  for (const auto& pattern : loads.forces) {
+    if (!pattern.is_body_force) continue;
+    double largest = 0;
+    for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
+      largest = std::max(largest, std::abs(pattern.weight[n]) / node_mass[index(pattern.nodes[n])]);
+    parallel::agree(*context.group);
+    acceleration += peak_of(pattern, from, to) * parallel::largest_of_all(*context.group, largest);
+  }
+  return std::max(acceleration * (to - from), flight_of_body(context, from, to));
 }
 
 }  // namespace
@@ -107,21 +128,27 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
     e.state_stress = std::max(e.state_stress, 4 * mechanics::contract(initial, initial));
   }
   e.state_stress = std::sqrt(e.state_stress);
+  const geometry::Box box = mechanics::box_of_all(*context.group, subdomain);
+  const double extent = std::ranges::max(box.upper - box.lower);
   const auto node_volume = [&](std::int32_t node) {
     return body.operators().node_mass[index(node)] / heaviest;
   };
   for (const auto& pattern : context.loads->forces) {
-    const double amplitude =
-        peak(pattern.amplitude, load_time, end, [&](double t) { return pattern.amplitude.at(t); });
-    for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
-      e.load_stress = std::max(e.load_stress, amplitude * std::abs(pattern.weight[n]) /
-                                                  std::pow(node_volume(pattern.nodes[n]), 2.0 / 3.0));
+    const double amplitude = peak_of(pattern, load_time, end);
+    for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
+      const double force = amplitude * std::abs(pattern.weight[n]), volume = node_volume(pattern.nodes[n]);
+      // A body force adds up along the whole body.
+      e.load_stress = std::max(e.load_stress, pattern.is_body_force ? force / volume * extent
+                                                                    : force / std::pow(volume, 2.0 / 3.0));
+    }
   }
   for (const auto& motion : context.loads->motions) {
-    if (motion.nodes.empty()) continue;
+    double factor = 0;
+    for (std::size_t n = 0; n < motion.nodes.size(); ++n)
+      factor = std::max(factor, std::abs(motion.factor_at(n)));
     e.prescribed_velocity =
         std::max(e.prescribed_velocity,
-                 peak(motion.curve, load_time, end, [&](double t) { return motion.velocity(t); }));
+                 factor * peak(motion.curve, load_time, end, [&](double t) { return motion.velocity(t); }));
   }
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const auto [a, b] = edges.nodes[i];

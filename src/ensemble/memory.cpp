@@ -27,6 +27,7 @@ constexpr double libraries = 50e6;           // and the program, per rank
 constexpr double openturns = 65e6;           // additional, with random inputs
 constexpr double computed = 640;             // per tetrahedron computed by a rank: operators, solver, motion
 constexpr double averaged = 150;             // additional, with averaged stress: neighbours, balls
+constexpr double pushed = 75;                // additional, with each body force: weights, work, remainders
 constexpr double kept = 30;                  // per tetrahedron of a realization
 constexpr double made = 270;                 // per tetrahedron of a realization being made
 constexpr double frame_kept = 24;            // per node of a frame
@@ -110,7 +111,8 @@ double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) 
 
 MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout) {
-  const double each = computed + (parameters.fracture.length > 0 ? averaged : 0);
+  const double each = computed + (parameters.fracture.length > 0 ? averaged : 0) +
+                      pushed * static_cast<double>(parameters.body_forces().size());
   const double part = each * n_tetrahedra / layout.ranks_per_group;
   const double frames = parameters.output.frames * n_nodes;
   const double ahead =

@@ -166,19 +166,24 @@ void CompositeBody::add_walls() {
     const double lower = layout_.levels[layer];
     const double height = layout_.levels[layer + 1] - lower;
     std::vector<plane::Side> sides;
+    Box around = nowhere;
     for (std::size_t i = 0; i < layout_.lines.size(); ++i) {
       if (!layout_.is_wall(layout_.lines[i], layer)) continue;
       const plane::Side side = side_of(layout_.lines[i], i);
       inner_.push_back({false, layer, sides.size()});
       sides.push_back(side);
+      for (const plane::Point& p : {side.from, side.to})
+        for (const double shift : {-tolerance_, tolerance_})
+          for (const double x : {lower, layout_.levels[layer + 1]})
+            around.include(at(x, {p[0] + shift, p[1] + shift}));
       const Patch patch{{{0, 0, 0}, {height, side.length, 0}},
                         at(lower, side.from),
                         {{{1, 0, 0}, {0, side.along[0], side.along[1]}, {0, -side.along[1], side.along[0]}}}};
       shape_.inner_faces.push_back(
           {{}, height * side.length, Vector{0, side.along[1], -side.along[0]}, patch});
     }
-    layers_.push_back(
-        {lower, layout_.levels[layer + 1], plane::SideIndex(std::move(sides), plane_bounds_, tolerance_)});
+    layers_.push_back({lower, layout_.levels[layer + 1],
+                       plane::SideIndex(std::move(sides), plane_bounds_, tolerance_), around});
   }
 }
 

@@ -46,6 +46,7 @@ private:
   struct Layer {
     double lower, upper;     ///< x [m]
     plane::SideIndex walls;  ///< their part is the line of the layout
+    Box around;              ///< the walls, including the tolerance
   };
   struct Cap {
     double x;

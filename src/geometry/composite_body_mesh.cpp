@@ -30,6 +30,12 @@ plane::Point place_on(const plane::Side& side, double way) {
   return {side.from[0] + way * side.along[0], side.from[1] + way * side.along[1]};
 }
 
+bool interiors_meet(const Box& a, const Box& b) {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (a.lower[i] >= b.upper[i] || b.lower[i] >= a.upper[i]) return false;
+  return true;
+}
+
 /// Points that span a part of a tetrahedron, in the plane of the plate.
 struct Span {
   std::array<plane::Point, 8> point;
@@ -59,7 +65,7 @@ void add_section(const std::array<Point, 4>& corners, double x, Span& span) {
 template <class Visit>
 void CompositeBody::for_walls_at(const Point& p, Visit&& visit) const {
   for (const Layer& layer : layers_)
-    if (p[0] >= layer.lower && p[0] <= layer.upper)
+    if (layer.around.contains(p))
       layer.walls.for_sides_at(in_plane(p), [&](std::size_t i) { visit(layer.walls.sides()[i]); });
 }
 
@@ -234,7 +240,6 @@ Point CompositeBody::snapped(const Point& p, double tolerance) const {
 }
 
 bool CompositeBody::crosses(const Layer& layer, const std::array<Point, 4>& corners) const {
-  if (layer.walls.sides().empty()) return false;
   if (std::ranges::all_of(corners,
                           [&](const Point& p) { return p[0] >= layer.lower && p[0] <= layer.upper; }))
     return layer.walls.cover(std::array{in_plane(corners[0]), in_plane(corners[1]), in_plane(corners[2]),
@@ -258,11 +263,12 @@ bool CompositeBody::crosses(const Cap& cap, const std::array<Point, 4>& corners)
 Place CompositeBody::place(const std::array<Point, 4>& corners) const {
   const Place plain = plain_->place(corners);
   if (plain != Place::solid) return plain;
-  const auto [low, high] = std::minmax({corners[0][0], corners[1][0], corners[2][0], corners[3][0]});
+  Box around = nowhere;
+  for (const Point& p : corners) around.include(p);
   for (const Layer& layer : layers_)
-    if (low < layer.upper && high > layer.lower && crosses(layer, corners)) return Place::crossing;
+    if (interiors_meet(around, layer.around) && crosses(layer, corners)) return Place::crossing;
   for (const Cap& cap : caps_)
-    if (low < cap.x && high > cap.x && crosses(cap, corners)) return Place::crossing;
+    if (around.lower[0] < cap.x && around.upper[0] > cap.x && crosses(cap, corners)) return Place::crossing;
   return Place::solid;
 }
 

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <set>
 #include <utility>
@@ -18,7 +19,7 @@ namespace {
 
 constexpr double load_tolerance = 1e-9;  ///< of places and amounts, relative to the largest
 
-using History = std::vector<std::pair<double, double>>;
+using History = input::FactorTable;
 
 /// The value and the rate of a force, a displacement and a velocity.
 struct Amount {
@@ -46,8 +47,9 @@ struct Effect {
   std::size_t condition;  ///< number
   double share;           ///< of the condition's area in this place
   Box place;
-  Amount amount;  ///< of a force: the part of this place
+  Amount amount;  ///< of a force: the part of this place; without the factor
   const History* history;
+  const std::optional<input::Profile>* factor;
 };
 
 /// The part of a face in a region; empty if they do not meet.
@@ -121,7 +123,7 @@ std::vector<Effect> effects_of(const Body& body, const std::vector<input::Bounda
         const Amount amount = amount_of(condition, *face, k, area, share);
         if (kind == EffectKind::force ? amount.largest() > 0
                                       : kind == EffectKind::absorbing || condition.components[k])
-          effects.push_back({kind, k, number, share, place, amount, &condition.history});
+          effects.push_back({kind, k, number, share, place, amount, &condition.history, &condition.factor});
       }
     }
   }
@@ -151,32 +153,84 @@ Component component_of(const std::vector<Effect>& effects, std::size_t k) {
   return found;
 }
 
+/// A vector at every point of the body, affine in the coordinates.
+using Field = std::function<Vector(const Point&)>;
+
+/// The body forces, their rates, and the initial velocity.
+std::vector<Field> fields_of(const input::Parameters& parameters) {
+  std::vector<Field> fields;
+  for (const input::BodyLoad& load : parameters.body_forces()) {
+    fields.push_back([load](const Point& p) { return load.at(p); });
+    fields.push_back([load](const Point&) { return load.rate; });
+  }
+  fields.push_back([velocities = parameters.initial_velocities()](const Point& p) {
+    Vector sum{};
+    for (const input::BodyLoad& velocity : velocities) sum = sum + velocity.at(p);
+    return sum;
+  });
+  return fields;
+}
+
+/// A corner and its neighbours, which determine an affine field.
+std::array<Point, 4> spanning_points(const Box& box) {
+  std::array<Point, 4> corners;
+  corners.fill(box.lower);
+  for (std::size_t k = 0; k < 3; ++k) corners[k + 1][k] = box.upper[k];
+  return corners;
+}
+
 /// The effects of a body's conditions, to be compared with their images.
 class Loads {
 public:
-  Loads(const Body& body, std::vector<Effect> effects, bool is_in_equilibrium)
+  Loads(const Body& body, const input::Parameters& parameters)
       : bounds_(body.bounds()),
         near_(load_tolerance * std::ranges::max(body.size())),
-        effects_(std::move(effects)),
-        is_in_equilibrium_(is_in_equilibrium) {
+        effects_(effects_of(body, parameters.boundaries)),
+        fields_(fields_of(parameters)),
+        is_in_equilibrium_(parameters.time.start != input::Start::rest) {
     for (std::size_t k = 0; k < 3; ++k) all_[k] = component_of(effects_, k);
-    has_central_support_ = has_central_support();
+    // Where loads are not simple sums, a support counts as the image of another support only.
+    const bool are_simple =
+        parameters.body_forces().empty() &&
+        std::ranges::none_of(effects_, [](const Effect& effect) { return effect.factor->has_value(); });
+    if (are_simple)
+      has_central_support_ = has_central_support();
+    else
+      for (Component& all : all_) all.has_one_history = false;
+    for (const Field& field : fields_)
+      for (const Point& corner : spanning_points(bounds_))
+        for (std::size_t k = 0; k < 3; ++k) all_[k].is_driven = all_[k].is_driven || field(corner)[k] != 0;
   }
 
   bool are_symmetric(const Symmetry& symmetry) const {
     // Opposite corners tell which components are reversed.
     const Point lower = symmetry.image(bounds_.lower), upper = symmetry.image(bounds_.upper);
     std::array<std::optional<Amount>, 3> translation;
+    const auto sign = [&](std::size_t k) { return lower[k] > upper[k] ? -1.0 : 1.0; };
+    for (const Field& field : fields_)
+      if (!is_symmetric(field, symmetry, {sign(0), sign(1), sign(2)})) return false;
     return std::ranges::all_of(effects_, [&](const Effect& effect) {
       const std::size_t k = effect.component;
       Box image = nowhere;
       image.include(symmetry.image(effect.place.lower));
       image.include(symmetry.image(effect.place.upper));
-      return is_found(effect, image, lower[k] > upper[k] ? -1 : 1, translation[k]);
+      return is_found(effect, image, symmetry, sign(k), translation[k]);
     });
   }
 
 private:
+  bool is_symmetric(const Field& field, const Symmetry& symmetry, const Vector& signs) const {
+    double largest = 0, difference = 0;
+    for (const Point& corner : spanning_points(bounds_)) {
+      const Vector here = field(corner), there = field(symmetry.image(corner));
+      for (std::size_t k = 0; k < 3; ++k) {
+        largest = std::max({largest, std::abs(here[k]), std::abs(there[k])});
+        difference = std::max(difference, std::abs(signs[k] * here[k] - there[k]));
+      }
+    }
+    return difference <= load_tolerance * largest;
+  }
+
   /// True if a single support carries all loads, and these have no moment about its middle.
   bool has_central_support() const {
     std::set<std::size_t> supports;
@@ -218,18 +272,47 @@ private:
 
   /// True if something in the image of an effect's place acts as its image.
   /// @param translation of the component's prescribed motions, once known
-  bool is_found(const Effect& effect, const Box& image, double sign,
+  bool is_found(const Effect& effect, const Box& image, const Symmetry& symmetry, double sign,
                 std::optional<Amount>& translation) const {
     if (std::ranges::any_of(effects_, [&](const Effect& other) {
           return other.component == effect.component && are_near(other.place, image) &&
-                 is_image(other, effect, sign, translation);
+                 is_image(other, effect, symmetry, sign, translation);
         }))
       return true;
     return is_in_equilibrium_ && effect.kind == EffectKind::motion && !all_[effect.component].is_driven &&
            is_driven(effect.place) && is_driven(image);
   }
 
-  bool is_image(const Effect& other, const Effect& effect, double sign,
+  /// True if two amounts, times their factors, are images of each other everywhere.
+  bool are_images(const Effect& other, const Effect& effect, const Symmetry& symmetry, double sign) const {
+    const auto value = [](const Effect& one, double at) { return *one.factor ? (*one.factor)->at(at) : 1.0; };
+    const std::size_t axis = *effect.factor ? (*effect.factor)->axis : (*other.factor)->axis;
+    if (*other.factor && (*other.factor)->axis != axis) return false;
+    const auto at = [&](double coordinate) {
+      Point p = effect.place.lower;
+      p[axis] = coordinate;
+      return p;
+    };
+    // Both are linear between the kinks of either.
+    std::set<double> coordinates{effect.place.lower[axis], effect.place.upper[axis]};
+    const auto add = [&](double kink) {
+      coordinates.insert(std::clamp(kink, effect.place.lower[axis], effect.place.upper[axis]));
+    };
+    if (*effect.factor)
+      for (const auto& [kink, factor] : (*effect.factor)->table) add(kink);
+    if (*other.factor)
+      for (const auto& [kink, factor] : (*other.factor)->table) add(symmetry.preimage(at(kink))[axis]);
+    double largest = 0, difference = 0;
+    for (const double coordinate : coordinates) {
+      const Amount here = (sign * value(effect, coordinate)) * effect.amount;
+      const Amount there = value(other, symmetry.image(at(coordinate))[axis]) * other.amount;
+      largest = std::max({largest, here.largest(), there.largest()});
+      difference = std::max(difference, (there + -1 * here).largest());
+    }
+    return difference <= load_tolerance * largest;
+  }
+
+  bool is_image(const Effect& other, const Effect& effect, const Symmetry& symmetry, double sign,
                 std::optional<Amount>& translation) const {
     const Component& all = all_[effect.component];
     const auto are_close = [](const Amount& a, const Amount& b) {
@@ -245,13 +328,15 @@ private:
       if (!translation) translation = other.amount + -1 * expected;
       return are_close(other.amount, expected + *translation);
     }
-    return are_close(other.amount, expected) &&
+    const bool is_uniform = !*effect.factor && !*other.factor;
+    return (is_uniform ? are_close(other.amount, expected) : are_images(other, effect, symmetry, sign)) &&
            (*effect.history == *other.history || effect.amount.largest() == 0);
   }
 
   Box bounds_;
   double near_;  ///< [m]
   std::vector<Effect> effects_;
+  std::vector<Field> fields_;
   bool is_in_equilibrium_;
   std::array<Component, 3> all_{};
   bool has_central_support_ = false;
@@ -259,9 +344,8 @@ private:
 
 }  // namespace
 
-std::vector<Symmetry> loaded_symmetries(const Body& body, const std::vector<input::Boundary>& conditions,
-                                        input::Start start) {
-  const Loads loads(body, effects_of(body, conditions), start != input::Start::rest);
+std::vector<Symmetry> loaded_symmetries(const Body& body, const input::Parameters& parameters) {
+  const Loads loads(body, parameters);
   std::vector<Symmetry> result = body.symmetries();
   std::erase_if(
       result, [&](const Symmetry& symmetry) { return symmetry.code != 0 && !loads.are_symmetric(symmetry); });

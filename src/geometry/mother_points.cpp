@@ -179,6 +179,28 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
       crossing ? "extends beyond it" : "is below min_quality");
 }
 
+/// Points that divide the longest edges of bad cells; those of edges outside the body are omitted. Where
+/// inner faces meet at sharp angles, moves alone may not cure the last cells.
+std::vector<Point> middles(const Body& body, const MotherPoints& points,
+                           const std::vector<Tetrahedron>& bad) {
+  std::vector<Point> result;
+  for (const Tetrahedron& t : bad) {
+    double longest = 0;
+    Point middle{};
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const Point& a = points.position[index(t[i])];
+        const Point& b = points.position[index(t[j])];
+        if (norm(b - a) <= longest) continue;
+        longest = norm(b - a);
+        middle = 0.5 * (a + b);
+      }
+    const auto is_near = [&](const Point& other) { return norm(other - middle) < longest / 2; };
+    if (body.contains(middle) && std::ranges::none_of(result, is_near)) result.push_back(middle);
+  }
+  return result;
+}
+
 /// Blue noise on edges, in faces and in the interior, relaxed.
 void generate(Collection& collection, const RandomStream& stream) {
   const Body& body = collection.body;
@@ -256,8 +278,9 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
         improve(body, points, goal, mesh.min_quality,
                 stream.substream(improving).substream(static_cast<std::uint64_t>(attempt)));
     if (bad.empty()) return in_slab_order(points, body.size());
-    const std::vector<Point> added =
+    std::vector<Point> added =
         missing_face_points(body, points.position, points.spacing, bad, outline_margin);
+    if (added.empty() && !body.inner_faces().empty()) added = middles(body, points, bad);
     if (mesh.points || added.empty() || attempt == max_additions) refuse(body, points, mesh.min_quality, bad);
     for (const Point& p : added) collection.add(p, -1);
   }

@@ -138,6 +138,20 @@ void check_course(const Boundary& condition, const std::string& key, Start start
   }
 }
 
+void check_factor(const Boundary& condition, const std::string& key, Findings& findings) {
+  if (!condition.factor) return;
+  if (!has_quantity(condition.kind)) {
+    findings.report(key + ".factor", "{} has no value to multiply; leave it out", name_of(condition.kind));
+    return;
+  }
+  for (const char* const part : {"along", "table"})
+    if (const std::string path = fmt::format("{}.factor.{}", key, part); !findings.given(path))
+      findings.report(
+          path,
+          "the key is missing; give factor = {{ along = \"y\", table = [[\"0 mm\", 0], [\"10 mm\", 1]] "
+          "}}");
+}
+
 void check_region_of_box(const Boundary& condition, Face face, const std::string& key,
                          const Specimen& specimen, Findings& findings) {
   const auto normal = static_cast<std::size_t>(axis_of(face));
@@ -331,10 +345,10 @@ std::vector<std::string> kinds_given(const Findings& findings, const std::string
 }
 
 void check_boundaries(const Parameters& parameters, Findings& findings) {
-  if (parameters.boundaries.empty()) {
-    if (!findings.faulty("boundary")) {
-      findings.report("boundary", "the body has no boundary condition; give at least one [[boundary]] table");
-    }
+  if (parameters.boundaries.empty() && parameters.loads.empty()) {
+    if (!findings.faulty("boundary"))
+      findings.report("boundary",
+                      "the body has no boundary condition; give at least one [[boundary]] or [[load]] table");
     return;
   }
   const Specimen& specimen = parameters.specimen;
@@ -347,6 +361,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
     check_kind(key, findings);
     if (findings.faulty(key)) continue;
     check_course(condition, key, parameters.time.start, findings);
+    check_factor(condition, key, findings);
     if (condition.on.starts_with("notch-") && findings.faulty("specimen.notch")) continue;
     if (size_known) check_region(condition, key, specimen, walls, findings);
     if (size_known && prescribes_motion(condition) && !findings.faulty(key)) {

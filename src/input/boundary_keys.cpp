@@ -265,7 +265,7 @@ Key condition_name_key() {
 }  // namespace
 
 Table boundary_table() {
-  return {
+  Table table{
       "boundary",
       Occurrence::many,
       fmt::format("boundary conditions; each prescribes exactly one of {}", fmt::join(kind_names, ", ")),
@@ -277,10 +277,18 @@ Table boundary_table() {
        absorbing_key(), rate_key(),
        history_key(
            [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).history; },
-           "factors of the prescribed quantity, linear between these times"),
-       condition_name_key()},
+           "factors of the prescribed quantity, linear between these times")},
       [](const Parameters& parameters) { return parameters.boundaries.size(); },
       [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
+  for (Key& key : profile_keys(
+           "factor",
+           [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).factor; },
+           "factors of the prescribed quantity along this coordinate, linear between the entries, constant "
+           "outside; "
+           "a force is only distributed by them, its total stays"))
+    table.keys.push_back(std::move(key));
+  table.keys.push_back(condition_name_key());
+  return table;
 }
 
 }  // namespace crackle::input

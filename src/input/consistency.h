@@ -40,6 +40,7 @@ void check_sections(const Parameters& parameters, Findings& findings);
 void check_fracture(const Parameters& parameters, Findings& findings);
 void check_boundaries(const Parameters& parameters, Findings& findings);
 void check_initial_stresses(const Parameters& parameters, Findings& findings);
+void check_loads(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);
 void check_output(const Parameters& parameters, Findings& findings);
 void check_random(const Parameters& parameters, Findings& findings);

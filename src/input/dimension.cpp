@@ -40,6 +40,16 @@ const Dimension angle_dimension{"an angle", "radian", "30 degree", 0, {{"degree"
 const Dimension temperature_dimension{"a change of temperature", "K", "-200 K", 0, {{"K", 1}, {"mK", 1e-3}}};
 
 const Dimension expansion_dimension{"an expansion", "1/K", "8e-6 1/K", 0, {{"1/K", 1, 1e-30}}};
+const Dimension acceleration_dimension{
+    "an acceleration", "m/s^2", "-9.81 m/s^2", 0, {{"m/s^2", 1}, {"mm/s^2", 1e-3}}};
+const Dimension acceleration_rate_dimension{
+    "an acceleration per time", "m/s^3", "100 m/s^3", 0, {{"m/s^3", 1}, {"mm/s^3", 1e-3}}};
+const Dimension body_force_dimension{
+    "a force per volume", "N/m^3", "-25 kN/m^3", 0, {{"kN/m^3", 1e3}, {"N/m^3", 1}}};
+const Dimension body_force_rate_dimension{
+    "a force per volume and time", "N/m^3/s", "10 kN/m^3/s", 0, {{"kN/m^3/s", 1e3}, {"N/m^3/s", 1}}};
+const Dimension angular_velocity_dimension{"an angular velocity", "rad/s", "3000 rpm", 0, {{"rad/s", 1}}};
+const Dimension velocity_gradient_dimension = with_example(rate_of_decay_dimension, "5000 1/s");
 
 Dimension impulse_dimension(double exponent) {
   const std::string power = exponent == 1 ? std::string() : fmt::format("^{}", format_number(exponent));
@@ -75,10 +85,14 @@ const Dimension& rate_dimension(BoundaryKind kind) {
 }
 
 std::vector<Dimension> known_dimensions(double exponent) {
-  std::vector<Dimension> dimensions{
-      length_dimension,          time_dimension,     stress_dimension,        density_dimension,
-      energy_per_area_dimension, volume_dimension,   rate_of_decay_dimension, stress_intensity_dimension,
-      temperature_dimension,     expansion_dimension};
+  std::vector<Dimension> dimensions{length_dimension,           time_dimension,
+                                    stress_dimension,           density_dimension,
+                                    energy_per_area_dimension,  volume_dimension,
+                                    rate_of_decay_dimension,    stress_intensity_dimension,
+                                    temperature_dimension,      expansion_dimension,
+                                    acceleration_dimension,     body_force_dimension,
+                                    angular_velocity_dimension, acceleration_rate_dimension,
+                                    body_force_rate_dimension};
   for (const BoundaryTraits& traits : boundary_kinds) {
     if (!has_quantity(traits.kind)) continue;
     dimensions.push_back(value_dimension(traits.kind));

@@ -29,7 +29,9 @@ struct Dimension {
 
 extern const Dimension length_dimension, time_dimension, stress_dimension, density_dimension,
     energy_per_area_dimension, volume_dimension, rate_of_decay_dimension, stress_intensity_dimension,
-    angle_dimension, temperature_dimension, expansion_dimension;
+    angle_dimension, temperature_dimension, expansion_dimension, acceleration_dimension,
+    acceleration_rate_dimension, body_force_dimension, body_force_rate_dimension, angular_velocity_dimension,
+    velocity_gradient_dimension;
 
 /// stress^exponent time, the dimension of the Tuler-Butcher impulse K_f.
 Dimension impulse_dimension(double exponent);

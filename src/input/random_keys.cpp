@@ -104,7 +104,11 @@ RandomInput named_number(const Source& source, double exponent) {
     return random;
   }
   if (value->kind == ValueKind::string) {
-    for (const Dimension& dimension : known_dimensions(exponent)) {
+    std::vector<Dimension> dimensions = known_dimensions(exponent);
+    // A rate in 1/s could also be an angular velocity.
+    std::ranges::stable_partition(
+        dimensions, [&](const Dimension& one) { return one.name.ends_with(" " + key->dimension); });
+    for (const Dimension& dimension : dimensions) {
       const Quantity quantity = source.context.units.read(value->string, dimension);
       if (quantity.error != QuantityError::none) continue;
       random.unit = dimension.si_unit;

@@ -388,9 +388,9 @@ const std::vector<Table>& schema() {
     for (Table& table : std::vector<Table>{mesh_table(), region_table()}) all.push_back(std::move(table));
     for (Table& table : material_tables()) all.push_back(std::move(table));
     for (Table& table :
-         std::vector<Table>{fracture_table(), variation_table(), boundary_table(), initial_stress_table(),
-                            time_table(), damping_table(), sections_table(), line_table(), output_table(),
-                            probe_table(), random_table(), sweep_table()})
+         std::vector<Table>{fracture_table(), variation_table(), boundary_table(), load_table(),
+                            initial_stress_table(), time_table(), damping_table(), sections_table(),
+                            line_table(), output_table(), probe_table(), random_table(), sweep_table()})
       all.push_back(std::move(table));
     return all;
   }();
@@ -493,59 +493,6 @@ Key optional_number_key(std::string name, Access<double> access, Range range, st
                         std::string help) {
   return hidden_at_zero(
       number_key(std::move(name), access, range, optional(std::move(unset)), std::move(help)), access);
-}
-
-Key pairs_key(std::string name, Access<std::vector<std::pair<double, double>>> access, const Pairs& pairs,
-              Requirement requirement, std::string help) {
-  const std::string form =
-      fmt::format("an array of [{}, {}], such as {}", pairs.argument, pairs.value, pairs.example);
-  return {std::move(name),
-          fmt::format("{} and {}", pairs.argument, pairs.value),
-          std::move(requirement),
-          fmt::format("{}, {}s ascending{}", form, pairs.argument,
-                      pairs.argument_range.lower == 0 ? " from 0" : ""),
-          std::move(help),
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto rows = read_elements(source, 0, form);
-            if (!rows) return;
-            auto& all = access(parameters, i);
-            for (const Source& row : *rows) {
-              const auto pair = read_elements(row, 2, form);
-              if (!pair) continue;
-              const auto argument = read_quantity((*pair)[0], pairs.argument_dimension, pairs.argument_range);
-              const auto value = pairs.value_dimension
-                                     ? read_quantity((*pair)[1], *pairs.value_dimension, pairs.value_range)
-                                     : read_number((*pair)[1], pairs.value_range);
-              if (!argument || !value) continue;
-              if (!all.empty() && *argument <= all.back().first)
-                (*pair)[0].report("{} is not {} the {} before it; give ascending {}s",
-                                  (*pair)[0].value.source, pairs.after, pairs.argument, pairs.argument);
-              all.emplace_back(*argument, *value);
-            }
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto& all = access(parameters, i);
-            if (all.empty()) return {};
-            std::vector<std::string> rows;
-            for (const auto& [argument, value] : all)
-              rows.push_back(bracketed({format_quantity(argument, pairs.argument_dimension),
-                                        pairs.value_dimension ? format_quantity(value, *pairs.value_dimension)
-                                                              : format_number(value)}));
-            return bracketed(rows);
-          }};
-}
-
-Key history_key(Access<std::vector<std::pair<double, double>>> access, std::string help) {
-  return pairs_key("history", std::move(access),
-                   {.argument = "time",
-                    .value = "factor",
-                    .example = "[[\"0 s\", 0], [\"10 s\", 1]]",
-                    .argument_dimension = with_example(time_dimension, "10 s"),
-                    .argument_range = {0, 1e12},
-                    .value_dimension = {},
-                    .value_range = {-1e12, 1e12},
-                    .after = "later than"},
-                   optional("constant in time"), std::move(help));
 }
 
 Key range_key(std::string name, Access<std::pair<double, double>> access,

@@ -46,6 +46,8 @@ Table boundary_table();
 
 /// [[initial.stress]].
 Table initial_stress_table();
+/// [[load]]
+Table load_table();
 
 /// [output] and [[output.probe]].
 Table output_table();
@@ -98,10 +100,14 @@ struct Pairs {
   std::string after = "above";  ///< one argument is, than the one before
 };
 /// Pairs with ascending arguments, shown if there are any.
-Key pairs_key(std::string name, Access<std::vector<std::pair<double, double>>> access, const Pairs& pairs,
-              Requirement requirement, std::string help);
+Key pairs_key(std::string name, Access<FactorTable> access, const Pairs& pairs, Requirement requirement,
+              std::string help);
 /// Factors at times.
-Key history_key(Access<std::vector<std::pair<double, double>>> access, std::string help);
+Key history_key(Access<FactorTable> access, std::string help);
+/// A factor over a coordinate that may be omitted: "name.along" and "name.table". The profile exists once one
+/// of them is given.
+std::vector<Key> profile_keys(const std::string& name, const Access<std::optional<Profile>>& access,
+                              const std::string& help);
 
 /// A key whose value is parsed by `read`, which may fail, and written by `show`.
 template <class T, class Read, class Show>

@@ -199,7 +199,7 @@ auto shown_of(const FigureAccess& figure, Show show) {
 Key center_key(const FigureAccess& figure) {
   return {"center",
           "length",
-          optional("required except with polygon"),
+          optional("required with radius and semi_axes"),
           point_form,
           "centre",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -371,14 +371,14 @@ Table material_region_table() {
         [=](Parameters & parameters, std::size_t i) -> auto& { return region(parameters, i).box[axis]; },
         {"0 mm", "2 mm"}, "whole body", "extent of a box; x also of other shapes");
   };
-  const std::string form = "the name of a [[material]], in quotes";
+  const std::string form = "the name of a [[material]], such as \"coating\"";
   const Access<std::string> name = [=](Parameters& parameters, std::size_t i) -> std::string& {
     return region(parameters, i).material;
   };
   std::vector<Key> keys{value_key(
                             "material", "name", required(), form, "that fills the region", name,
                             [=](const Source& source) { return read_text(source, form); },
-                            [](const std::string& text) { return fmt::format("\"{}\"", text); }),
+                            [](const std::string& text) { return text; }),
                         range(0, "x"), range(1, "y"), range(2, "z")};
   for (Key& key : figure_keys(figure, "corners")) keys.push_back(std::move(key));
   return {

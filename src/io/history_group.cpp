@@ -39,37 +39,43 @@ void label_as(hid_t group, std::initializer_list<const char*> datasets,
   for (const char* name : datasets) hdf5::label_dimensions(hdf5::open_dataset(group, name), names);
 }
 
-bool is_load(const input::Boundary& condition) {
-  return input::traits(condition.kind).action == input::Action::load;
-}
-
-void write_conditions(hid_t group, const std::vector<input::Boundary>& conditions,
-                      const std::vector<HistoryRow>& rows) {
+/// The boundary conditions, then the body forces.
+void write_conditions(hid_t group, const input::Parameters& parameters, const std::vector<HistoryRow>& rows) {
   std::vector<std::string> faces, names, kinds;
-  for (const input::Boundary& condition : conditions) {
+  std::vector<bool> are_loads;
+  for (const input::Boundary& condition : parameters.boundaries) {
     faces.push_back(condition.on);
     names.push_back(condition.name);
     kinds.emplace_back(input::name_of(condition.kind));
+    are_loads.push_back(input::traits(condition.kind).action == input::Action::load);
+  }
+  for (const input::BodyLoad& load : parameters.body_forces()) {
+    faces.emplace_back("body");
+    names.emplace_back();
+    kinds.emplace_back(input::name_of(load.kind));
+    are_loads.push_back(true);
   }
   hdf5::write_texts(group, "condition_on", faces);
-  describe_dataset(group, "condition_on", "face of each boundary condition, in the order of the input");
+  describe_dataset(
+      group, "condition_on",
+      "face of each boundary condition, in the order of the input; then \"body\" for each force of [[load]]");
   hdf5::write_texts(group, "condition_name", names);
   describe_dataset(group, "condition_name",
                    "conditions with the same name count as one load; empty if unnamed");
   hdf5::write_texts(group, "condition_kind", kinds);
   describe_dataset(group, "condition_kind", "prescribed quantity");
   const auto force_of = [&](bool of_loads) {
-    return [&conditions, of_loads](const HistoryRow& row, std::size_t k) {
-      return is_load(conditions[k]) == of_loads ? row.force[k] : Vector{};
+    return [&are_loads, of_loads](const HistoryRow& row, std::size_t k) {
+      return are_loads[k] == of_loads ? row.force[k] : Vector{};
     };
   };
-  write_vectors(group, "load", rows, conditions.size(), force_of(true), "N",
+  write_vectors(group, "load", rows, faces.size(), force_of(true), "N",
                 "force that each condition applies to the body (x, y, z); 0 where it prescribes a motion");
   write_vectors(
-      group, "reaction", rows, conditions.size(), force_of(false), "N",
+      group, "reaction", rows, faces.size(), force_of(false), "N",
       "force that each prescribed motion or absorbing face exerts on the body (x, y, z); 0 for loads");
   write_vectors(
-      group, "displacement", rows, conditions.size(),
+      group, "displacement", rows, faces.size(),
       [](const HistoryRow& row, std::size_t k) { return row.displacement[k]; }, "m",
       "mean over the loaded area, or over the constrained nodes, of each condition (x, y, z)");
 }
@@ -144,7 +150,7 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
       group, "broken", rows, [](const HistoryRow& row) { return row.energy.broken; }, "",
       "tetrahedra broken so far");
   if (cracks.area.size() == rows.size() * cracks.n_starts) write_cracks(group, cracks, rows.size());
-  write_conditions(group, parameters.boundaries, rows);
+  write_conditions(group, parameters, rows);
   hdf5::label_datasets(group, {"moment", "notch"}, "time");
   label_as(group, {"load", "reaction", "displacement"}, {"moment", "condition", "component"});
   label_as(group, {"condition_on", "condition_kind", "condition_name"}, {"condition"});

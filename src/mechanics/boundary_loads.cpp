@@ -42,9 +42,15 @@ void assign_shared_components(const parallel::Communicator& group, std::size_t n
   for (const bool is_fixed : {true, false}) {
     for (PrescribedMotion& motion : loads.motions) {
       if (motion.is_fixed != is_fixed) continue;
-      std::erase_if(motion.nodes, [&](std::int32_t node) {
-        return std::exchange(taken[index(node, motion.component)], std::uint8_t{1}) != 0;
-      });
+      std::size_t n_kept = 0;
+      for (std::size_t i = 0; i < motion.nodes.size(); ++i) {
+        if (std::exchange(taken[index(motion.nodes[i], motion.component)], std::uint8_t{1}) != 0) continue;
+        motion.nodes[n_kept] = motion.nodes[i];
+        if (!motion.factor.empty()) motion.factor[n_kept] = motion.factor[i];
+        ++n_kept;
+      }
+      motion.nodes.resize(n_kept);
+      if (!motion.factor.empty()) motion.factor.resize(n_kept);
     }
   }
   parallel::agree(group);
@@ -134,9 +140,8 @@ void BoundaryLoads::add_forces(double time, std::span<double> force) const {
 void BoundaryLoads::set_displacements(double time, std::span<double> displacement) const {
   for (const auto& motion : motions) {
     const double value = motion.displacement(time);
-    for (const auto node : motion.nodes) {
-      displacement[index(node, motion.component)] = value;
-    }
+    for (std::size_t i = 0; i < motion.nodes.size(); ++i)
+      displacement[index(motion.nodes[i], motion.component)] = motion.factor_at(i) * value;
   }
 }
 
@@ -151,7 +156,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
   });
   BoundaryLoads loads;
   for (std::size_t i = 0; i < regions.size(); ++i)
-    add_condition({group, subdomain, parameters.material(), parameters.boundaries[i], static_cast<int>(i),
+    add_condition({group, subdomain, parameters.materials, parameters.boundaries[i], static_cast<int>(i),
                    regions[i], outward},
                   loads);
   assign_shared_components(group, index(subdomain.layout.n_owned), loads);
@@ -160,8 +165,11 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
   loads.governing = governing_conditions(parameters);
   // The machine's load is the pressure times its area.
   for (GoverningCondition& one : loads.governing)
-    if (parameters.boundaries[index(one.condition)].kind == input::BoundaryKind::pressure)
-      one.area = loaded_region(group, regions[index(one.condition)], subdomain).total_area;
+    if (index(one.condition) < parameters.boundaries.size() &&
+        parameters.boundaries[index(one.condition)].kind == input::BoundaryKind::pressure)
+      one.area = loaded_region(group, regions[index(one.condition)], subdomain,
+                               parameters.boundaries[index(one.condition)].factor)
+                     .total_area;
   return loads;
 }
 

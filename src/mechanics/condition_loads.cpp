@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <utility>
@@ -19,6 +20,11 @@ namespace crackle::mechanics {
 namespace {
 
 using input::BoundaryKind;
+
+/// Of a total force whose factor changes sign, relative to the sum of magnitudes.
+constexpr double least_resultant = 1e-9;
+
+constexpr const char* is_zero_in_region = "is 0 in its whole region";
 
 void refuse_empty(const ConditionOnMesh& place, bool is_empty, const char* part) {
   if (!is_empty) return;
@@ -32,24 +38,38 @@ LoadCurve curve(const input::Boundary& condition, int component) {
   return {condition.value[index(component)], condition.rate[index(component)], condition.history};
 }
 
+void refuse_factor(const ConditionOnMesh& place, bool is_refused, const char* reason) {
+  if (!is_refused) return;
+  throw parallel::AgreedError(
+      0, fmt::format("boundary {} on {}: its factor {}", place.number + 1, place.condition.on, reason));
+}
+
 /// Shares of the loaded area or length.
 ConditionNodes area_shares(LoadedRegion region) {
-  for (double& area : region.area) area /= region.total_area;
+  for (double& area : region.area) area = std::abs(area) / region.total_area;
   return {std::move(region.nodes), std::move(region.area)};
 }
 
 /// A force, or a traction with the same vector everywhere.
 void add_vector_load(const ConditionOnMesh& place, BoundaryLoads& loads) {
-  LoadedRegion region = loaded_region(place.group, place.region, place.subdomain);
+  const auto& factor = place.condition.factor;
+  LoadedRegion region = loaded_region(place.group, place.region, place.subdomain, factor);
+  refuse_factor(place, factor && region.total_area == 0, is_zero_in_region);
   refuse_empty(place, region.total_area == 0, "boundary triangle");
+  const bool is_total = place.condition.kind == BoundaryKind::force;
+  // A total cannot be kept by a distribution without resultant.
+  refuse_factor(
+      place, is_total && std::abs(region.resultant) <= least_resultant * region.total_area,
+      "adds up to nothing over its region, so that it cannot distribute a total force; give a traction");
   for (int component = 0; component < 3; ++component) {
     LoadCurve amplitude = curve(place.condition, component);
     if (amplitude.is_zero()) continue;
     ForcePattern pattern{component,         std::move(amplitude), region.nodes, region.area,
                          region.total_area, region.resultant,     place.number};
-    if (place.condition.kind == BoundaryKind::force) {
-      for (auto& weight : pattern.weight) weight /= region.total_area;
-      pattern.total_weight = pattern.resultant = 1;
+    if (is_total) {
+      for (auto& weight : pattern.weight) weight /= region.resultant;
+      pattern.total_weight = region.total_area / std::abs(region.resultant);
+      pattern.resultant = 1;
     }
     loads.forces.push_back(std::move(pattern));
   }
@@ -57,11 +77,17 @@ void add_vector_load(const ConditionOnMesh& place, BoundaryLoads& loads) {
 }
 
 void add_pressure(const ConditionOnMesh& place, BoundaryLoads& loads) {
+  const auto& factor = place.condition.factor;
+  LoadedRegion region = loaded_region(place.group, place.region, place.subdomain, factor);
+  refuse_factor(place, factor && region.total_area == 0, is_zero_in_region);
   double total_area = 0;
   for (int component = 0; component < 3; ++component) {
-    LoadedRegion faces = loaded_faces(place.group, place.region, place.subdomain, [&](geometry::FaceId id) {
-      return -place.outward[index(id)][index(component)];
-    });
+    LoadedRegion faces = loaded_faces(
+        place.group, place.region, place.subdomain,
+        [&](const geometry::BoundaryTriangle& triangle) {
+          return -place.outward[index(triangle.surface)][index(component)];
+        },
+        factor);
     total_area += faces.total_area;
     LoadCurve amplitude = curve(place.condition, 0);
     if (amplitude.is_zero() || faces.total_area == 0) continue;
@@ -69,7 +95,7 @@ void add_pressure(const ConditionOnMesh& place, BoundaryLoads& loads) {
                             faces.total_area, faces.resultant, place.number});
   }
   refuse_empty(place, total_area == 0, "boundary triangle");
-  loads.conditions.push_back(area_shares(loaded_region(place.group, place.region, place.subdomain)));
+  loads.conditions.push_back(area_shares(std::move(region)));
 }
 
 /// A fix, displacement or velocity.
@@ -87,21 +113,50 @@ void add_motion(const ConditionOnMesh& place, BoundaryLoads& loads) {
     motion.is_velocity = condition.kind == BoundaryKind::velocity;
     if (!motion.is_fixed) motion.curve = curve(condition, component);
     motion.nodes = nodes;
+    motion.has_factor = condition.factor.has_value();
+    if (motion.has_factor)
+      for (const auto node : nodes)
+        motion.factor.push_back(condition.factor->at(place.subdomain.nodes[index(node)]));
     motion.condition = place.number;
     loads.motions.push_back(std::move(motion));
   }
   loads.conditions.push_back({nodes, std::vector<double>(nodes.size(), 1 / static_cast<double>(n))});
 }
 
+/// The material behind each boundary triangle; empty if there is only one.
+std::map<geometry::Triangle, std::size_t> materials_behind(const geometry::Subdomain& subdomain) {
+  std::map<geometry::Triangle, std::size_t> material;
+  if (subdomain.material.empty()) return material;
+  const auto sorted = [](geometry::Triangle nodes) {
+    std::ranges::sort(nodes);
+    return nodes;
+  };
+  for (const auto& triangle : subdomain.boundary) material[sorted(triangle.nodes)] = 0;
+  for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      const auto& nodes = subdomain.tetrahedra[t];
+      const auto found = material.find(
+          sorted({nodes[(opposite + 1) % 4], nodes[(opposite + 2) % 4], nodes[(opposite + 3) % 4]}));
+      if (found != material.end()) found->second = subdomain.material[t];
+    }
+  return material;
+}
+
 void add_dashpots(const ConditionOnMesh& place, BoundaryLoads& loads) {
-  const double along = place.material.density * dilatational_speed(place.material);
-  const double across = place.material.density * shear_speed(place.material);
+  const auto behind = materials_behind(place.subdomain);
+  const auto material_at = [&](geometry::Triangle nodes) -> const input::Material& {
+    std::ranges::sort(nodes);
+    return place.materials[behind.empty() ? 0 : behind.at(nodes)];
+  };
   std::map<std::int32_t, Symmetric> impedance;
   // One component at a time, by the tributary areas weighted with that component of each face.
   for (std::size_t k = 0; k < 6; ++k) {
-    const LoadedRegion part =
-        loaded_faces(place.group, place.region, place.subdomain, [&](geometry::FaceId id) {
-          const Vector& normal = place.outward[index(id)];
+    const LoadedRegion part = loaded_faces(
+        place.group, place.region, place.subdomain, [&](const geometry::BoundaryTriangle& triangle) {
+          const input::Material& material = material_at(triangle.nodes);
+          const double along = material.density * dilatational_speed(material);
+          const double across = material.density * shear_speed(material);
+          const Vector& normal = place.outward[index(triangle.surface)];
           return (along - across) * symmetric_product(normal, normal)[k] + (k < 3 ? across : 0);
         });
     for (std::size_t n = 0; n < part.nodes.size(); ++n) impedance[part.nodes[n]][k] = part.area[n];

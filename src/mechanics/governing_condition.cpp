@@ -6,27 +6,51 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <variant>
 
 namespace crackle::mechanics {
 
 namespace {
 
-using input::Boundary;
 using input::BoundaryKind;
 
-bool drives(const Boundary& condition) {
-  if (!input::has_quantity(condition.kind)) return false;
-  return condition.value != Vector{} || condition.rate != Vector{};
+/// What a boundary condition or body force has to say about the load of the machine.
+struct Drive {
+  std::string name;
+  Vector value, rate;
+  input::FactorTable history;
+  bool has_quantity, is_velocity, has_direction;
+};
+
+Drive drive_of(const input::Boundary& condition) {
+  return {condition.name,
+          condition.value,
+          condition.rate,
+          condition.history,
+          input::has_quantity(condition.kind),
+          condition.kind == BoundaryKind::velocity,
+          input::traits(condition.kind).form == input::QuantityForm::vector};
 }
 
-bool changes(const Boundary& condition) {
-  return drives(condition) && (condition.rate != Vector{} || !condition.history.empty() ||
-                               condition.kind == BoundaryKind::velocity);
+Drive drive_of(const input::BodyLoad& load) {
+  // The forces of a rotation point in all directions; as those of a pressure they push.
+  if (load.kind == input::LoadKind::angular_velocity)
+    return {{}, {std::abs(load.angular_velocity), 0, 0}, {}, load.history, true, false, false};
+  return {{}, load.value, load.rate, load.history, true, false, true};
+}
+
+bool drives(const Drive& condition) {
+  return condition.has_quantity && (condition.value != Vector{} || condition.rate != Vector{});
+}
+
+bool changes(const Drive& condition) {
+  return drives(condition) &&
+         (condition.rate != Vector{} || !condition.history.empty() || condition.is_velocity);
 }
 
 /// The index of the condition that drives the body.
-std::optional<std::size_t> driver(const std::vector<Boundary>& conditions) {
+std::optional<std::size_t> driver(const std::vector<Drive>& conditions) {
   for (const auto& is_meant : {changes, drives}) {
     const auto found = std::ranges::find_if(conditions, is_meant);
     if (found != conditions.end()) return static_cast<std::size_t>(found - conditions.begin());
@@ -34,10 +58,10 @@ std::optional<std::size_t> driver(const std::vector<Boundary>& conditions) {
   return std::nullopt;
 }
 
-Vector drive_direction(const Boundary& condition) {
+Vector drive_direction(const Drive& condition) {
   if (!drives(condition)) return {};
   const bool is_by_value =
-      condition.rate == Vector{} || (condition.kind == BoundaryKind::velocity && condition.value != Vector{});
+      condition.rate == Vector{} || (condition.is_velocity && condition.value != Vector{});
   Vector direction = is_by_value ? condition.value : condition.rate;
   // Scale first, since squares of very small numbers underflow.
   double largest = 0;
@@ -54,18 +78,18 @@ Vector drive_direction(const Boundary& condition) {
 }  // namespace
 
 std::vector<GoverningCondition> governing_conditions(const input::Parameters& parameters) {
-  const std::vector<Boundary>& conditions = parameters.boundaries;
+  std::vector<Drive> conditions;
+  for (const auto& condition : parameters.boundaries) conditions.push_back(drive_of(condition));
+  for (const auto& load : parameters.body_forces()) conditions.push_back(drive_of(load));
   const auto drive = driver(conditions);
   std::optional<std::size_t> first = drive;
   const auto& governing = parameters.output.governing;
   if (const auto* const number = std::get_if<int>(&governing)) first = index(*number);
   if (const auto* const name = std::get_if<std::string>(&governing))
-    first =
-        static_cast<std::size_t>(std::ranges::find(conditions, *name, &Boundary::name) - conditions.begin());
+    first = static_cast<std::size_t>(std::ranges::find(conditions, *name, &Drive::name) - conditions.begin());
   if (!first) return {};
-  const bool has_direction =
-      drive && input::traits(conditions[*drive].kind).form == input::QuantityForm::vector;
-  const Vector along = has_direction ? drive_direction(conditions[*drive]) : Vector{};
+  const Vector along =
+      drive && conditions[*drive].has_direction ? drive_direction(conditions[*drive]) : Vector{};
   const std::string& name = conditions.at(*first).name;
   std::vector<GoverningCondition> group;
   for (std::size_t i = 0; i < conditions.size(); ++i) {

@@ -4,6 +4,8 @@
 #include "crackle/common/index.h"
 #include "crackle/parallel/exact_sum.h"
 
+#include "factor_integral.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,6 +27,27 @@ TriangleGeometry measure(const geometry::Subdomain& subdomain, const geometry::T
   const auto& b = subdomain.nodes[index(nodes[1])];
   const auto& c = subdomain.nodes[index(nodes[2])];
   return {(a + b + c) / 3, norm(cross(b - a, c - a)) / 2};
+}
+
+template <std::size_t n>
+std::array<double, n> shares_of(const geometry::Subdomain& subdomain,
+                                const std::array<std::int32_t, n>& nodes, double measure,
+                                const std::optional<input::Profile>& factor) {
+  std::array<double, n> shares;
+  shares.fill(measure / static_cast<double>(n));
+  if (!factor) return shares;
+  std::array<Vector, n> corners;
+  std::ranges::transform(nodes, corners.begin(),
+                         [&](std::int32_t node) { return subdomain.nodes[index(node)]; });
+  return factor_shares(*factor, corners, measure);
+}
+
+/// Totals from the nodes, which share what a factor makes of the region. Collective.
+void sum_over_nodes(const parallel::Communicator& group, LoadedRegion& region) {
+  region.resultant = parallel::exact_sum(group, region.area);
+  std::vector<double> magnitudes = region.area;
+  for (double& area : magnitudes) area = std::abs(area);
+  region.total_area = parallel::exact_sum(group, magnitudes);
 }
 
 /// A triangle is counted by the rank that owns its lowest node.
@@ -56,20 +79,21 @@ LineEdges line_edges(const geometry::ConditionRegion& region, const geometry::Su
 
 /// A line region, with lengths instead of areas, or a point region, with the number of points. Collective.
 LoadedRegion loaded_line(const parallel::Communicator& group, const geometry::ConditionRegion& region,
-                         const geometry::Subdomain& subdomain) {
+                         const geometry::Subdomain& subdomain, const std::optional<input::Profile>& factor) {
   std::map<std::int32_t, double> tributary;
   std::vector<double> counted;
   if (region.n_dimensions == 1) {
     for (const auto& [numbers, ends] : line_edges(region, subdomain)) {
       const double length = norm(subdomain.nodes[index(ends[1])] - subdomain.nodes[index(ends[0])]);
       if (ends[0] < subdomain.layout.n_owned) counted.push_back(length);
-      for (const auto node : ends)
-        if (node < subdomain.layout.n_owned) tributary[node] += length / 2;
+      const auto shares = shares_of(subdomain, ends, length, factor);
+      for (std::size_t i = 0; i < 2; ++i)
+        if (ends[i] < subdomain.layout.n_owned) tributary[ends[i]] += shares[i];
     }
   } else {
     for (const auto node : nodes_in_region(region, subdomain)) {
       counted.push_back(1);
-      tributary[node] = 1;
+      tributary[node] = factor ? factor->at(subdomain.nodes[index(node)]) : 1;
     }
   }
   LoadedRegion line;
@@ -78,6 +102,7 @@ LoadedRegion loaded_line(const parallel::Communicator& group, const geometry::Co
     line.nodes.push_back(node);
     line.area.push_back(length);
   }
+  if (factor) sum_over_nodes(group, line);
   return line;
 }
 
@@ -97,7 +122,8 @@ std::vector<std::int32_t> nodes_in_region(const geometry::ConditionRegion& regio
 
 LoadedRegion loaded_faces(const parallel::Communicator& group, const geometry::ConditionRegion& region,
                           const geometry::Subdomain& subdomain,
-                          const std::function<double(geometry::FaceId)>& share) {
+                          const std::function<double(const geometry::BoundaryTriangle&)>& share,
+                          const std::optional<input::Profile>& factor) {
   std::map<std::int32_t, double> tributary;
   std::vector<double> counted_areas;
   for (const auto& triangle : subdomain.boundary) {
@@ -105,12 +131,12 @@ LoadedRegion loaded_faces(const parallel::Communicator& group, const geometry::C
     if (here == nullptr) continue;
     const auto [centroid, area] = measure(subdomain, triangle.nodes);
     if (!here->contains(centroid)) continue;
-    const double part = share(triangle.surface);
+    const double part = share(triangle);
     if (part == 0) continue;
     if (counts(subdomain, triangle.nodes)) counted_areas.push_back(part * area);
-    for (const auto node : triangle.nodes) {
-      if (node < subdomain.layout.n_owned) tributary[node] += part * (area / 3);
-    }
+    const auto shares = shares_of(subdomain, triangle.nodes, area, factor);
+    for (std::size_t i = 0; i < 3; ++i)
+      if (triangle.nodes[i] < subdomain.layout.n_owned) tributary[triangle.nodes[i]] += part * shares[i];
   }
   LoadedRegion face;
   face.resultant = parallel::exact_sum(group, counted_areas);
@@ -120,13 +146,16 @@ LoadedRegion loaded_faces(const parallel::Communicator& group, const geometry::C
     face.nodes.push_back(node);
     face.area.push_back(area);
   }
+  if (factor) sum_over_nodes(group, face);
   return face;
 }
 
 LoadedRegion loaded_region(const parallel::Communicator& group, const geometry::ConditionRegion& region,
-                           const geometry::Subdomain& subdomain) {
-  if (region.n_dimensions < 2) return loaded_line(group, region, subdomain);
-  return loaded_faces(group, region, subdomain, [](geometry::FaceId) { return 1.0; });
+                           const geometry::Subdomain& subdomain,
+                           const std::optional<input::Profile>& factor) {
+  if (region.n_dimensions < 2) return loaded_line(group, region, subdomain, factor);
+  return loaded_faces(
+      group, region, subdomain, [](const geometry::BoundaryTriangle&) { return 1.0; }, factor);
 }
 
 }  // namespace crackle::mechanics

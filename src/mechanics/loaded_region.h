@@ -3,11 +3,13 @@
 
 #include "crackle/geometry/condition_region.h"
 #include "crackle/geometry/subdomain.h"
+#include "crackle/input/profile.h"
 #include "crackle/mechanics/boundary_loads.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace crackle::mechanics {
@@ -16,7 +18,8 @@ namespace crackle::mechanics {
 std::vector<std::int32_t> nodes_in_region(const geometry::ConditionRegion& region,
                                           const geometry::Subdomain& subdomain);
 
-/// The part of a condition's region on this rank: tributary areas of its owned nodes.
+/// The part of a condition's region on this rank: tributary areas of its owned nodes, times the factor if the
+/// condition has one.
 struct LoadedRegion {
   std::vector<std::int32_t> nodes;  ///< ascending
   std::vector<double> area;         ///< or lengths of a line, or 1 at a point
@@ -26,12 +29,14 @@ struct LoadedRegion {
 
 /// The whole region, regardless of direction. Collective.
 LoadedRegion loaded_region(const parallel::Communicator& group, const geometry::ConditionRegion& region,
-                           const geometry::Subdomain& subdomain);
+                           const geometry::Subdomain& subdomain,
+                           const std::optional<input::Profile>& factor = std::nullopt);
 
 /// The faces of a region, weighted. Collective.
-/// @param share of a face's area that counts
+/// @param share of a triangle's area that counts
 LoadedRegion loaded_faces(const parallel::Communicator& group, const geometry::ConditionRegion& region,
                           const geometry::Subdomain& subdomain,
-                          const std::function<double(geometry::FaceId)>& share);
+                          const std::function<double(const geometry::BoundaryTriangle&)>& share,
+                          const std::optional<input::Profile>& factor = std::nullopt);
 
 }  // namespace crackle::mechanics

@@ -36,6 +36,12 @@ spacing = "0.8 mm"
 z = ["60 mm", "80 mm"]
 spacing = "1.5 mm"
 """
+REGION_OF_A_DISC = """
+[[specimen.region]]
+material = "disc"
+center = ["12.25 mm", "100 mm"]
+radius = "4 mm"
+"""
 VARIATION = """
 [fracture.variation]
 distribution = "{}"
@@ -117,6 +123,28 @@ class Mesh(unittest.TestCase):
         for wrong in (plate, self.folder / "missing.vtkhdf"):
             with self.assertRaisesRegex(crackle.ResultsError, wrong.name):
                 crackle.plot_mesh(wrong)
+
+    def test_materials_are_counted_and_drawn(self):
+        plate, mesh = (self.folder / name for name in ("plate.toml", "mesh.vtkhdf"))
+        material = re.search(r"(?s)\[material\]\n(.*?\n)\n", DEMO.read_text())[1]
+        named = "".join(f'[[material]]\nname = "{name}"\n{material}' for name in ("plate", "disc"))
+        plate.write_text(DEMO.read_text().replace("[material]\n" + material, named) + REGION_OF_A_DISC)
+        result = invoke(plate, "-o", mesh)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        with h5py.File(mesh) as root:
+            points, of_cells = (root[f"VTKHDF/{name}"][...] for name in ("Points", "CellData/material"))
+            corners = points[root["VTKHDF/Connectivity"][...].reshape(-1, 4)]
+        centre = 1e3 * corners.mean(axis=1)
+        distance = np.hypot(centre[:, 1] - 12.25, centre[:, 2] - 100)
+        self.assertTrue(np.all(of_cells[distance < 3.5] == 1))
+        self.assertTrue(np.all(of_cells[distance > 4] == 0))
+        volumes = 1e9 * np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
+        checked = run_program("check", "--no-measure", plate)
+        for number, name in enumerate(("plate", "disc")):
+            volume = float(re.search(rf"(?m)^material {name} +(\d+) tetrahedra, ([\d.]+) mm\^3$", result.stdout)[2])
+            self.assertAlmostEqual(volume, volumes[of_cells == number].sum(), delta=1e-5 * volume)
+            self.assertRegex(checked.stdout, rf"(?m)^material {name} += {np.sum(of_cells == number)} tetrahedra, ")
+        self.assertRegex(checked.stdout, r"(?m)^specimen\.region\[0\] += \d+ chords of up to .* inside the curve, area -")
 
     def test_one_strength_on_a_graded_mesh_is_warned_of(self):
         plate = self.folder / "plate.toml"

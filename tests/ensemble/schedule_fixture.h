@@ -48,6 +48,8 @@ public:
   std::vector<geometry::Subdomain> split(const geometry::Realization& realization, int n_parts) override {
     EXPECT_EQ(realization.tetrahedra.size(), 3u);
     EXPECT_EQ(realization.boundary.at(0).surface, 7);
+    EXPECT_EQ(realization.material, (std::vector<std::uint8_t>{0, 1, 0}));
+    EXPECT_EQ(realization.interface, (std::vector<std::uint8_t>{1, 1, 0}));
     EXPECT_EQ(realization.report.min_quality, 0.25);
     std::vector<geometry::Subdomain> parts(static_cast<std::size_t>(n_parts));
     for (std::size_t i = 0; i < realization.nodes.size(); ++i)
@@ -109,6 +111,8 @@ public:
     for (int i = 0; i < 10; ++i) realization.nodes.push_back({10.0 * static_cast<double>(sample) + i, 0, 0});
     realization.tetrahedra.resize(3);
     realization.boundary.push_back({{0, 1, 2}, 7});
+    realization.material = {0, 1, 0};
+    realization.interface = {1, 1, 0};
     realization.report.min_quality = 0.25;
     return realization;
   }

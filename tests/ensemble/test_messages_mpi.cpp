@@ -89,6 +89,8 @@ TEST(SampleGroup, SharesArriveWhole) {
     subdomain.counted = {1};
     subdomain.boundary = {{{0, 1, rank}, 8}};
     subdomain.boundary_number = {4};
+    subdomain.material = {2};
+    subdomain.interface = {static_cast<std::uint8_t>(rank)};
     return subdomain;
   };
   if (group.is_root()) {
@@ -119,6 +121,8 @@ TEST(SampleGroup, SharesArriveWhole) {
   EXPECT_EQ(share.boundary[0].nodes, expected.boundary[0].nodes);
   EXPECT_EQ(share.boundary[0].surface, 8);
   EXPECT_EQ(share.boundary_number, expected.boundary_number);
+  EXPECT_EQ(share.material, expected.material);
+  EXPECT_EQ(share.interface, expected.interface);
   EXPECT_FALSE(ensemble::receive_header(group));
 }
 

@@ -169,6 +169,29 @@ std::string as_written(const std::string& shown) {
   return text;
 }
 
+/// A body of two materials, with regions of every shape.
+std::vector<InputTable> regions() {
+  auto tables = minimal_tables();
+  const auto material = std::ranges::find(tables, "[material]", &InputTable::header);
+  material->header = "[[material]]";
+  material->keys.emplace_back("name", R"("plate")");
+  InputTable other = *material;
+  other.keys.back().second = R"("layer")";
+  tables.push_back(other);
+  const auto add = [&](std::vector<std::pair<std::string, std::string>> keys) {
+    keys.emplace_back("material", R"("layer")");
+    tables.push_back({"[[specimen.region]]", std::move(keys)});
+  };
+  add({{"x", R"(["1 mm", "2 mm"])"}, {"y", R"(["2 mm", "9 mm"])"}, {"z", R"(["20 mm", "30 mm"])"}});
+  add({{"center", R"(["12 mm", "60 mm"])"}, {"radius", R"("5 mm")"}});
+  add({{"center", R"(["12 mm", "80 mm"])"},
+       {"semi_axes", R"(["8 mm", "5 mm"])"},
+       {"angle", R"("20 degree")"}});
+  add({{"polygon", R"([["4 mm", "100 mm"], ["20 mm", "100 mm"], ["12 mm", "120 mm"]])"},
+       {"x", R"(["3 mm", "5 mm"])"}});
+  return tables;
+}
+
 /// An input file made from an echo.
 std::string input_from_echo(const std::string& echo) {
   std::string text;
@@ -193,7 +216,7 @@ std::string input_from_echo(const std::string& echo) {
 }
 
 TEST(InputEcho, IsACompleteDescription) {
-  for (const auto& tables : {full_tables(), minimal_tables(), plates()[0], plates()[1]}) {
+  for (const auto& tables : {full_tables(), minimal_tables(), plates()[0], plates()[1], regions()}) {
     const std::string echo = input::echo(parse_tables(tables));
     std::printf("%s\n", echo.c_str());
     const auto again = input::parse(input_from_echo(echo), "echo.toml");
@@ -324,7 +347,7 @@ std::set<std::string> listed_keys() {
 TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
   std::set<std::string> shown;
   std::istringstream lines(input::echo(parse_tables(full_tables())) + input::echo(parse_tables(plates()[0])) +
-                           input::echo(parse_tables(plates()[1])));
+                           input::echo(parse_tables(plates()[1])) + input::echo(parse_tables(regions())));
   for (std::string line; std::getline(lines, line);) {
     std::string key = line.substr(0, line.find(' '));
     const auto open = key.find('[');

@@ -241,6 +241,69 @@ TEST(LeaderFrame, IsThatOfTheLoadsToo) {
   }
 }
 
+/// Factors, body forces and initial velocities decide, too.
+TEST(LeaderFrame, IsThatOfLoadsThatVary) {
+  using enum input::LoadKind;
+  const auto shaped = [](const char* face, double sign, input::FactorTable table) {
+    input::Boundary load = pulled(face, {0, 0, sign * 1e6}, input::BoundaryKind::traction);
+    load.factor = {1, std::move(table)};
+    return load;
+  };
+  const auto on_all = [](input::LoadKind kind, Vector value) {
+    input::BodyLoad load;
+    load.kind = kind;
+    load.value = value;
+    return load;
+  };
+  const Vector size = parameters(1).specimen.size;
+  const auto turning = [&](const Vector& point) {
+    input::BodyLoad load;
+    load.kind = angular_velocity;
+    load.angular_velocity = 10;
+    load.axis = {1, 0, 0};
+    load.point = point;
+    return load;
+  };
+  input::BodyLoad stretching;
+  stretching.kind = velocity_gradient;
+  stretching.gradient[2] = {0, 0, 100};
+  stretching.point = 0.5 * size;
+  input::BodyLoad shifted = stretching;
+  shifted.point[2] = 0;
+  const input::FactorTable rising{{0, 0}, {size[1], 1}}, falling{{0, 1}, {size[1], 0}},
+      hat{{0.25 * size[1], 0}, {0.5 * size[1], 1}, {0.75 * size[1], 0}};
+  struct Case {
+    const char* name;
+    std::vector<input::Boundary> conditions;
+    std::vector<input::BodyLoad> loads;
+    bool is_symmetric;
+  };
+  for (const Case& one : std::vector<Case>{
+           {"the same at both ends", {shaped("z-min", -1, rising), shaped("z-max", 1, rising)}, {}, false},
+           {"turned", {shaped("z-min", -1, falling), shaped("z-max", 1, rising)}, {}, true},
+           {"a hat", {shaped("z-min", -1, hat), shaped("z-max", 1, hat)}, {}, true},
+           {"a hat at one end",
+            {pulled("z-min", {0, 0, -1e6}, input::BoundaryKind::traction), shaped("z-max", 1, hat)},
+            {},
+            false},
+           {"falls along", {}, {on_all(acceleration, {0, 0, -10})}, false},
+           {"falls across", {}, {on_all(acceleration, {1, 0, 0})}, true},
+           {"turns about its middle", {}, {turning(0.5 * size)}, true},
+           {"turns about its end", {}, {turning({0, 0, 0})}, false},
+           {"stretches from its middle", {}, {stretching}, true},
+           {"stretches from its end", {}, {shifted}, false},
+           {"moves back", {}, {shifted, on_all(velocity, {0, 0, -50 * size[2]})}, true}}) {
+    input::Parameters p = loaded(one.conditions, input::Start::rest);
+    p.loads = one.loads;
+    EXPECT_EQ(LeaderFrame(p).reference()[1], one.is_symmetric ? 0 : 1) << one.name;
+  }
+  // Held at one end, a growing weight is not an image of its support's reaction.
+  input::Parameters hangs = loaded({held("z-min"), pulled("z-max", {0, 0, 10})}, input::Start::quasi_static);
+  EXPECT_EQ(LeaderFrame(hangs).reference()[1], 0);
+  hangs.loads = {on_all(body_force, {1, 0, 0})};
+  EXPECT_EQ(LeaderFrame(hangs).reference()[1], 1);
+}
+
 TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {
   const std::vector<SampleSummary> samples{
       row(0, {67, 66.8, 66.5, 66.9, none, none, none, 73}),

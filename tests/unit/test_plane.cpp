@@ -3,6 +3,7 @@
 
 #include "crackle/common/random.h"
 #include "crackle/plane/side_index.h"
+#include "crackle/plane/subdivision.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -139,6 +140,38 @@ double nearest(const Shape& shape, const Point& p) {
   for (const Loop& loop : shape.loops)
     for (std::size_t i = 0; i < loop.size(); ++i) gap = std::min(gap, distance(p, loop.from(i), loop.to(i)));
   return gap;
+}
+
+TEST(Subdivision, PartsThePlateWhereFiguresEndAndMergesWhatNearlyCoincides) {
+  const Polygon lower{{2, 2}, {5, 2}, {5, 5}, {2, 5}};
+  const Polygon beside{{5 + 1e-8, 3}, {8, 3}, {8, 6}, {5 + 1e-8, 6}};
+  const Polygon beyond{{-1, 8}, {11, 8}, {11, 12}, {-1, 12}};
+  const Polygon at_edge{{1e-9, 6}, {1, 6}, {1, 8 + 1e-9}, {-1e-9, 8}};
+  const Subdivision divided = subdivide(square(10), {lower, beside, beyond, at_edge}, 1e-6);
+  const auto line = [&](const Point& from, const Point& to) {
+    const auto is_at = [&](int corner, const Point& p) {
+      return norm(divided.corners.at(static_cast<std::size_t>(corner)) - p) < 1e-6;
+    };
+    std::vector<Subdivision::Line> found;
+    for (const Subdivision::Line& one : divided.lines)
+      if ((is_at(one.end[0], from) && is_at(one.end[1], to)) ||
+          (is_at(one.end[0], to) && is_at(one.end[1], from)))
+        found.push_back(one);
+    EXPECT_EQ(found.size(), 1U);
+    return found.at(0);
+  };
+  // The plate: two sides, one divided at 8, one at 6 and 8. The figures: 5 + 4, 1 + 1, and 2.
+  EXPECT_EQ(divided.lines.size(), 7U + 9U + 2U + 2U);
+  const auto common = line({5, 3}, {5, 5});
+  EXPECT_THAT(std::vector({common.left, common.right}), UnorderedElementsAre(ElementsAre(0), ElementsAre(1)));
+  const auto edge = line({0, 8}, {0, 6});
+  EXPECT_EQ(edge.side, 3);
+  EXPECT_THAT(edge.left, ElementsAre(3));
+  EXPECT_EQ(divided.corners[static_cast<std::size_t>(edge.end[0])][0], 0) << "exactly";
+  EXPECT_THAT(line({0, 8}, {0, 10}).left, ElementsAre(2));
+  EXPECT_EQ(line({0, 0}, {0, 6}).side, 3);
+  const auto top = line({0, 8}, {1, 8});
+  EXPECT_THAT(std::vector({top.left, top.right}), UnorderedElementsAre(ElementsAre(2), ElementsAre(3)));
 }
 
 TEST(SideIndex, FindsWhatASearchOfAllSidesFinds) {

@@ -17,14 +17,16 @@ namespace crackle::dynamics {
 
 /// Quantities needed for the work of the loads, at one moment of quasi-static loading.
 struct LoadState {
-  std::vector<double> amplitude;      ///< per force pattern [N or Pa]
-  std::vector<double> position;       ///< conjugate displacement: sum of weight times displacement [m or m^3]
-  std::vector<double> reaction;       ///< resultant force exerted by each prescribed motion [N]
-  std::vector<double> travel;         ///< displacement of each prescribed motion [m]
+  std::vector<double> amplitude = {};  ///< per force pattern [N or Pa]
+  std::vector<double> position = {};  ///< conjugate displacement: sum of weight times displacement [m or m^3]
+  std::vector<double> reaction = {};  ///< resultant force exerted by each prescribed motion [N]
+  std::vector<double> travel = {};    ///< displacement of each prescribed motion, at factor 1 [m]
   std::vector<Vector> absorbed = {};  ///< force exerted by each absorbing face; empty at rest [N]
   // Of each part of the initial strain; empty in motion, during which it is constant.
   std::vector<double> initial_factor = {};
   std::vector<double> initial_force = {};  ///< conjugate to the factor: energy per factor [J]
+  std::vector<double> conjugate =
+      {};  ///< force conjugate to each travel: the reactions times their factors [N]
 };
 
 /// Collective; bitwise equal for any number of ranks.

@@ -12,9 +12,10 @@
 ///
 /// - Load: the sum of the forces that the governing conditions (mechanics::governing_conditions) exert on the
 ///   body, each along its own drive. Positive if the machine loads the body, negative if the body pushes back
-///   against a pulling grip. For a pressure it is the pressure times the area.
+///   against a pulling grip. For a pressure it is the pressure times the area, for a body force its
+///   resultant, for a rotation the sum of the magnitudes of its forces.
 /// - Displacement: along the drive, averaged over these conditions; the prescribed value for prescribed
-///   motions, otherwise the mean over the loaded area.
+///   motions, otherwise the mean over the loaded area or body, weighted with a factor.
 /// - Peak load: the largest load up to separation. In a dynamic phase after quasi-static loading, a reaction
 ///   is capped at the static force for the current displacement, with the stiffness at the start of the
 ///   phase: fracture cannot stiffen the body, so any excess is inertia, which no load cell would follow.

@@ -14,6 +14,8 @@ namespace crackle::dynamics {
 /// splinters.
 inline constexpr double separated_share = 0.01;
 
+/// Body forces, which act on all pieces, do not count among the loads that tell whether a body has separated.
+
 /// True if two loads or motions act on no common face-connected piece: only hinges could transfer a load
 /// between them. With fewer than two of them, as is_separated. Equal on every rank. Collective.
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
@@ -27,7 +29,8 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads);
 
-/// True if every load still acts on a piece with a prescribed motion, so that an equilibrium exists; without
+/// True if every load still acts on a piece with a prescribed motion, and body forces on no other, so that an
+/// equilibrium exists; without
 /// any prescribed motion, true if the body is in one piece. Pieces are connected by edges that still carry
 /// load, so a hinge is enough. Equal on every rank. Collective.
 /// @param labels of the pieces, see fracture::piece_labels()

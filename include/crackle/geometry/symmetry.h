@@ -18,8 +18,10 @@ std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh);
 /// balances, nor a rigid motion: unless the body starts from rest, a support that alone carries a central
 /// load may change places with it, prescribed motions may differ by a common translation, and a component in
 /// which nothing is driven may be held on one of two loaded faces only. The identity is always among them.
-std::vector<Symmetry> loaded_symmetries(const Body& body, const std::vector<input::Boundary>& conditions,
-                                        input::Start start);
+///
+/// Factors, body forces and the initial velocity must be mapped onto themselves, and with them no support
+/// changes places with a load.
+std::vector<Symmetry> loaded_symmetries(const Body& body, const input::Parameters& parameters);
 
 /// The body's symmetry with this code.
 /// @throws std::invalid_argument when there is none

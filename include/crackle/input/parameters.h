@@ -4,7 +4,9 @@
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/common/vector.h"
+#include "crackle/input/body_load.h"
 #include "crackle/input/boundary_kind.h"
+#include "crackle/input/profile.h"
 #include "crackle/plane/shape.h"
 
 #include <array>
@@ -324,6 +326,8 @@ struct Boundary {
   Vector rate{};
   std::vector<std::pair<double, double>> history;  ///< (time [s], factor), times ascending
   std::string name = {};  ///< conditions with the same name add up to one load of the machine; empty: none
+  /// Multiplies the prescribed quantity from place to place. That of a total force only distributes it.
+  std::optional<Profile> factor = {};
 };
 
 /// How a stress from the start is given.
@@ -484,6 +488,7 @@ struct Parameters {
   Fracture fracture;
   std::vector<Boundary> boundaries;
   std::vector<InitialStress> initial_stresses = {};
+  std::vector<BodyLoad> loads = {};
   Time time;
   std::optional<Damping> damping = {};
   Sections sections;
@@ -511,6 +516,9 @@ struct Parameters {
   /// True if the stress of one displacement may differ between tetrahedra.
   bool stress_varies() const { return stiffness_varies() || !initial_stresses.empty(); }
   double damping_rate() const { return damping ? damping->mass : 0; }  ///< [1/s]
+  /// The loads that are forces. Their conditions are numbered after those of the boundaries.
+  std::vector<BodyLoad> body_forces() const;
+  std::vector<BodyLoad> initial_velocities() const;
 };
 
 }  // namespace crackle::input

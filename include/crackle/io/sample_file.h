@@ -25,32 +25,40 @@
 /// | /specimen/... | | see geometry::for_each_member |
 /// | /mesh/nodes, tetrahedra | n x 3, m x 4 | the realization; attributes of /mesh: its report |
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
-/// | /mesh/material, strength_factor, map_factor, youngs_modulus, poisson_ratio, density, release_time | m |
-/// of each tetrahedron, if they differ; names of the materials in the attribute material_names of / | |
-/// /mesh/initial_strain | m x 6 | of the last dynamic phase, with [[initial.stress]] | |
-/// /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking | | /crack_surface/time,
-/// area, tetrahedron, crack | f | see analysis::CrackFacet | | /crack_surface/branch | f | see
-/// analysis::CrackBranches | | /crack_surface/cracks/notch, area, first_time, last_time | c | see
-/// analysis::Crack | | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see
-/// analysis::LinePoint | | /crack_lines/lines/first, count | l | the points of each line | |
-/// /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine | | /forks/position (y, z), x,
-/// time, length, angle, share, notch, in_projection, in_space | k x 2, k | see analysis::BranchingPoint | |
-/// /crossings/position, share, branch, notch, section | q | see analysis::BranchCrossing | | /breaks/... | b
-/// | the columns of fracture::Break | | /bridge_releases/... | r | the columns of fracture::BridgeRelease;
-/// with release by facets only | | /energy/... | e | the columns of dynamics::EnergyRow | | /history/time,
-/// phase, phase_time, governing_load, kinetic, ... | h | see dynamics::HistoryRow | | /history/crack_area,
-/// crack_length, tip_speed, ... | h x starts | see analysis::CrackHistory | | /history/load, reaction,
-/// displacement | h x c x 3 | of each boundary condition | | /history/condition_on, condition_kind | c | the
-/// input's boundary conditions | | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see
-/// dynamics::ProbeValue | | /history/probes/NAME/at | 3 | place of the probe | | attribute rayleigh_speed
-/// [m/s] of /history | | of the material | | /frames/time, broken | t | see dynamics::Frame | |
-/// /frames/displacement, velocity | t x n x 3 | single precision | | attributes youngs_modulus [Pa],
-/// poisson_ratio of /frames | | for computing the stress; of broken tetrahedra also from /breaks/cut,
-/// /bridge_releases and the input | | attribute release_time [s] of /frames | | of what falls at the time of
-/// a frame | | /summary/... | | the row: analysis::for_each_result, for_each_position_result | |
-/// /summary/phase_start | | load time at time zero of cracks and frames | | /summary/time_step, stable_step |
-/// | steps | | /counts/... | | dynamics::SampleCounts | | /timing/..., attributes of /provenance | | what
-/// differs between two runs |
+/// | /mesh/material, strength_factor, map_factor | m | of each tetrahedron, if they differ |
+/// | /mesh/youngs_modulus, poisson_ratio, density, release_time | m | likewise |
+/// | attribute material_names of / | | of several materials |
+/// | /mesh/initial_strain | m x 6 | of the last dynamic phase, with [[initial.stress]] |
+/// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
+/// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |
+/// | /crack_surface/branch | f | see analysis::CrackBranches |
+/// | /crack_surface/cracks/notch, area, first_time, last_time | c | see analysis::Crack |
+/// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see analysis::LinePoint |
+/// | /crack_lines/lines/first, count | l | the points of each line |
+/// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
+/// | /forks/position (y, z), x, time, length, angle, share, notch, in_projection, in_space | k x 2, k | see
+/// analysis::BranchingPoint |
+/// | /crossings/position, share, branch, notch, section | q | see analysis::BranchCrossing |
+/// | /breaks/... | b | the columns of fracture::Break |
+/// | /bridge_releases/... | r | the columns of fracture::BridgeRelease; with release by facets only |
+/// | /energy/... | e | the columns of dynamics::EnergyRow |
+/// | /history/time, phase, phase_time, governing_load, kinetic, ... | h | see dynamics::HistoryRow |
+/// | /history/crack_area, crack_length, tip_speed, ... | h x starts | see analysis::CrackHistory |
+/// | /history/load, reaction, displacement | h x c x 3 | of each boundary condition |
+/// | /history/condition_on, condition_kind | c | the input's boundary conditions, then its body forces |
+/// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |
+/// | /history/probes/NAME/at | 3 | place of the probe |
+/// | attribute rayleigh_speed [m/s] of /history | | of the material |
+/// | /frames/time, broken | t | see dynamics::Frame |
+/// | /frames/displacement, velocity | t x n x 3 | single precision |
+/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | for computing the stress; of broken
+/// tetrahedra also from /breaks/cut, /bridge_releases and the input |
+/// | attribute release_time [s] of /frames | | of what falls at the time of a frame |
+/// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
+/// | /summary/phase_start | | load time at time zero of cracks and frames |
+/// | /summary/time_step, stable_step | | steps |
+/// | /counts/... | | dynamics::SampleCounts |
+/// | /timing/..., attributes of /provenance | | what differs between two runs |
 ///
 /// A checksum of all bytes follows the end of the HDF5 file: a truncated, damaged or modified file is
 /// rejected.

@@ -5,6 +5,7 @@
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/governing_condition.h"
 #include "crackle/mechanics/load_curve.h"
+#include "crackle/mechanics/operators.h"
 #include "crackle/mechanics/tensor.h"
 #include "crackle/parallel/communicator.h"
 
@@ -19,13 +20,15 @@ namespace crackle::mechanics {
 /// weight[i].
 struct ForcePattern {
   int component = 0;
-  LoadCurve amplitude;              ///< total force [N], or traction [Pa]
+  LoadCurve amplitude;              ///< total force [N], traction [Pa], acceleration [m/s^2] and the like
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
-  /// Share of the total (adds up to 1 over all ranks), or area [m^2]; 0 where the load has ended.
+  /// Share of the total (adds up to 1 over all ranks), area [m^2], mass [kg] and the like, times the factor;
+  /// 0 where the load has ended.
   std::vector<double> weight;
-  double total_weight = 0;  ///< sum of magnitudes over all ranks, before any of the load has ended
-  double resultant = 0;     ///< likewise with signs: force on the body per amplitude
-  int condition = 0;        ///< index into the input's boundaries
+  double total_weight = 0;     ///< sum of magnitudes over all ranks, before any of the load has ended
+  double resultant = 0;        ///< likewise with signs: force on the body per amplitude
+  int condition = 0;           ///< index into BoundaryLoads::conditions
+  bool is_body_force = false;  ///< acts on the whole body, with all pieces that come loose
   /// Per node: true if its component is also prescribed by a motion. The force there acts on the support or
   /// drive, and does no work on the body. Empty: at no node.
   std::vector<std::uint8_t> is_driven = {};
@@ -38,17 +41,21 @@ struct ForcePattern {
   double acting_resultant() const { return left_resultant.value_or(resultant); }
 };
 
-/// Displacement components that follow a curve. Each component of a node belongs to one motion only: where
-/// conditions meet, to one that fixes it, otherwise to the first in the input.
+/// Displacement components that follow a curve, times a factor of each node. Each component of a node belongs
+/// to one motion only: where conditions meet, to one that fixes it, otherwise to the first in the input.
 struct PrescribedMotion {
   int component = 0;
   bool is_velocity = false;  ///< the curve is a velocity, and the displacement its integral from time 0
   bool is_fixed = false;
   LoadCurve curve;
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
+  bool has_factor = false;          ///< on any rank
+  std::vector<double> factor = {};  ///< per node; empty: 1 at all of them
   int condition = 0;                ///< index into the input's boundaries
 
+  double factor_at(std::size_t i) const { return factor.empty() ? 1 : factor[i]; }
   bool never_moves() const { return is_fixed || curve.is_zero(); }
+  /// At factor 1, as are the velocities.
   double displacement(double time) const { return is_velocity ? curve.integral(time) : curve.at(time); }
   double velocity(double time) const { return is_velocity ? curve.at(time) : curve.slope(time); }
   /// Like the slope of a curve over a step.
@@ -85,7 +92,8 @@ struct BoundaryLoads {
   std::vector<ForcePattern> forces;
   std::vector<PrescribedMotion> motions;
   std::vector<Absorber> absorbers = {};
-  std::vector<ConditionNodes> conditions = {};  ///< in the order of the input
+  /// In the order of the input: first its boundaries, then its body forces.
+  std::vector<ConditionNodes> conditions = {};
   /// Local tetrahedra, ascending, that touch a node with a prescribed motion; needed for reactions.
   std::vector<std::int32_t> constrained_tetrahedra = {};
   std::vector<GoverningCondition> governing = {};
@@ -106,5 +114,11 @@ struct BoundaryLoads {
 /// @throws parallel::AgreedError when a condition applies to no node or no area of the body
 BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain);
+
+/// Adds the input's body forces, lumped like the masses: a force per mass at a node acts on its mass.
+/// Collective.
+void add_body_forces(const parallel::Communicator& group, const input::Parameters& parameters,
+                     const geometry::Subdomain& subdomain, const PdsOperators& operators,
+                     BoundaryLoads& loads);
 
 }  // namespace crackle::mechanics

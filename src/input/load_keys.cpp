@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// [[load]]: forces on the whole body, and its velocity at the start.
+#include "consistency.h"
+#include "schema.h"
+
+#include <array>
+#include <string_view>
+
+namespace crackle::input {
+
+namespace {
+
+constexpr Range any_amount{-1e15, 1e15};
+constexpr Range any_velocity{-1e6, 1e6};
+
+BodyLoad& load(Parameters& parameters, std::size_t i) {
+  return parameters.loads.at(i);
+}
+
+std::string load_key(std::size_t i) {
+  return fmt::format("load[{}]", i);
+}
+
+std::vector<std::string> load_kinds_given(const Findings& findings, const std::string& table) {
+  std::vector<std::string> given;
+  for (const char* const kind : load_kind_names)
+    if (findings.given(fmt::format("{}.{}", table, kind))) given.emplace_back(kind);
+  return given;
+}
+
+Requirement one_of_load_kinds() {
+  return optional(fmt::format("one of the {} kinds", load_kind_names.size()));
+}
+
+std::string name_without_article(const Dimension& dimension) {
+  return dimension.name.substr(dimension.name.find(' ') + 1);
+}
+
+std::string components_form(const Dimension& dimension) {
+  return fmt::format("three components, such as [\"0 {0}\", \"0 {0}\", \"{1}\"]", dimension.si_unit,
+                     dimension.example);
+}
+
+std::optional<Vector> read_components(const Source& source, const Dimension& dimension, const Range& range) {
+  const auto elements = read_elements(source, 3, components_form(dimension));
+  if (!elements) return {};
+  Vector result{};
+  bool sound = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto value = read_quantity((*elements)[axis], dimension, range);
+    sound = sound && value;
+    result[axis] = value.value_or(0);
+  }
+  return sound ? std::optional(result) : std::nullopt;
+}
+
+std::string show_components(const Vector& value, const Dimension& dimension) {
+  std::vector<std::string> items;
+  for (const double component : value) items.push_back(format_quantity(component, dimension));
+  return bracketed(items);
+}
+
+Key vector_key(LoadKind kind, const Dimension& dimension, const Range& range, std::string help) {
+  return {name_of(kind),
+          name_without_article(dimension),
+          one_of_load_kinds(),
+          components_form(dimension),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            load(parameters, i).kind = kind;
+            if (const auto value = read_components(source, dimension, range))
+              load(parameters, i).value = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            if (load(parameters, i).kind != kind) return {};
+            return show_components(load(parameters, i).value, dimension);
+          }};
+}
+
+const Dimension& rate_dimension(LoadKind kind) {
+  return kind == LoadKind::body_force ? body_force_rate_dimension : acceleration_rate_dimension;
+}
+
+bool has_rate(LoadKind kind) {
+  return kind == LoadKind::acceleration || kind == LoadKind::body_force;
+}
+
+Key load_rate_key() {
+  return {
+      "rate",
+      "as prescribed, per time",
+      optional("constant in time"),
+      components_form(acceleration_rate_dimension),
+      "increase of an acceleration or body force with time",
+      [](const Source& source, Parameters& parameters, std::size_t i) {
+        const std::string table = load_key(i);
+        // With none or several kinds the dimension is unknown; that is reported separately.
+        if (load_kinds_given(source.context.findings, table).size() != 1) return;
+        const LoadKind kind = load(parameters, i).kind;
+        if (!has_rate(kind)) {
+          source.report(kind == LoadKind::angular_velocity
+                            ? "the load of a rotation does not grow linearly with it; give a history, whose "
+                              "factors multiply the load"
+                            : "a velocity at the start does not change with time; leave it out");
+          return;
+        }
+        if (const auto rate = read_components(source, rate_dimension(kind), {-1e18, 1e18}))
+          load(parameters, i).rate = *rate;
+      },
+      [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+        const BodyLoad& one = load(parameters, i);
+        if (one.rate == Vector{}) return {};
+        return show_components(one.rate, rate_dimension(one.kind));
+      }};
+}
+
+/// True if a unit names an angle. UDUNITS would take "50 Hz" for 50 rad/s.
+bool names_an_angle(std::string_view text) {
+  for (const std::string_view angle :
+       {"rad", "deg", "\u00b0", "rpm", "rps", "rev", "turn", "cycle", "circle"})
+    if (text.find(angle) != std::string_view::npos) return true;
+  return false;
+}
+
+Key angular_velocity_key() {
+  const Dimension& dimension = angular_velocity_dimension;
+  return {name_of(LoadKind::angular_velocity),
+          name_without_article(dimension),
+          one_of_load_kinds(),
+          quantity_form(dimension),
+          "centrifugal force on a body that rests in a rotating frame; a history multiplies the force, which "
+          "grows "
+          "with the square of this",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            load(parameters, i).kind = LoadKind::angular_velocity;
+            const auto value = read_quantity(source, dimension, {-1e9, 1e9});
+            if (!value) return;
+            if (!names_an_angle(source.value.string)) {
+              source.report(
+                  "{} has no unit of angle; give an angle per time, such as \"3000 rpm\" or \"314 rad/s\"",
+                  source.value.source);
+              return;
+            }
+            load(parameters, i).angular_velocity = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            if (load(parameters, i).kind != LoadKind::angular_velocity) return {};
+            return format_quantity(load(parameters, i).angular_velocity, dimension);
+          }};
+}
+
+Key axis_key() {
+  const std::string form = "three numbers, not all 0, such as [1, 0, 0]";
+  return {"axis",
+          "number",
+          optional("with angular_velocity only"),
+          form,
+          "direction of the axis of rotation",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto elements = read_elements(source, 3, form);
+            if (!elements) return;
+            Vector direction{};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              const auto value = read_number((*elements)[axis], {-1e6, 1e6});
+              if (!value) return;
+              direction[axis] = *value;
+            }
+            if (!(norm(direction) > 1e-6)) {
+              source.report("has no direction; give {}", form);
+              return;
+            }
+            load(parameters, i).axis = direction;
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const BodyLoad& one = load(parameters, i);
+            if (one.kind != LoadKind::angular_velocity) return {};
+            return bracketed(
+                {format_number(one.axis[0]), format_number(one.axis[1]), format_number(one.axis[2])});
+          }};
+}
+
+/// A point that belongs to one kind.
+Key load_point_key(const char* name, LoadKind kind, std::string help) {
+  const Dimension dimension = with_example(length_dimension, "20 mm");
+  return {name,
+          "length",
+          optional(fmt::format("with {} only", name_of(kind))),
+          components_form(dimension),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto point = read_components(source, dimension, coordinate))
+              load(parameters, i).point = *point;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            if (load(parameters, i).kind != kind) return {};
+            return show_components(load(parameters, i).point, dimension);
+          }};
+}
+
+Key velocity_gradient_key() {
+  const Dimension& dimension = velocity_gradient_dimension;
+  const std::string form = "three rows of three, such as [\"0 1/s\", \"5000 1/s\", \"0 1/s\"]";
+  return {name_of(LoadKind::velocity_gradient),
+          name_without_article(dimension),
+          one_of_load_kinds(),
+          form,
+          "velocity at the start, linear in the coordinates: row i has the derivatives of component i; these "
+          "expand "
+          "a ring",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            load(parameters, i).kind = LoadKind::velocity_gradient;
+            const auto rows = read_elements(source, 3, form);
+            for (std::size_t row = 0; rows && row < 3; ++row)
+              if (const auto derivatives = read_components((*rows)[row], dimension, {-1e12, 1e12}))
+                load(parameters, i).gradient[row] = *derivatives;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const BodyLoad& one = load(parameters, i);
+            if (one.kind != LoadKind::velocity_gradient) return {};
+            std::vector<std::string> rows;
+            for (const Vector& row : one.gradient) rows.push_back(show_components(row, dimension));
+            return bracketed(rows);
+          }};
+}
+
+/// Reports a key of another kind, or that a key of this kind is missing.
+void check_belongs(const std::string& table, const char* key, LoadKind owner, LoadKind kind,
+                   const char* example, Findings& findings) {
+  const std::string path = table + "." + key;
+  if (kind == owner && !findings.given(path))
+    findings.report(path, "the key is missing, but {} requires it; give {} = {}", name_of(owner), key,
+                    example);
+  else if (kind != owner && findings.given(path))
+    findings.report(path, "belongs to {}, not to {}; leave it out", name_of(owner), name_of(kind));
+}
+
+void check_history(const BodyLoad& load, const std::string& table, Findings& findings) {
+  const std::string path = table + ".history";
+  if (!findings.given(path)) return;
+  if (is_initial(load.kind))
+    findings.report(path, "a velocity at the start does not change with time; leave it out");
+  else if (findings.given(table + ".rate"))
+    findings.report(path, "is given together with rate; give only one of the two");
+  else if (load.kind == LoadKind::angular_velocity &&
+           std::ranges::any_of(load.history, [](const auto& point) { return point.second < 0; }))
+    findings.report(path, "a centrifugal force never points inwards; give factors of at least 0");
+}
+
+}  // namespace
+
+Table load_table() {
+  return {
+      "load",
+      Occurrence::many,
+      fmt::format("forces on the whole body, and its velocity at the start; each has exactly one of {}",
+                  fmt::join(load_kind_names, ", ")),
+      {vector_key(LoadKind::acceleration, acceleration_dimension, any_amount,
+                  "force per mass, such as gravity"),
+       vector_key(LoadKind::body_force, body_force_dimension, any_amount, "force per volume"),
+       angular_velocity_key(), axis_key(),
+       load_point_key("point", LoadKind::angular_velocity, "a point of the axis"),
+       vector_key(
+           LoadKind::velocity, value_dimension(BoundaryKind::velocity), any_velocity,
+           "velocity at the start, the same everywhere; several add up; requires time.start = \"rest\"; "
+           "prescribed motions take precedence"),
+       velocity_gradient_key(),
+       load_point_key("center", LoadKind::velocity_gradient, "where that velocity is zero"), load_rate_key(),
+       history_key(
+           [](Parameters & parameters, std::size_t i) -> auto& { return load(parameters, i).history; },
+           "factors of the force, linear between these times")},
+      [](const Parameters& parameters) { return parameters.loads.size(); },
+      [](Parameters& parameters) { parameters.loads.emplace_back(); }};
+}
+
+void check_loads(const Parameters& parameters, Findings& findings) {
+  for (std::size_t i = 0; i < parameters.loads.size(); ++i) {
+    const std::string table = load_key(i);
+    const std::vector<std::string> given = load_kinds_given(findings, table);
+    if (given.empty())
+      findings.report(table, "prescribes nothing; give one of {}", fmt::join(load_kind_names, ", "));
+    else if (given.size() > 1)
+      findings.report(table,
+                      "prescribes {}; give exactly one of {}, and the others in separate [[load]] tables",
+                      fmt::join(given, " and "), fmt::join(load_kind_names, ", "));
+    if (findings.faulty(table)) continue;
+    const BodyLoad& load = parameters.loads[i];
+    check_belongs(table, "axis", LoadKind::angular_velocity, load.kind, "[1, 0, 0]", findings);
+    check_belongs(table, "point", LoadKind::angular_velocity, load.kind, "[\"0 mm\", \"20 mm\", \"20 mm\"]",
+                  findings);
+    check_belongs(table, "center", LoadKind::velocity_gradient, load.kind, "[\"0 mm\", \"20 mm\", \"20 mm\"]",
+                  findings);
+    check_history(load, table, findings);
+    if (is_initial(load.kind) && parameters.time.start != Start::rest && !findings.faulty("time.start"))
+      findings.report(table + "." + name_of(load.kind),
+                      "a velocity at the start requires time.start = \"rest\": quasi-static loading and "
+                      "\"equilibrium\" start from an equilibrium, in which nothing moves");
+  }
+}
+
+}  // namespace crackle::input
