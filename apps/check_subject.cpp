@@ -3,6 +3,7 @@
 
 #include "crackle/common/heartbeat.h"
 #include "crackle/common/quantity_text.h"
+#include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/dynamics/sample_run.h"
@@ -27,6 +28,7 @@
 #include "commands.h"
 #include "mesh_tables.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 #include <vector>
@@ -135,15 +137,19 @@ void add_criterion(Rows& rows, const Subject& subject) {
 }
 
 void add_waves(Rows& rows, const input::Parameters& parameters) {
-  const auto& material = parameters.material();
-  const double dilatational = mechanics::dilatational_speed(material);
-  const double shear = mechanics::shear_speed(material);
-  rows.emplace_back("wave speeds", fmt::format("c_d {:.4g} m/s, c_s {:.4g} m/s, c_R {:.4g} m/s", dilatational,
-                                               shear, mechanics::rayleigh_speed(material)));
+  double slowest_shear = infinity;
+  for (const input::Material& material : parameters.materials) {
+    rows.emplace_back(
+        material.name.empty() ? std::string("wave speeds") : fmt::format("wave speeds, {}", material.name),
+        fmt::format("c_d {:.4g} m/s, c_s {:.4g} m/s, c_R {:.4g} m/s", mechanics::dilatational_speed(material),
+                    mechanics::shear_speed(material), mechanics::rayleigh_speed(material)));
+    slowest_shear = std::min(slowest_shear, mechanics::shear_speed(material));
+  }
+  const double dilatational = mechanics::slowest_dilatational_speed(parameters.materials);
   rows.emplace_back("transit times",
                     fmt::format("{} along the length (dilatational), {} across the width (shear)",
                                 time_text(parameters.specimen.size[2] / dilatational),
-                                time_text(parameters.specimen.size[1] / shear)));
+                                time_text(parameters.specimen.size[1] / slowest_shear)));
   rows.emplace_back("arrest window",
                     parameters.time.start != input::Start::rest
                         ? time_text(dynamics::arrest_window(parameters)) + " without a break"

@@ -15,23 +15,26 @@ namespace crackle::input {
 
 namespace {
 
-std::string path_in(const Parameters& parameters, const Table& table, std::size_t i) {
-  if (table.occurrence == Occurrence::many) return numbered(table.path, table.path, i);
-  const bool of_materials = table.path == "material" || table.part_of == "material";
-  return of_materials && is_list(parameters.materials) ? numbered(table.path, "material", i) : table.path;
+/// Appends the given keys of one table.
+void add_lines(const Table& table, const std::string& path, std::size_t i, Parameters& shown,
+               std::vector<Line>& lines) {
+  for (const Key& key : table.keys)
+    if (const auto text = key.show(shown, i)) lines.emplace_back(path + "." + key.name, *text);
 }
 
 std::vector<Line> resolved(const Parameters& parameters) {
   Parameters shown = parameters;
   std::vector<Line> lines;
+  const bool has_list = is_list(parameters.materials);
   for (const Table& table : schema()) {
+    if (has_list && table.part_of == "material") continue;
     for (std::size_t i = 0; i < (table.count ? table.count(shown) : 1); ++i) {
-      const std::string path = path_in(parameters, table, i);
-      for (const Key& key : table.keys) {
-        const auto text = key.show(shown, i);
-        if (!text) continue;
-        lines.emplace_back(path + "." + key.name, *text);
-      }
+      const bool is_one_of_many =
+          table.occurrence == Occurrence::many || (has_list && table.path == "material");
+      add_lines(table, is_one_of_many ? numbered(table.path, table.path, i) : table.path, i, shown, lines);
+      if (!has_list || table.path != "material") continue;
+      for (const Table& part : schema())
+        if (part.part_of == table.path) add_lines(part, numbered(part.path, table.path, i), i, shown, lines);
     }
   }
   return lines;

@@ -25,7 +25,7 @@ Key of_map(Key key) {
     read(source, parameters, 0);
   };
   key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (!parameters.map || i > 0) return {};
+    if (!parameters.map || i + 1 < parameters.materials.size()) return {};
     return show(parameters, 0);
   };
   return key;
@@ -166,7 +166,7 @@ Table map_table() {
           Occurrence::optional,
           "a raster, sampled at the centroids of the tetrahedra: boundaries between its cells are not meshed",
           std::move(keys),
-          [](const Parameters&) { return std::size_t{1}; },
+          [](const Parameters& parameters) { return parameters.materials.size(); },
           {},
           "material"};
 }

@@ -177,7 +177,29 @@ std::vector<InputTable> regions() {
   material->keys.emplace_back("name", R"("plate")");
   InputTable other = *material;
   other.keys.back().second = R"("layer")";
+  for (const auto& key : std::vector<std::pair<std::string, std::string>>{
+           {"strength", R"("50 MPa")"}, {"impulse", R"("1e-7 MPa^2 s")"}, {"release_time", R"("0.5 us")"}})
+    other.keys.push_back(key);
   tables.push_back(other);
+  tables.push_back({"[material.variation]",
+                    {{"of", R"("both")"},
+                     {"distribution", R"("weibull")"},
+                     {"modulus", "30"},
+                     {"correlation_length", R"("1.5 mm")"},
+                     {"with_strength", "0.4"}}});
+  tables.push_back({"[material.map]",
+                    {{"file", R"("ct-{sample}.h5")"},
+                     {"dataset", R"("/factors")"},
+                     {"of", R"("both")"},
+                     {"axes", R"(["z", "y"])"},
+                     {"origin", R"(["0.5 mm", "0.5 mm"])"},
+                     {"spacing", R"(["1 mm", "-1 mm"])"},
+                     {"scale", "0.25"},
+                     {"checksum", R"("3 files")"}}});
+  tables.push_back(
+      {"[fracture.variation]",
+       {{"distribution", R"("weibull")"}, {"modulus", "12"}, {"correlation_length", R"("1.5 mm")"}}});
+  tables.push_back({"[[interface]]", {{"between", R"(["plate", "layer"])"}, {"strength", R"("20 MPa")"}}});
   const auto add = [&](std::vector<std::pair<std::string, std::string>> keys) {
     keys.emplace_back("material", R"("layer")");
     tables.push_back({"[[specimen.region]]", std::move(keys)});
@@ -190,6 +212,45 @@ std::vector<InputTable> regions() {
   add({{"polygon", R"([["4 mm", "100 mm"], ["20 mm", "100 mm"], ["12 mm", "120 mm"]])"},
        {"x", R"(["3 mm", "5 mm"])"}});
   return tables;
+}
+
+/// Loads on the whole body and factors along a face, at rest and in equilibrium.
+std::vector<std::vector<InputTable>> loads() {
+  std::vector<std::vector<InputTable>> all(2, minimal_tables());
+  std::vector<InputTable>&struck = all[0], &still = all[1];
+  set_key(struck, "[time]", "start", R"("rest")");
+  struck.push_back({"[[load]]", {{"velocity", R"(["0 m/s", "1 m/s", "-2 m/s"])"}}});
+  struck.push_back(
+      {"[[load]]",
+       {{"velocity_gradient",
+         R"([["0 1/s", "0 1/s", "0 1/s"], ["0 1/s", "5000 1/s", "0 1/s"], ["0 1/s", "0 1/s", "1 1/s"]])"},
+        {"center", R"(["0 mm", "12 mm", "70 mm"])"}}});
+  still.push_back({"[[load]]",
+                   {{"acceleration", R"(["0 m/s^2", "0 m/s^2", "-9.81 m/s^2"])"},
+                    {"rate", R"(["0 m/s^3", "0 m/s^3", "-100 m/s^3"])"}}});
+  still.push_back({"[[load]]",
+                   {{"body_force", R"(["0 N/m^3", "1 kN/m^3", "0 N/m^3"])"},
+                    {"history", R"([["0 s", 0], ["10 s", 1]])"}}});
+  still.push_back({"[[load]]",
+                   {{"angular_velocity", R"("300 rad/s")"},
+                    {"axis", "[0, 0, 1]"},
+                    {"point", R"(["0 mm", "12 mm", "0 mm"])"}}});
+  still.push_back({"[[boundary]]",
+                   {{"on", R"("z-max")"},
+                    {"traction", R"(["0 MPa", "0 MPa", "1 MPa"])"},
+                    {"factor.along", R"("y")"},
+                    {"factor.table", R"([["0 mm", -1], ["24.5 mm", 1]])"}}});
+  still.push_back({"[[initial.stress]]",
+                   {{"along", R"("x")"}, {"surface", R"("-80 MPa")"}, {"components", R"(["y", "z"])"}}});
+  still.push_back({"[[initial.stress]]",
+                   {{"along", R"("x")"},
+                    {"profile", R"([["0 mm", "-3 MPa"], ["2.5 mm", "3 MPa"], ["5 mm", "-3 MPa"]])"}}});
+  still.push_back({"[[initial.stress]]",
+                   {{"along", R"("y")"},
+                    {"temperature", R"([["0 mm", "-200 K"], ["5 mm", "0 K"]])"},
+                    {"expansion", R"("8e-6 1/K")"},
+                    {"history", R"([["0 s", 0], ["10 s", 1]])"}}});
+  return all;
 }
 
 /// An input file made from an echo.
@@ -216,7 +277,8 @@ std::string input_from_echo(const std::string& echo) {
 }
 
 TEST(InputEcho, IsACompleteDescription) {
-  for (const auto& tables : {full_tables(), minimal_tables(), plates()[0], plates()[1], regions()}) {
+  for (const auto& tables :
+       {full_tables(), minimal_tables(), plates()[0], plates()[1], regions(), loads()[0], loads()[1]}) {
     const std::string echo = input::echo(parse_tables(tables));
     std::printf("%s\n", echo.c_str());
     const auto again = input::parse(input_from_echo(echo), "echo.toml");
@@ -347,7 +409,8 @@ std::set<std::string> listed_keys() {
 TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
   std::set<std::string> shown;
   std::istringstream lines(input::echo(parse_tables(full_tables())) + input::echo(parse_tables(plates()[0])) +
-                           input::echo(parse_tables(plates()[1])) + input::echo(parse_tables(regions())));
+                           input::echo(parse_tables(plates()[1])) + input::echo(parse_tables(regions())) +
+                           input::echo(parse_tables(loads()[0])) + input::echo(parse_tables(loads()[1])));
   for (std::string line; std::getline(lines, line);) {
     std::string key = line.substr(0, line.find(' '));
     const auto open = key.find('[');
@@ -358,7 +421,9 @@ TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
        {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points",
         "fracture.toughness", "fracture.fracture_toughness", "fracture.length", "fracture.softening",
         "fracture.release_time", "fracture.teeth", "fracture.variation.coefficient_of_variation",
-        "time.after_separation", "sweep.key", "sweep.values"}) {
+        "material.toughness", "material.fracture_toughness", "material.variation.coefficient_of_variation",
+        "interface.toughness", "initial.stress.material", "time.after_separation", "sweep.key",
+        "sweep.values"}) {
     shown.insert(unused);
   }
   const auto declared = listed_keys();
