@@ -4,6 +4,7 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/initial_strain.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/mechanics/boundary_loads.h"
 
 #include "support/box_mesh.h"
@@ -217,7 +218,24 @@ TEST(CooledBar, LeftFreeHasNoStress) {
   EXPECT_LT(fine, 0.65 * coarse);
 }
 
-/// Held at both ends, at which it is not weak.
+TEST(CooledBar, OfTwoMaterialsMayShrinkInOneOnly) {
+  auto parameters = cooled_bar(-100, -100);
+  parameters.materials[0].name = "substrate";
+  parameters.materials.push_back(parameters.materials[0]);
+  parameters.materials[1].name = "film";
+  parameters.initial_stresses[0].material = "film";
+  const auto subdomain = test::whole(bar_mesh());
+  std::vector<std::uint8_t> material;
+  for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
+    material.push_back(static_cast<std::uint8_t>(t % 3 == 0 ? 1 : 0));
+  fracture::TetrahedronSpan tetrahedra = fracture::span_of(subdomain);
+  tetrahedra.material = material;
+  const auto strain = fracture::initial_strain_at(
+      parameters, 0, fracture::make_material_field(parameters, 0, tetrahedra).elasticity, tetrahedra);
+  for (std::size_t t = 0; t < strain.size(); ++t) EXPECT_DOUBLE_EQ(strain[t][1], t % 3 == 0 ? -9e-4 : 0) << t;
+}
+
+/// Held at both ends.
 input::Parameters quenched_bar() {
   auto parameters = cooled_bar(-100, -100);
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
@@ -263,7 +281,7 @@ TEST(Quench, GoesOnAfterADynamicPhaseWithTheEnergyAccountClosed) {
   auto parameters = quenched_bar();
   parameters.time.arrest = 2e-6;
   parameters.time.precision = input::Precision::double_;
-  // Weak at the surface only, so that cracks arrest in the colder skin.
+  // Cold at one surface only, so that cracks arrest.
   parameters.initial_stresses[0].along = 0;
   parameters.initial_stresses[0].temperature = {{0, -100}, {0.0015, 0}};
   parameters.initial_stresses[0].history = {{0, 0}, {1, 1}, {4, 2}};
