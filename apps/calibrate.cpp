@@ -33,7 +33,7 @@ int calibrate(const parallel::Communicator& world, const CalibrateOptions& optio
   if (!options.output.empty()) parallel::agree_on_root(world, [&] { refuse_existing(options.output); });
   const auto folder = folder_of(world, options.folder);
   const input::Parameters parameters = input_of(world, folder);
-  const auto body = geometry::make_body(parameters.specimen);
+  const auto body = geometry::make_composite_body(parameters);
   const auto experiments = read_experiments(world, options.experiments, *body);
   parallel::agree_on_root(world, [&] {
     const auto samples = observed_samples(folder, parameters, *body, experiment::needs_arms(experiments));

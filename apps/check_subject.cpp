@@ -91,8 +91,10 @@ void add_criterion(Rows& rows, const Subject& subject) {
       geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
   const fracture::BreakableBody body(
       subdomain, fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
+  const auto tetrahedra = fracture::span_of(subdomain);
   const auto criterion = fracture::make_criterion(
-      parameters, fracture::tetrahedron_strengths(self, parameters, 0, body), subject.phase.grid.step);
+      parameters, fracture::tetrahedron_strengths(self, parameters, 0, body), subject.phase.grid.step,
+      fracture::fracture_field(parameters, tetrahedra, &input::Fracture::impulse));
   const auto strengths = criterion->strengths();
   const auto spread = [](std::vector<double> values, double unit, const char* name) {
     const auto q = geometry::quantiles(std::move(values));
@@ -125,10 +127,11 @@ void add_criterion(Rows& rows, const Subject& subject) {
                                       fmt::format(", from the toughness and {}{}", from, varied));
     return;
   }
-  if (parameters.fracture.variation)
-    rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
-                                      ", from the variation of sample 0");
-  if (parameters.fracture.accumulation == input::Accumulation::step)
+  const bool differ = std::ranges::count(strengths, strengths.front()) != std::ssize(strengths);
+  const bool is_step = parameters.fracture.accumulation == input::Accumulation::step;
+  if (differ)
+    rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") + varied);
+  else if (is_step)
     rows.emplace_back("strength",
                       fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
   rows.emplace_back("toughness",

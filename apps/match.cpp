@@ -62,7 +62,7 @@ void match_held_out(const MatchOptions& options, experiment::ObservedSamples sam
 int match(const parallel::Communicator& world, const MatchOptions& options) {
   const auto folder = folder_of(world, options.folder);
   const input::Parameters parameters = input_of(world, folder);
-  const auto body = geometry::make_body(parameters.specimen);
+  const auto body = geometry::make_composite_body(parameters);
   std::vector<experiment::Experiment> experiments;
   if (!options.experiments.empty()) experiments = read_experiments(world, options.experiments, *body);
   parallel::agree_on_root(world, [&] {

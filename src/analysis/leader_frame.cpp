@@ -87,7 +87,7 @@ std::uint8_t reflected_by(const geometry::Symmetry& symmetry, const geometry::Bo
 }  // namespace
 
 LeaderFrame::LeaderFrame(const input::Parameters& parameters)
-    : LeaderFrame(parameters, *geometry::make_body(parameters.specimen)) {}
+    : LeaderFrame(parameters, *geometry::make_composite_body(parameters)) {}
 
 LeaderFrame::LeaderFrame(const input::Parameters& parameters, const geometry::Body& body)
     : LeaderFrame(body, geometry::loaded_symmetries(body, parameters), parameters.sections) {}

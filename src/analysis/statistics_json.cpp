@@ -247,7 +247,7 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
 
 std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
                     const input::Parameters& parameters, const Origin& origin) {
-  const auto body = geometry::make_body(parameters.specimen);
+  const auto body = geometry::make_composite_body(parameters);
   const auto n_failed = std::ranges::count(samples, SampleStatus::failed, &SampleSummary::status);
   Json document{{"n_samples", statistics.n_samples},
                 {"n_needed", statistics.n_needed},

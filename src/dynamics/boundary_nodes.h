@@ -54,7 +54,7 @@ private:
     std::vector<Entry> driven;
   };
 
-  /// Of a force pattern in a kick.
+  /// The amplitude of a force pattern in a kick.
   struct Amplitude {
     double value;
     double slope;

@@ -80,6 +80,7 @@ CarriedShare::CarriedShare(const parallel::Communicator& group, const fracture::
   std::vector<double> volumes;
   for (std::size_t t = 0; t < body.operators().tetrahedra.size(); ++t)
     if (body.subdomain().counted[t] != 0) volumes.push_back(body.operators().tetrahedra[t].volume);
+  parallel::agree(group);
   const double largest = parallel::largest_of_all(
       group, std::ranges::max(body.elasticity().values(), {}, &mechanics::IsotropicElasticity::mu).mu);
   bar_stiffness_ = largest * parallel::exact_sum(group, volumes) / (extent * extent);

@@ -72,26 +72,26 @@ using Pieces = std::set<std::int64_t>;
 /// Loaded pieces large enough not to count as splinters. Collective.
 Pieces sound_pieces(const parallel::Communicator& group, const fracture::BreakableBody& body,
                     const std::vector<std::int64_t>& labels, const std::vector<OnPiece>& all) {
-  const auto& mass = body.operators().node_mass;
+  const auto volume = mechanics::node_volumes(body.operators());
   // Integers make the sums independent of the partition.
-  const double scale = std::ldexp(1.0, 48) / parallel::exact_sum(group, mass);
+  const double scale = std::ldexp(1.0, 48) / parallel::exact_sum(group, volume);
   Pieces sound;
-  std::vector<std::int64_t> masses;
+  std::vector<std::int64_t> volumes;
   parallel::agree(group, [&] {
     for (const OnPiece& one : all)
       if (one.condition != any_condition) sound.insert(one.piece);
     const std::vector<std::int64_t> loaded(sound.begin(), sound.end());
-    masses.resize(loaded.size());
-    for (std::size_t n = 0; n < mass.size(); ++n) {
+    volumes.resize(loaded.size());
+    for (std::size_t n = 0; n < volume.size(); ++n) {
       const auto place = std::ranges::lower_bound(loaded, labels[n]);
       if (place != loaded.end() && *place == labels[n])
-        masses[index(place - loaded.begin())] += std::llrint(mass[n] * scale);
+        volumes[index(place - loaded.begin())] += std::llrint(volume[n] * scale);
     }
   });
-  parallel::all_reduce(group, masses, MPI_SUM);
-  auto piece_mass = masses.begin();
+  parallel::all_reduce(group, volumes, MPI_SUM);
+  auto piece_volume = volumes.begin();
   std::erase_if(sound, [&](std::int64_t) {
-    return std::ldexp(static_cast<double>(*piece_mass++), -48) < separated_share;
+    return std::ldexp(static_cast<double>(*piece_volume++), -48) < separated_share;
   });
   return sound;
 }

@@ -459,10 +459,7 @@ SampleResult run_from_checkpoint(const parallel::Communicator& group, const inpu
 double arrest_window(const input::Parameters& parameters) {
   if (parameters.time.arrest) return *parameters.time.arrest;
   const double length = *std::ranges::max_element(parameters.specimen.size);
-  double slowest = infinity;  // longitudinal wave in a bar
-  for (const input::Material& material : parameters.materials)
-    slowest = std::min(slowest, std::sqrt(material.youngs_modulus / material.density));
-  return length / slowest;
+  return length / input::slowest_bar_speed(parameters.materials);
 }
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,

@@ -114,13 +114,13 @@ bool are_supported(const mechanics::BoundaryLoads& loads, const std::vector<Piec
 /// Volume of the second largest piece, as a share of the body's. Collective.
 double second_largest_share(const parallel::Communicator& group, const fracture::BreakableBody& body,
                             const std::vector<std::int64_t>& labels) {
-  const auto& mass = body.operators().node_mass;
-  const double total = parallel::exact_sum(group, mass);
+  const auto volume = mechanics::node_volumes(body.operators());
+  const double total = parallel::exact_sum(group, volume);
   // Integers make the sums independent of the partition.
   const double scale = std::ldexp(1.0, 48) / total;
   const auto mine = parallel::agree(group, [&] {
     std::map<std::int64_t, std::int64_t> sums;
-    for (std::size_t n = 0; n < mass.size(); ++n) sums[labels[n]] += std::llrint(mass[n] * scale);
+    for (std::size_t n = 0; n < volume.size(); ++n) sums[labels[n]] += std::llrint(volume[n] * scale);
     std::vector<std::int64_t> flat;
     for (const auto& [piece, sum] : sums) flat.insert(flat.end(), {piece, sum});
     return flat;

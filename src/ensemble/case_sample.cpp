@@ -7,9 +7,11 @@
 #include "crackle/geometry/partition.h"
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
+#include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/uncertainty/random_inputs.h"
 
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -58,8 +60,9 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   analysis.lines = analysis::crack_lines(own_body, analysis.surface, analysis.branches);
   analysis.crossings =
       analysis::section_crossings(own_body, analysis.surface, analysis.branches, own.sections);
-  analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
-                                         analysis.branches, analysis.crossings, own.material());
+  analysis.summary =
+      analysis::summarize(own_body, result, analysis.surface, analysis.lines, analysis.branches,
+                          analysis.crossings, std::ranges::max(own.materials, {}, mechanics::rayleigh_speed));
   if (own.draw) analysis.summary.inputs = own.draw->values;
   analysis.history = analysis::crack_history(own_body, analysis.surface, result);
   return analysis;

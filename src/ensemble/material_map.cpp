@@ -6,9 +6,7 @@
 #include "crackle/geometry/interface_numbers.h"
 #include "crackle/io/raster.h"
 
-#include <array>
 #include <cmath>
-#include <vector>
 
 namespace crackle::ensemble {
 
@@ -37,16 +35,13 @@ void apply_material_map(const input::Parameters& parameters, const geometry::Bod
         refuse("the number of no [[material]]");
       realization.material.push_back(static_cast<std::uint8_t>(number));
     } else {
-      if (!(value > 0 && std::isfinite(value))) refuse("no factor: it is not above 0");
-      realization.map_factor.push_back(static_cast<float>(value));
+      const auto factor = static_cast<float>(value);
+      if (!(factor > 0 && std::isfinite(factor))) refuse("no factor: give values above 0");
+      realization.map_factor.push_back(factor);
     }
   }
   if (!is_material || parameters.interfaces.empty()) return;
-  std::vector<std::array<int, 2>> pairs;
-  for (const input::Interface& one : parameters.interfaces)
-    pairs.push_back({input::material_named(parameters.materials, one.between[0]),
-                     input::material_named(parameters.materials, one.between[1])});
-  realization.interface = geometry::interface_numbers(realization, pairs);
+  realization.interface = geometry::interface_numbers(realization, parameters.interface_pairs());
 }
 
 }  // namespace crackle::ensemble

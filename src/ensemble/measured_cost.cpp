@@ -6,6 +6,7 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/sample_setup.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/partition.h"
 
@@ -62,7 +63,9 @@ public:
     // Lower strength under the same load: equivalent, up to scale, to a higher load.
     auto weakened = fracture::tetrahedron_strengths(self_, parameters_, 0, setup_.body);
     for (double& value : weakened) value /= overload;
-    const auto criterion = fracture::make_criterion(parameters_, weakened, setup_.grid.step);
+    const auto criterion = fracture::make_criterion(
+        parameters_, weakened, setup_.grid.step,
+        fracture::fracture_field(parameters_, fracture::span_of(subdomain_), &input::Fracture::impulse));
     fracture::update_strengths(*criterion, setup_.body, setup_.body.changes());
     const auto average =
         fracture::make_stress_average(parameters_.fracture, setup_.body, criterion->strengths());

@@ -19,7 +19,7 @@ constexpr double unknown = not_a_number;
 /// none.
 std::size_t middle_section(const input::Parameters& parameters) {
   const std::vector<input::Section> sections = parameters.sections.all();
-  const auto body = geometry::make_body(parameters.specimen);
+  const auto body = geometry::make_composite_body(parameters);
   std::vector<std::size_t> crossed;
   for (std::size_t i = 0; i < sections.size() && !body->crack_starts().empty(); ++i) {
     const geometry::CrackStart& first = body->crack_starts().front();

@@ -43,7 +43,7 @@ std::size_t size_in_bytes(const geometry::Realization& realization) {
   return realization.nodes.size() * sizeof(geometry::Point) +
          realization.tetrahedra.size() * sizeof(geometry::Tetrahedron) +
          realization.boundary.size() * sizeof(geometry::BoundaryTriangle) + realization.material.size() +
-         realization.interface.size();
+         realization.interface.size() + realization.map_factor.size() * sizeof(float);
 }
 
 RealizationQueue::RealizationQueue(RealizationMaker make, std::vector<std::uint64_t> samples,

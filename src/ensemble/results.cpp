@@ -172,7 +172,7 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
   parallel::agree_on_root(world, [&] { check_sample_files(folder); });
   std::vector<analysis::SampleSummary> stored, measured;  // this rank's
   parallel::agree(world, [&] {
-    const auto body = geometry::make_body(parameters.specimen);
+    const auto body = geometry::make_composite_body(parameters);
     const auto [first, end] = share_of_samples(world, parameters);
     for (std::size_t sample = first; sample < end; ++sample) {
       io::StoredSample found = io::read_stored_sample(folder, parameters, sample);

@@ -39,7 +39,11 @@ std::string mesh_settings(const input::Parameters& parameters, bool of_mesh) {
     // With random geometry, meshes differ between draws, and the sampling plan determines the draws.
     const bool is_random = of_mesh && !parameters.random.empty() &&
                            (line.starts_with("random[") || line.starts_with("ensemble."));
-    if (is_random || line.starts_with("ensemble.seed")) settings += line + "\n";
+    const bool is_of_materials =
+        of_mesh && (line.starts_with("interface[") ||
+                    (line.starts_with("material") &&
+                     (line.find(".map.") != std::string::npos || line.find(".name ") != std::string::npos)));
+    if (is_random || is_of_materials || line.starts_with("ensemble.seed")) settings += line + "\n";
   }
   return settings;
 }

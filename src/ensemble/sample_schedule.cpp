@@ -68,6 +68,7 @@ void send_work(const parallel::Communicator& world, int rank, const PreparedSamp
   parallel::send_array(world, prepared.realization.boundary, rank, work_tag);
   parallel::send_array(world, prepared.realization.material, rank, work_tag);
   parallel::send_array(world, prepared.realization.interface, rank, work_tag);
+  parallel::send_array(world, prepared.realization.map_factor, rank, work_tag);
 }
 
 /// Master: answers a request with the end of work.
@@ -122,6 +123,7 @@ std::optional<PreparedSample> receive_work(const parallel::Communicator& world, 
       parallel::receive_array<geometry::BoundaryTriangle>(world, master, work_tag);
   prepared.realization.material = parallel::receive_array<std::uint8_t>(world, master, work_tag);
   prepared.realization.interface = parallel::receive_array<std::uint8_t>(world, master, work_tag);
+  prepared.realization.map_factor = parallel::receive_array<float>(world, master, work_tag);
   return prepared;
 }
 

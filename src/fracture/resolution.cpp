@@ -89,12 +89,31 @@ std::string unresolved_variation_text(const input::Parameters& parameters, const
       length_text(length), spacings_per_correlation_length, length_text(finest));
 }
 
+/// A warning if the variation of stiffness makes results mesh-dependent; otherwise empty.
+std::string unresolved_stiffness_text(const input::Parameters& parameters,
+                                      const input::StiffnessVariation& variation,
+                                      const geometry::Body& body) {
+  const double length = variation.correlation_length;
+  if (length == 0)
+    return "each tetrahedron has a stiffness of its own, so results depend on the spacing; give "
+           "material.variation.correlation_length, of several spacings";
+  const double finest = finest_spacing(parameters, body);
+  if (length >= spacings_per_correlation_length * finest) return {};
+  return fmt::format(
+      "the correlation length of the stiffness, {}, is less than {:.0f} spacings of {}, so results depend on "
+      "the spacing; give a longer one, or a finer mesh",
+      length_text(length), spacings_per_correlation_length, length_text(finest));
+}
+
 /// A warning if the time step does not resolve the release of a tetrahedron; otherwise empty.
 std::string unresolved_release_text(const input::Parameters& parameters, double time_step) {
-  const double release = parameters.fracture.release_time;
-  if (release == 0 || release >= 2 * time_step) return {};
+  double release = 0;  // the shortest that is resolved too coarsely
+  for (std::size_t m = 0; m < parameters.materials.size(); ++m)
+    if (const double own = parameters.fracture_of(m).release_time; own > 0 && own < 2 * time_step)
+      release = own;
+  if (release == 0) return {};
   return fmt::format(
-      "fracture.release_time = {} is shorter than two time steps of {}: tetrahedra break nearly at once; "
+      "a release_time of {} is shorter than two time steps of {}: tetrahedra break nearly at once; "
       "a release that matters takes at least as long as a wave across a tetrahedron",
       quantity_text(release, "s"), quantity_text(time_step, "s"));
 }
@@ -114,6 +133,9 @@ std::vector<std::string> resolution_warnings(const input::Parameters& parameters
     warnings = {uneven_toughness_text(parameters, body, time_step), unresolved_length_text(parameters, body),
                 unresolved_softening_text(parameters, body)};
   warnings.push_back(unresolved_variation_text(parameters, body));
+  for (const input::Material& material : parameters.materials)
+    if (material.variation)
+      warnings.push_back(unresolved_stiffness_text(parameters, *material.variation, body));
   warnings.push_back(unresolved_release_text(parameters, time_step));
   std::erase(warnings, std::string());
   return warnings;

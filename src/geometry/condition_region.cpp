@@ -135,30 +135,21 @@ std::vector<ConditionRegion> condition_regions(const Body& body,
   return regions;
 }
 
-namespace {
-
-/// The body with the boundaries between its materials.
-std::unique_ptr<const Body> make_whole_body(const input::Parameters& parameters) {
+std::unique_ptr<const Body> make_composite_body(const input::Parameters& parameters) {
   auto plain = make_body(parameters.specimen);
   if (parameters.specimen.regions.empty()) return plain;
-  std::vector<std::array<int, 2>> interfaces;
-  for (const input::Interface& interface : parameters.interfaces)
-    interfaces.push_back({input::material_named(parameters.materials, interface.between[0]),
-                          input::material_named(parameters.materials, interface.between[1])});
-  return std::make_unique<CompositeBody>(std::move(plain), parameters.specimen, std::move(interfaces));
+  return std::make_unique<CompositeBody>(std::move(plain), parameters.specimen, parameters.interface_pairs());
 }
 
-}  // namespace
-
 std::unique_ptr<const Body> make_body(const input::Parameters& parameters) {
-  auto plain = make_whole_body(parameters);
+  auto plain = make_composite_body(parameters);
   auto regions = condition_regions(*plain, parameters.boundaries);
   if (!ImprintedBody::is_needed(*plain, regions)) return plain;
   return std::make_unique<ImprintedBody>(std::move(plain), regions);
 }
 
 std::vector<RegionRefinement> region_refinements(const input::Parameters& parameters) {
-  auto plain = make_whole_body(parameters);
+  auto plain = make_composite_body(parameters);
   auto regions = condition_regions(*plain, parameters.boundaries);
   if (!ImprintedBody::is_needed(*plain, regions)) return {};
   return ImprintedBody(std::move(plain), regions).refinements(parameters.mesh);

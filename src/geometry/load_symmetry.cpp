@@ -171,6 +171,30 @@ std::vector<Field> fields_of(const input::Parameters& parameters) {
   return fields;
 }
 
+/// True if the stress from the start, and a raster of the material, are the same after a reflection.
+/// @param reverses whether it reverses each axis
+bool keeps_the_state(const input::Parameters& parameters, const Box& bounds,
+                     const std::array<bool, 3>& reverses) {
+  if (parameters.map)
+    for (const int axis : parameters.map->axes)
+      if (reverses[index(axis)]) return false;
+  constexpr int n_points = 64;
+  return std::ranges::all_of(parameters.initial_stresses, [&](const input::InitialStress& initial) {
+    const std::size_t axis = index(initial.along);
+    if (!reverses[axis]) return true;
+    const std::pair extent{bounds.lower[axis], bounds.upper[axis]};
+    double largest = 0, difference = 0;
+    for (int i = 0; i <= n_points; ++i) {
+      const double offset = (extent.second - extent.first) * i / n_points;
+      const double here = input::value_at(initial, extent, extent.first + offset);
+      const double there = input::value_at(initial, extent, extent.second - offset);
+      largest = std::max(largest, std::abs(here));
+      difference = std::max(difference, std::abs(here - there));
+    }
+    return difference <= load_tolerance * largest;
+  });
+}
+
 /// A corner and its neighbours, which determine an affine field.
 std::array<Point, 4> spanning_points(const Box& box) {
   std::array<Point, 4> corners;
@@ -183,7 +207,8 @@ std::array<Point, 4> spanning_points(const Box& box) {
 class Loads {
 public:
   Loads(const Body& body, const input::Parameters& parameters)
-      : bounds_(body.bounds()),
+      : parameters_(&parameters),
+        bounds_(body.bounds()),
         near_(load_tolerance * std::ranges::max(body.size())),
         effects_(effects_of(body, parameters.boundaries)),
         fields_(fields_of(parameters)),
@@ -207,6 +232,7 @@ public:
     const Point lower = symmetry.image(bounds_.lower), upper = symmetry.image(bounds_.upper);
     std::array<std::optional<Amount>, 3> translation;
     const auto sign = [&](std::size_t k) { return lower[k] > upper[k] ? -1.0 : 1.0; };
+    if (!keeps_the_state(*parameters_, bounds_, {sign(0) < 0, sign(1) < 0, sign(2) < 0})) return false;
     for (const Field& field : fields_)
       if (!is_symmetric(field, symmetry, {sign(0), sign(1), sign(2)})) return false;
     return std::ranges::all_of(effects_, [&](const Effect& effect) {
@@ -333,6 +359,7 @@ private:
            (*effect.history == *other.history || effect.amount.largest() == 0);
   }
 
+  const input::Parameters* parameters_;
   Box bounds_;
   double near_;  ///< [m]
   std::vector<Effect> effects_;

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [material.map]: rasters of materials, stiffness or strength.
 #include "consistency.h"
-#include "crackle/common/checksum.h"
 #include "crackle/common/file_digest.h"
 #include "schema.h"
 
 #include <algorithm>
-#include <span>
 #include <system_error>
 
 namespace crackle::input {
@@ -107,29 +105,29 @@ Key lengths_key(const char* name, const char* example, const char* help,
           }};
 }
 
-/// Digest of the files of all samples; reports the first one that cannot be read.
+/// Stands in the stored input for the checksums of rasters of their own, which the sample files have.
+constexpr const char* in_sample_files = "in the sample files";
+
+/// Checks that the files are there.
+/// @return their digest, or in_sample_files
 std::optional<std::string> digest_of(const Parameters& parameters, Findings& findings) {
   const MaterialMap& map = *parameters.map;
-  const auto digest = [&](std::uint64_t sample) {
-    const std::filesystem::path file = map.path(sample);
+  const auto n_files =
+      static_cast<std::uint64_t>(map.has_file_per_sample() ? parameters.ensemble.samples : 1);
+  for (std::uint64_t sample = 0; sample < n_files; ++sample) {
     std::error_code error;
-    auto result = std::filesystem::is_regular_file(file, error) ? file_digest(file) : std::nullopt;
-    if (!result)
-      findings.report(map_key(parameters) + ".file",
-                      "\"{}\" is not a readable file; give a name relative to the input file{}",
-                      shortened(file.string(), 200),
-                      map.has_file_per_sample() ? ", with files for all samples from 0 on" : "");
-    return result;
-  };
-  if (!map.has_file_per_sample()) return digest(0);
-  std::uint64_t hash = empty_checksum;
-  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
-  for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
-    const auto one = digest(sample);
-    if (!one) return {};
-    hash = checksum(std::as_bytes(std::span(*one)), hash);
+    const std::filesystem::path file = map.path(sample);
+    if (std::filesystem::is_regular_file(file, error)) continue;
+    findings.report(map_key(parameters) + ".file",
+                    "\"{}\" is not a readable file; give a name relative to the input file{}",
+                    shortened(file.string(), 200),
+                    map.has_file_per_sample() ? ", with files for all samples from 0 on" : "");
+    return {};
   }
-  return fmt::format("{} files, FNV-1a {:016x}", n_samples, hash);
+  if (map.has_file_per_sample()) return in_sample_files;
+  const auto digest = file_digest(map.path(0));
+  if (!digest) findings.report(map_key(parameters) + ".file", "\"{}\" cannot be read", map.file);
+  return digest;
 }
 
 }  // namespace
@@ -160,7 +158,7 @@ Table map_table() {
       number_key("scale", member(&MaterialMap::scale), {0, 1e12, true}, by_default("1"),
                  "by which values are multiplied; those of pictures are from 0 to 255, or 65535"),
       text_key("checksum", optional("computed"), R"(a text such as "198 bytes, FNV-1a 9ae16a3b2f90404f")",
-               "of the file, or of those of all samples, as the program writes it", &MaterialMap::checksum)};
+               "of the file, as the program writes it", &MaterialMap::checksum)};
   for (Key& key : keys) key = of_map(std::move(key));
   return {"material.map",
           Occurrence::optional,

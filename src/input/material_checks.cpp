@@ -5,6 +5,7 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <set>
 
 namespace crackle::input {
@@ -142,6 +143,9 @@ std::string material_key(const std::vector<Material>& materials, std::size_t i) 
 }
 
 void check_materials(const Parameters& parameters, Findings& findings) {
+  constexpr std::size_t most = 255;  // they are numbered in a byte
+  if (std::max(parameters.materials.size(), parameters.interfaces.size()) > most)
+    findings.report("material", "there are more than {} materials or interfaces; give fewer", most);
   check_names(parameters.materials, findings);
   for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
     if (parameters.materials[i].variation) check_stiffness_variation(parameters, i, findings);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/real.h"
 #include "crackle/input/parameters.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 
 namespace crackle::input {
@@ -27,6 +29,20 @@ std::filesystem::path MaterialMap::path(std::uint64_t sample) const {
   for (auto at = name.find(number); at != std::string::npos; at = name.find(number, at))
     name.replace(at, number.size(), std::to_string(sample));
   return folder / name;
+}
+
+std::vector<std::array<int, 2>> Parameters::interface_pairs() const {
+  std::vector<std::array<int, 2>> pairs;
+  for (const Interface& one : interfaces)
+    pairs.push_back({material_named(materials, one.between[0]), material_named(materials, one.between[1])});
+  return pairs;
+}
+
+double slowest_bar_speed(const std::vector<Material>& materials) {
+  double slowest = infinity;
+  for (const Material& material : materials)
+    slowest = std::min(slowest, std::sqrt(material.youngs_modulus / material.density));
+  return slowest;
 }
 
 Fracture Parameters::fracture_of(std::size_t number) const {

@@ -111,10 +111,7 @@ std::string of_toughness(const Parameters& parameters, std::size_t number) {
 }
 
 std::string of_duration(const Parameters& parameters) {
-  double slowest = infinity;  // wave along a bar
-  for (const Material& material : parameters.materials)
-    slowest = std::min(slowest, std::sqrt(material.youngs_modulus / material.density));
-  const double transit = std::ranges::max(parameters.specimen.size) / slowest;
+  const double transit = std::ranges::max(parameters.specimen.size) / slowest_bar_speed(parameters.materials);
   const double duration = parameters.time.duration;
   if (!(duration > many_transits * transit)) return {};
   return fmt::format("time.duration = {} is {:.2g} times the transit time of a wave along the body, {}{}",
@@ -123,14 +120,29 @@ std::string of_duration(const Parameters& parameters) {
 }
 
 std::string of_release_time(const Parameters& parameters) {
-  const double release = parameters.fracture.release_time;
+  double release = 0;
+  for (std::size_t i = 0; i < parameters.materials.size(); ++i)
+    release = std::max(release, parameters.fracture_of(i).release_time);
   const double duration = parameters.time.duration;
   if (!(release > 0.1 * duration)) return {};
   return fmt::format(
-      "fracture.release_time = {} is more than a tenth of time.duration = {}: few tetrahedra lose all of "
-      "their "
+      "a release_time of {} is more than a tenth of time.duration = {}: few tetrahedra lose all of their "
       "stiffness",
       quantity_text(release, "s"), quantity_text(duration, "s"));
+}
+
+/// A material or an interface that is nowhere in the body.
+std::string of_use(const Parameters& parameters) {
+  if (parameters.map && parameters.map->of == MapOf::material) return {};
+  const auto is_used = [&](const std::string& name) {
+    return name == parameters.material().name ||
+           std::ranges::find(parameters.specimen.regions, name, &MaterialRegion::material) !=
+               parameters.specimen.regions.end();
+  };
+  for (const Material& material : parameters.materials)
+    if (!is_used(material.name))
+      return fmt::format("no [[specimen.region]] consists of the material \"{}\"", material.name);
+  return {};
 }
 
 }  // namespace
@@ -144,7 +156,7 @@ std::vector<std::string> plausibility_warnings(const Parameters& parameters) {
   for (std::size_t i = 0; i < parameters.materials.size(); ++i)
     for (const auto warning_on : {of_modulus, of_density, of_strength, of_toughness})
       add(warning_on(parameters, i));
-  for (const auto warning_on : {of_duration, of_release_time}) add(warning_on(parameters));
+  for (const auto warning_on : {of_duration, of_release_time, of_use}) add(warning_on(parameters));
   return warnings;
 }
 

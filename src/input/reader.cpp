@@ -124,6 +124,18 @@ InputError::InputError(std::vector<std::string> messages)
 
 namespace {
 
+/// The text with the checksum of the raster.
+std::string with_map_checksum(const std::string& text, const Parameters& parameters,
+                              const std::filesystem::path& name) {
+  const std::string key = map_key(parameters);
+  try {
+    return completed(text, {{key + ".checksum", fmt::format("\"{}\"", parameters.map->checksum)}});
+  } catch (const InputError&) {
+    throw InputError(
+        {fmt::format("{}: {}: give it as a table with the header [material.map]", name.string(), key)});
+  }
+}
+
 /// @param draw of a sample: random inputs have the drawn values. These need not be valid means of their
 ///   distributions, and sections may lie outside the reach of cracks.
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points,
@@ -167,9 +179,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
   // The stored input names the contents of the raster, which may no longer be there when it is read again.
-  if (parameters.map)
-    stored = completed(
-        stored, {{map_key(parameters) + ".checksum", fmt::format("\"{}\"", parameters.map->checksum)}});
+  if (parameters.map) stored = with_map_checksum(stored, parameters, name);
   parameters.text = std::move(stored);
   parameters.notes = findings.notes(name);
   return parameters;
@@ -196,6 +206,7 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
                           .digest = parameters.mesh.points_digest};
   Parameters result = parse(with_settings(parameters.text, settings), name, points,
                             Draw{values, sample_settings(parameters)});
+  if (result.map) result.map->folder = parameters.map->folder;
   result.text = parameters.text;
   result.random = parameters.random;
   return result;

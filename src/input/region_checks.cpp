@@ -25,8 +25,6 @@ using plane::operator*;
 
 /// Regions with less than this share of the body's volume are none.
 constexpr double no_volume = 1e-12;
-/// Materials and interfaces; their numbers are stored as bytes.
-constexpr std::size_t most = 255;
 
 std::string key_of(std::size_t i) {
   return fmt::format("specimen.region[{}]", i);
@@ -157,8 +155,6 @@ std::pair<plane::Corner, int> sharpest_corner(const MaterialLayout& layout) {
 
 void make_region_outlines(Parameters& parameters, Findings& findings) {
   Specimen& specimen = parameters.specimen;
-  if (!specimen.regions.empty() && std::max(parameters.materials.size(), parameters.interfaces.size()) > most)
-    findings.report("specimen.region", "there are more than {} materials or interfaces; give fewer", most);
   for (std::size_t i = 0; i < specimen.regions.size(); ++i) {
     check_keys(i, findings);
     specimen.regions[i].number =

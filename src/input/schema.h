@@ -89,7 +89,7 @@ Key range_key(std::string name, Access<std::pair<double, double>> access,
               const std::pair<std::string, std::string>& example, std::string whole, std::string help,
               bool may_be_empty = false);
 
-/// What an array of pairs contains.
+/// The contents of an array of pairs.
 struct Pairs {
   std::string argument, value;  ///< "time", "factor"
   std::string example;          ///< "[[\"0 s\", 0], [\"10 s\", 1]]"

@@ -150,9 +150,16 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
     }
     for (auto part = parts.rbegin(); part != parts.rend(); ++part)
       one.settings.insert(one.settings.end(), part->begin(), part->end());
-    for (const Setting& setting : one.settings) has_points = has_points || setting.key == "mesh.points";
+    bool has_map = false;
+    for (const Setting& setting : one.settings) {
+      has_points = has_points || setting.key == "mesh.points";
+      has_map = has_map || setting.key.find(".map.file") != std::string::npos;
+    }
     // At the end, so that line numbers match the file.
-    const std::string text = with_settings(common, one.settings) +
+    std::vector<Setting> settings = one.settings;
+    // Another raster has another checksum.
+    if (has_map) settings.push_back({map_key(parameters) + ".checksum", "\"\""});
+    const std::string text = with_settings(common, settings) +
                              fmt::format("\n# Case {} of {}: {}\n", number, n, to_string(one.settings));
     PointsFile points;
     if (!has_points && parameters.mesh.points)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
+#include "crackle/common/file_digest.h"
 #include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/input/reader.h"
@@ -16,6 +17,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -211,10 +213,14 @@ void write_materials(hid_t file, const SampleFileContent& content) {
   const geometry::Realization& mesh = content.realization;
   const input::Parameters& parameters = content.parameters;
   const fracture::TetrahedronSpan all{mesh.nodes, mesh.tetrahedra, {}, mesh.material, mesh.map_factor};
-  const auto write = [&](const char* name, const auto& values, const char* units, const char* meaning) {
-    if (values.is_uniform()) return;
-    write_column<double>(file, fmt::format("mesh/{}", name), values.values(), std::identity(), units,
-                         meaning);
+  // Values that are those of the attributes of /frames, or the only density, are left out.
+  const auto write = [&](const char* name, double known, const auto& value_of, const char* units,
+                         const char* meaning) {
+    std::vector<double> values;
+    values.reserve(mesh.tetrahedra.size());
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) values.push_back(value_of(t));
+    if (std::ranges::count(values, known) == std::ssize(values)) return;
+    write_column<double>(file, fmt::format("mesh/{}", name), values, std::identity(), units, meaning);
   };
   if (parameters.fracture.variation)
     write_column<double>(file, "mesh/strength_factor",
@@ -227,24 +233,31 @@ void write_materials(hid_t file, const SampleFileContent& content) {
     for (const input::Material& material : parameters.materials) names.push_back(material.name);
     hdf5::write_attribute(file, "material_names", fmt::format("{}", fmt::join(names, "\n")));
   }
+  if (parameters.map && parameters.map->has_file_per_sample())
+    hdf5::write_attribute(file, "map", file_digest(parameters.map->path(content.sample)).value_or(""));
   if (!mesh.map_factor.empty())
     write_column<float>(file, "mesh/map_factor", mesh.map_factor, std::identity(), "1",
                         "factor of each tetrahedron by [material.map]");
   const auto material = fracture::make_material_field(parameters, content.sample, all);
-  std::vector<double> modulus, ratio;
-  for (std::size_t t = 0; !material.elasticity.is_uniform() && t < mesh.tetrahedra.size(); ++t) {
-    const auto& one = material.elasticity[static_cast<std::int32_t>(t)];
-    modulus.push_back(one.youngs_modulus());
-    ratio.push_back(parameters.materials[all.material_of(t)].poisson_ratio);
-  }
-  write("youngs_modulus", mechanics::TetrahedronField<double>(std::move(modulus)), "Pa",
-        "Young's modulus of each tetrahedron");
-  write("poisson_ratio", mechanics::TetrahedronField<double>(std::move(ratio)), "1",
-        "Poisson's ratio of each tetrahedron");
-  write("density", material.density, "kg/m^3", "density of each tetrahedron");
-  write("release_time", fracture::fracture_field(parameters, all, &input::Fracture::release_time), "s",
-        "over which the stiffness of each tetrahedron falls");
-  // Of the last dynamic phase, from which the frames are.
+  const input::Material& first = parameters.material();
+  const auto number = [](std::size_t t) { return static_cast<std::int32_t>(t); };
+  write(
+      "youngs_modulus", mechanics::IsotropicElasticity(first).youngs_modulus(),
+      [&](std::size_t t) { return material.elasticity[number(t)].youngs_modulus(); }, "Pa",
+      "Young's modulus of each tetrahedron");
+  write(
+      "poisson_ratio", first.poisson_ratio,
+      [&](std::size_t t) { return parameters.materials[all.material_of(t)].poisson_ratio; }, "1",
+      "Poisson's ratio of each tetrahedron");
+  write(
+      "density", first.density, [&](std::size_t t) { return material.density[number(t)]; }, "kg/m^3",
+      "density of each tetrahedron");
+  const auto release_time = fracture::fracture_field(parameters, all, &input::Fracture::release_time);
+  write(
+      "release_time", parameters.fracture.release_time,
+      [&](std::size_t t) { return release_time[number(t)]; }, "s",
+      "over which the stiffness of each tetrahedron falls");
+  // Frames are from the last dynamic phase.
   if (const double start = content.result.phase_start; !std::isnan(start))
     if (const auto strain = fracture::initial_strain_at(parameters, start, material.elasticity, all);
         !strain.empty())

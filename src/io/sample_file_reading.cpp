@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/failure.h"
+#include "crackle/common/file_digest.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/io/ensemble_file.h"
 
@@ -35,6 +36,15 @@ SampleSummary empty_row(const input::Parameters& parameters) {
                                  analysis::SampleStatus::pending);
 }
 
+/// Compares the contents of the sample's own raster, as long as it is there, with those that it was made
+/// from.
+void check_raster(hid_t root, const input::Parameters& parameters, std::uint64_t sample) {
+  if (!parameters.map || !parameters.map->has_file_per_sample() || H5Aexists(root, "map") <= 0) return;
+  const auto now = file_digest(parameters.map->path(sample));
+  if (now && *now != hdf5::read_text_attribute(root, "map"))
+    fail<hdf5::Error>("was made from other contents of {}", parameters.map->path(sample).string());
+}
+
 SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters& parameters,
                        std::uint64_t sample) {
   const std::int64_t number = hdf5::read_integer_attribute(root, "sample");
@@ -42,6 +52,7 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
     fail<hdf5::Error>("holds sample {} instead of {}", number, sample);
   // Older versions may have identified inputs differently.
   if (version == sample_schema_version) check_input(root, parameters);
+  check_raster(root, parameters, sample);
   SampleSummary row = empty_row(parameters);
   const std::int64_t status = hdf5::read_integer_attribute(root, "status");
   if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&

@@ -13,15 +13,6 @@ namespace {
 using input::BodyLoad;
 using input::LoadKind;
 
-/// Volumes of the owned nodes: a quarter of each tetrahedron around them [m^3].
-std::vector<double> node_volumes(const PdsOperators& operators) {
-  std::vector<double> volume(operators.node_mass.size());
-  for (const TetrahedronOperator& t : operators.tetrahedra)
-    for (const auto node : t.nodes)
-      if (index(node) < volume.size()) volume[index(node)] += t.volume / 4;
-  return volume;
-}
-
 /// The force of component `component` at each owned node, per amplitude of the load.
 std::vector<double> weights_of(const BodyLoad& load, int component, const geometry::Subdomain& subdomain,
                                const std::vector<double>& amount) {

@@ -21,7 +21,7 @@ namespace {
 
 using input::BoundaryKind;
 
-/// Of a total force whose factor changes sign, relative to the sum of magnitudes.
+/// Least resultant of a total force whose factor changes sign, relative to the sum of magnitudes.
 constexpr double least_resultant = 1e-9;
 
 constexpr const char* is_zero_in_region = "is 0 in its whole region";

@@ -15,7 +15,7 @@ namespace {
 
 using input::BoundaryKind;
 
-/// What a boundary condition or body force has to say about the load of the machine.
+/// The part of a boundary condition or body force in the load of the machine.
 struct Drive {
   std::string name;
   Vector value, rate;

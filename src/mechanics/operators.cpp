@@ -38,6 +38,14 @@ PdsOperators make_operators(const geometry::Subdomain& subdomain, const Tetrahed
   return operators;
 }
 
+std::vector<double> node_volumes(const PdsOperators& operators) {
+  std::vector<double> volume(operators.node_mass.size());
+  for (const TetrahedronOperator& t : operators.tetrahedra)
+    for (const auto node : t.nodes)
+      if (index(node) < volume.size()) volume[index(node)] += t.volume / 4;
+  return volume;
+}
+
 double stiffness_bound(const PdsOperators& operators, const ElasticityField& elasticity) {
   double largest = 0;
   for (std::size_t i = 0; i < operators.tetrahedra.size(); ++i) {

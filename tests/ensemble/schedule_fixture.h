@@ -49,6 +49,7 @@ public:
     EXPECT_EQ(realization.tetrahedra.size(), 3u);
     EXPECT_EQ(realization.boundary.at(0).surface, 7);
     EXPECT_EQ(realization.material, (std::vector<std::uint8_t>{0, 1, 0}));
+    EXPECT_EQ(realization.map_factor, (std::vector<float>{1.5F, 2, 0.25F}));
     EXPECT_EQ(realization.interface, (std::vector<std::uint8_t>{1, 1, 0}));
     EXPECT_EQ(realization.report.min_quality, 0.25);
     std::vector<geometry::Subdomain> parts(static_cast<std::size_t>(n_parts));
@@ -112,6 +113,7 @@ public:
     realization.tetrahedra.resize(3);
     realization.boundary.push_back({{0, 1, 2}, 7});
     realization.material = {0, 1, 0};
+    realization.map_factor = {1.5F, 2, 0.25F};
     realization.interface = {1, 1, 0};
     realization.report.min_quality = 0.25;
     return realization;

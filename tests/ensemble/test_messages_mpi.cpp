@@ -90,6 +90,7 @@ TEST(SampleGroup, SharesArriveWhole) {
     subdomain.boundary = {{{0, 1, rank}, 8}};
     subdomain.boundary_number = {4};
     subdomain.material = {2};
+    subdomain.map_factor = {0.75F};
     subdomain.interface = {static_cast<std::uint8_t>(rank)};
     return subdomain;
   };
@@ -122,6 +123,7 @@ TEST(SampleGroup, SharesArriveWhole) {
   EXPECT_EQ(share.boundary[0].surface, 8);
   EXPECT_EQ(share.boundary_number, expected.boundary_number);
   EXPECT_EQ(share.material, expected.material);
+  EXPECT_EQ(share.map_factor, expected.map_factor);
   EXPECT_EQ(share.interface, expected.interface);
   EXPECT_FALSE(ensemble::receive_header(group));
 }

@@ -218,7 +218,7 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   auto zero = values();
   zero[30] = 0;
   write_numpy(path, zero, "14, 5");
-  EXPECT_THAT(problem_with(keys), HasSubstr("no factor: it is not above 0"));
+  EXPECT_THAT(problem_with(keys), HasSubstr("no factor: give values above 0"));
   std::ofstream(path) << "no array";
   EXPECT_THAT(problem_with(keys), HasSubstr("is no array of NumPy"));
   auto picture = keys;

@@ -22,7 +22,7 @@ struct LoadState {
   std::vector<double> reaction = {};  ///< resultant force exerted by each prescribed motion [N]
   std::vector<double> travel = {};    ///< displacement of each prescribed motion, at factor 1 [m]
   std::vector<Vector> absorbed = {};  ///< force exerted by each absorbing face; empty at rest [N]
-  // Of each part of the initial strain; empty in motion, during which it is constant.
+  // For each part of the initial strain; empty in motion, during which it is constant.
   std::vector<double> initial_factor = {};
   std::vector<double> initial_force = {};  ///< conjugate to the factor: energy per factor [J]
   std::vector<double> conjugate =

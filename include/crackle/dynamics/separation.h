@@ -14,7 +14,7 @@ namespace crackle::dynamics {
 /// splinters.
 inline constexpr double separated_share = 0.01;
 
-/// Body forces, which act on all pieces, do not count among the loads that tell whether a body has separated.
+// Body forces act on all pieces, so they do not count among the loads below.
 
 /// True if two loads or motions act on no common face-connected piece: only hinges could transfer a load
 /// between them. With fewer than two of them, as is_separated. Equal on every rank. Collective.

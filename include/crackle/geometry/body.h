@@ -209,8 +209,11 @@ protected:
 /// @throws std::runtime_error naming the error
 std::unique_ptr<const Body> make_body(const input::Specimen& specimen);
 
-/// The same with the boundaries between its materials, and the regions of the boundary conditions imprinted
-/// on its faces: the body to be meshed.
+/// The same with the boundaries between its materials.
+/// @throws std::runtime_error naming the error
+std::unique_ptr<const Body> make_composite_body(const input::Parameters& parameters);
+
+/// The same with the regions of the boundary conditions imprinted on its faces: the body to be meshed.
 /// @throws std::runtime_error also when a region contains no part of its face
 std::unique_ptr<const Body> make_body(const input::Parameters& parameters);
 

@@ -9,7 +9,7 @@
 
 namespace crackle::input {
 
-/// What a [[load]] prescribes for all points of the body.
+/// The quantity that a [[load]] prescribes for all points of the body.
 enum class LoadKind {
   acceleration,       ///< force per mass [m/s^2]
   body_force,         ///< force per volume [N/m^3]

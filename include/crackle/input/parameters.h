@@ -255,6 +255,9 @@ struct MaterialMap {
 /// Number of the material with this name, or -1.
 int material_named(const std::vector<Material>& materials, const std::string& name);
 
+/// The slowest longitudinal wave in a bar of one of the materials [m/s].
+double slowest_bar_speed(const std::vector<Material>& materials);
+
 /// True if the materials are given as [[material]], each with a name.
 inline bool is_list(const std::vector<Material>& materials) {
   return !materials.front().name.empty();
@@ -501,6 +504,9 @@ struct Parameters {
   const Material& material() const { return materials.front(); }
   /// [fracture] as it applies to a material.
   Fracture fracture_of(std::size_t material) const;
+
+  /// Numbers of the materials of each interface.
+  std::vector<std::array<int, 2>> interface_pairs() const;
 
   bool maps_stiffness() const {
     return map && (map->of == MapOf::stiffness || map->of == MapOf::stiffness_and_strength);

@@ -27,7 +27,7 @@
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
 /// | /mesh/material, strength_factor, map_factor | m | of each tetrahedron, if they differ |
 /// | /mesh/youngs_modulus, poisson_ratio, density, release_time | m | likewise |
-/// | attribute material_names of / | | of several materials |
+/// | attributes material_names, map of / | | of several materials; checksum of the sample's own raster |
 /// | /mesh/initial_strain | m x 6 | of the last dynamic phase, with [[initial.stress]] |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
 /// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |

@@ -29,6 +29,9 @@ struct PdsOperators {
 /// @param density of each local tetrahedron [kg/m^3]
 PdsOperators make_operators(const geometry::Subdomain& subdomain, const TetrahedronField<double>& density);
 
+/// Volumes of the owned nodes: a quarter of each tetrahedron around them [m^3].
+std::vector<double> node_volumes(const PdsOperators& operators);
+
 /// b^a of a tetrahedron and its volume from the corner coordinates.
 TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
                                          const std::array<geometry::Point, 4>& x);

@@ -42,8 +42,7 @@ std::vector<Side> sides_of(const Shape& shape);
 class SideIndex {
 public:
   SideIndex(const Shape& shape, double tolerance);
-  /// Of sides that may leave gaps; what they enclose, an odd number of sides away from the outside, is
-  /// inside.
+  /// Sides that may leave gaps: a point is inside if an odd number of them separates it from the outside.
   /// @param bounds where points are looked for, not flat; they contain the sides
   SideIndex(std::vector<Side> sides, const Bounds& bounds, double tolerance);
 
