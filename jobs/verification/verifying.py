@@ -13,7 +13,7 @@ import nucleation
 import plates
 import strip
 import toughness
-from crackle_readme import put_block
+from crackle_readme import BLOCKS, put_block
 from crackle_runs import command
 
 # The tables of the README; each case takes the folder of the runs and the program.
@@ -45,7 +45,7 @@ def main() -> int:
                 tables[block] = figures.table(found)
         for block, table in tables.items():
             print(table)
-            if arguments.readme and {*TABLES.get(block, ())} <= {*arguments.cases}:
+            if arguments.readme and block in BLOCKS and {*TABLES.get(block, ())} <= {*arguments.cases}:
                 put_block(block, table)
         return 0
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <string_view>
 
 namespace crackle::input {
@@ -48,11 +49,10 @@ std::string description(const Key& key) {
                             : requirement.required         ? "required"
                             : requirement.fallback.empty() ? requirement.unset
                                                            : fmt::format("`{}`", requirement.fallback);
-  // The unit of an example shows its dimension.
-  const std::size_t example = key.accepted.find("such as \"");
-  const bool is_quantity = key.accepted.find(fmt::format(" {} such as", key.dimension)) < 3;
-  return fmt::format("({}): {}; {}", unset, is_quantity ? key.accepted.substr(example) : key.accepted,
-                     key.help);
+  // An example shows form, dimension and unit.
+  const std::size_t example = key.accepted.find("such as ");
+  return fmt::format("({}): {}; {}", unset,
+                     example != std::string::npos ? key.accepted.substr(example) : key.accepted, key.help);
 }
 
 }  // namespace
@@ -122,6 +122,7 @@ std::string sample_identity(const Parameters& parameters) {
 
 std::string key_list() {
   std::string result;
+  std::map<std::string, std::string> known;  // tables by name and description of their keys
   for (const Table& table : schema()) {
     const char* occurrence = table.occurrence == Occurrence::many ? ", any number"
                              : table.occurrence == Occurrence::once_or_many
@@ -130,14 +131,23 @@ std::string key_list() {
                                                                         : "";
     result += fmt::format("{}**`{}`**{}: {}\n\n", result.empty() ? "" : "\n", header_of(table), occurrence,
                           table.help);
+    std::map<std::string, std::string> repeated;  // names of keys by the earlier table that has them
     for (std::size_t i = 0; i < table.keys.size(); ++i) {
       const Key& key = table.keys[i];
+      const auto [entry, is_new] = known.emplace(key.name + description(key), header_of(table));
+      if (!is_new) {
+        std::string& names = repeated[entry->second];
+        names += fmt::format("{}`{}`", names.empty() ? "" : ", ", key.name);
+        continue;
+      }
       std::string names = fmt::format("`{}`", key.name);
       // Keys that differ in their names only, such as the extents along three axes, share an entry.
       for (; i + 1 < table.keys.size() && description(table.keys[i + 1]) == description(key); ++i)
         names += fmt::format(", `{}`", table.keys[i + 1].name);
       result += fmt::format("- {} {}\n", names, description(key));
     }
+    for (const auto& [earlier, names] : repeated)
+      result += fmt::format("- {} (as in `{}`)\n", names, earlier);
   }
   return result;
 }

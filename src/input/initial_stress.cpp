@@ -176,9 +176,7 @@ Table initial_stress_table() {
   return {
       "initial.stress",
       Occurrence::many,
-      "stress from the start, uniform across an axis; several add up. Stresses that do not balance strain "
-      "the "
-      "body until they do",
+      "stress from the start, uniform across an axis; several add up, and strain the body until they balance",
       {choice_key<int>("along", initial(&InitialStress::along), axes, required(),
                        "axis along which it changes"),
        of_kind(InitialStressKind::surface,
@@ -206,11 +204,10 @@ Table initial_stress_table() {
        optional_quantity_key("expansion", initial(&InitialStress::expansion), expansion_dimension, {-1, 1},
                              optional("required with temperature"), "coefficient of thermal expansion"),
        material_name_key(),
-       history_key(
-           initial(&InitialStress::history),
-           "factors, linear between these times; constant during a dynamic phase. A quench is the sum "
-           "of several tables, each with the temperature of one time, a factor of 1 then and of 0 at "
-           "the times before and after")},
+       history_key(initial(&InitialStress::history),
+                   "factors, constant during a dynamic phase; a quench is a table for each time, with a "
+                   "factor of 1 then and "
+                   "of 0 at the times before and after")},
       [](const Parameters& parameters) { return parameters.initial_stresses.size(); },
       [](Parameters& parameters) { parameters.initial_stresses.emplace_back(); }};
 }

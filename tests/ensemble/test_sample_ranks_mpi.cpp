@@ -3,6 +3,8 @@
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/connectivity.h"
+#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/interface_numbers.h"
 
 #include "support/box_mesh.h"
 #include "support/job.h"
@@ -235,6 +237,37 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAVaryingStrength) {
                                    .coefficient_of_variation = 0.3,
                                    .correlation_length = 1e-3};
   compare(parameters, 50);
+}
+
+/// Layers of two materials with an interface, a raster's factors and varying stiffness: parts that are
+/// uniform have neighbours that are not.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithSeveralMaterials) {
+  auto parameters = torn_bar();
+  parameters.time.precision = GetParam();
+  parameters.materials = {{3300e6, 0.38, 1180, "epoxy"}, {9000e6, 0.1, 2500, "filled"}};
+  parameters.materials[1].strength = 40e6;
+  parameters.materials[1].impulse = 3e4;
+  parameters.materials[1].release_time = 3e-7;
+  parameters.interfaces = {{{"filled", "epoxy"}, 30e6, 0}};
+  auto mesh = test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
+  for (const auto& t : mesh.tetrahedra)
+    mesh.material.push_back(geometry::centroid(mesh.nodes, t)[2] > 0.005 ? 1 : 0);
+  mesh.interface = geometry::interface_numbers(mesh, parameters.interface_pairs());
+  EXPECT_GT(std::ranges::count(mesh.interface, 1), 50);
+  compare(parameters, mesh, 50);
+  parameters.fracture.variation = {
+      .distribution = input::Distribution::weibull, .modulus = 10, .correlation_length = 1e-3};
+  parameters.materials[0].variation = {.of = input::StiffnessVaries::both,
+                                       .coefficient_of_variation = 0.3,
+                                       .correlation_length = 1e-3,
+                                       .with_strength = 0.5};
+  parameters.map.emplace().of = input::MapOf::stiffness_and_strength;
+  for (const auto& t : mesh.tetrahedra)
+    mesh.map_factor.push_back(geometry::centroid(mesh.nodes, t)[1] > 0.002 ? 1.25F : 1.0F);
+  parameters.time.start = input::Start::quasi_static;
+  parameters.fracture.release = input::Release::facet;
+  parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
+  compare(parameters, mesh, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
 }
 
 /// Dashpots at nodes shared by several parts, and damping of all of them.
