@@ -16,7 +16,13 @@ void check_names(const std::vector<Material>& materials, Findings& findings) {
   if (findings.given("material.name"))
     return findings.report("material.name",
                            "a single [material] has no name; write [[material]], in double brackets");
-  if (!findings.given("material[0]")) return;
+  if (!findings.given("material[0]")) {
+    for (const char* const key : {"strength", "toughness", "fracture_toughness", "impulse", "release_time"})
+      if (findings.given(fmt::format("material.{}", key)))
+        findings.report(fmt::format("material.{}", key),
+                        "unknown key of a single material; did you mean fracture.{}?", key);
+    return;
+  }
   std::set<std::string> names;
   for (std::size_t i = 0; i < materials.size(); ++i) {
     const std::string key = fmt::format("material[{}].name", i);

@@ -151,8 +151,8 @@ Table ensemble_table() {
            "meshes", in(&Parameters::ensemble, &Ensemble::meshes),
            {{"auto", MeshMakers::automatic}, {"master", MeshMakers::master}, {"groups", MeshMakers::groups}},
            by_default("\"auto\""),
-           "who makes the realizations: the master, in advance, or each group its own; \"auto\": the master, "
-           "or the group if none is ready"),
+           "who makes the realizations: the master in advance, each group its own, or the group if none is "
+           "ready"),
        with_random_inputs(choice_key<SamplingPlan>("plan", in(&Parameters::ensemble, &Ensemble::plan),
                                                    {{plan_names[0], SamplingPlan::independent},
                                                     {plan_names[1], SamplingPlan::latin_hypercube},
@@ -322,43 +322,44 @@ Key engine_key() {
       "engine", in(&Parameters::time, &Time::engine), {word(Engine::fixed_point), word(Engine::petsc)},
       by_default("\"fixed-point\""),
       "arithmetic of the dynamic phase: integer sums, with the same bits on any number of ranks, or PETSc in "
-      "double precision, slower and with the same bits on the same number of ranks only");
+      "double precision, slower and with the same bits on as many ranks only");
 }
 
 Table time_table() {
-  return {
-      "time",
-      Occurrence::once,
-      "loading and the dynamic phase",
-      {choice_key<Start>(
-           "start", in(&Parameters::time, &Time::start),
-           {{"quasi-static", Start::quasi_static},
-            {"equilibrium", Start::equilibrium},
-            {"rest", Start::rest}},
-           by_default("\"quasi-static\""),
-           "equilibria up to instability; dynamics from the equilibrium under the loads at t = 0, even if "
-           "stresses exceed the strength; or dynamics from the body at rest at t = 0"),
-       automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
-                          "time step; \"auto\" is a fraction of the stable step"),
-       quantity_key("duration", in(&Parameters::time, &Time::duration),
-                    with_example(time_dimension, "100 us"), positive_time, required(),
-                    "duration of the dynamic phase"),
-       choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
-                              {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
-                              by_default("\"bilateral4\""),
-                              "order 4 with 3.5 force evaluations per step, or order 2 with one"),
-       engine_key(),
-       choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
-                             {{"mixed", Precision::mixed}, {"double", Precision::double_}},
-                             by_default("\"mixed\""),
-                             "fixed-point numbers of 32 or 64 bits in the dynamic phase; a sample for which "
-                             "32 do not suffice is computed again in 64; \"double\" with engine = \"petsc\""),
-       automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
-                          "time without a break after which a dynamic phase counts as arrested; \"auto\" is "
-                          "that in which a bar wave runs along the body's longest extent"),
-       optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
-                             with_example(time_dimension, "20 us"), positive_time, optional("off"),
-                             "a dynamic phase ends this long after the body has separated")}};
+  return {"time",
+          Occurrence::once,
+          "loading and the dynamic phase",
+          {choice_key<Start>("start", in(&Parameters::time, &Time::start),
+                             {{"quasi-static", Start::quasi_static},
+                              {"equilibrium", Start::equilibrium},
+                              {"rest", Start::rest}},
+                             by_default("\"quasi-static\""),
+                             "equilibria up to instability; dynamics from the equilibrium at t = 0, even if "
+                             "stresses exceed the "
+                             "strength; or dynamics from rest"),
+           automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
+                              "time step; \"auto\" is a fraction of the stable step"),
+           quantity_key("duration", in(&Parameters::time, &Time::duration),
+                        with_example(time_dimension, "100 us"), positive_time, required(),
+                        "duration of the dynamic phase"),
+           choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
+                                  {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
+                                  by_default("\"bilateral4\""),
+                                  "order 4 with 3.5 force evaluations per step, or order 2 with one"),
+           engine_key(),
+           choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
+                                 {{"mixed", Precision::mixed}, {"double", Precision::double_}},
+                                 by_default("\"mixed\""),
+                                 "fixed-point numbers of 32 or 64 bits in the dynamic phase; a sample for "
+                                 "which 32 do not suffice is "
+                                 "repeated in 64"),
+           automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
+                              "time without a break after which a dynamic phase counts as arrested; "
+                              "\"auto\": a bar wave's way along the "
+                              "body"),
+           optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
+                                 with_example(time_dimension, "20 us"), positive_time, optional("off"),
+                                 "a dynamic phase ends this long after the body has separated")}};
 }
 
 Table damping_table() {

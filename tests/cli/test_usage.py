@@ -120,7 +120,7 @@ class Usage(unittest.TestCase):
         table = None
         keys = {}
         for line in filter(None, result.stdout.splitlines()):
-            self.assertRegex(line, r"^(\*\*`\[.*\]`\*\*.*: .|- `[\w.]+`(, `[\w.]+`)* \(.+\): .+; .)")
+            self.assertRegex(line, r"^(\*\*`\[.*\]`\*\*.*: .|- `[\w.]+`(, `[\w.]+`)* \(.+\): .+; .|- `\w.+ \(as in `.+`\)$)")
             names = re.findall(r"`\[*([^\]`]*)\]*`", line.split(" (")[0])
             if line.startswith("**"):
                 table = names[0]

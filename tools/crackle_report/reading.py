@@ -202,6 +202,8 @@ def _of_tetrahedra(root: h5py.File, name: str, default: float | None = None) -> 
 
 def _remaining(root: h5py.File, n_broken: int, time: float, release_time: np.ndarray) -> np.ndarray:
     """The share of its stiffness that each of the first n_broken tetrahedra in /breaks has at a time since onset [s], to half a step."""
+    if not release_time.any():
+        return np.zeros(n_broken)
     number, loading, phase = (root["breaks"][name][:n_broken] for name in ("tetrahedron", "load_time", "phase_time"))
     falls_over = release_time[number]
     share = 1 - np.divide(time - phase, falls_over, out=np.ones(n_broken), where=falls_over > 0)

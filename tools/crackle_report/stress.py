@@ -62,7 +62,7 @@ def _strain(corner: np.ndarray, displacement: np.ndarray) -> np.ndarray:
 
 def _elastic_stress(strain: np.ndarray, youngs_modulus: np.ndarray, poisson_ratio: np.ndarray) -> np.ndarray:
     """Of strains m x ... x 3 x 3, with m moduli and ratios."""
-    youngs_modulus, poisson_ratio = (value.reshape(-1, *[1] * (strain.ndim - 1)) for value in (youngs_modulus, poisson_ratio))
+    youngs_modulus, poisson_ratio = (np.reshape(value, (-1, *[1] * (strain.ndim - 1))) for value in (youngs_modulus, poisson_ratio))
     shear = youngs_modulus / (2 * (1 + poisson_ratio))
     first = youngs_modulus * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio))
     trace = np.trace(strain, axis1=-2, axis2=-1)[..., None, None]
