@@ -10,7 +10,6 @@
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/cost_model.h"
-#include "crackle/ensemble/realization_queue.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/fracture/resolution.h"
@@ -206,9 +205,7 @@ Subject make_subject(const input::Parameters& parameters, const geometry::Body& 
   const ThreadClock clock;
   Heartbeat heartbeat(notify);
   heartbeat.begin("making the mesh of sample 0");
-  auto realization = ensemble::with_retries([&](std::uint64_t sample, int attempt) {
-    return ensemble::make_sample_mesh(body, base, parameters, sample, attempt);
-  })(0);
+  auto realization = ensemble::make_sample_realization(body, base, parameters, 0);
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto phase = ensemble::phase_work(parameters, stable_step);
   const double analysis = static_cast<double>(realization.tetrahedra.size()) /

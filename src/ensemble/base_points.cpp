@@ -5,6 +5,7 @@
 #include "crackle/common/heartbeat.h"
 #include "crackle/ensemble/material_map.h"
 #include "crackle/ensemble/progress.h"
+#include "crackle/ensemble/realization_queue.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/io/ensemble_file.h"
 
@@ -71,8 +72,17 @@ geometry::Realization make_sample_mesh(const geometry::Body& body, const geometr
     own = geometry::make_mother_points(body, mesh, seed, {}, sample, attempt);
   const bool is_shared = mesh.base == input::Base::shared;
   auto realization = geometry::make_realization(body, is_shared ? shared : own, mesh, seed, sample, attempt);
-  apply_material_map(parameters, body, sample, realization);
   release_freed_memory();
+  return realization;
+}
+
+geometry::Realization make_sample_realization(const geometry::Body& body,
+                                              const geometry::MotherPoints& shared,
+                                              const input::Parameters& parameters, std::uint64_t sample) {
+  auto realization = with_retries([&](std::uint64_t number, int attempt) {
+    return make_sample_mesh(body, shared, parameters, number, attempt);
+  })(sample);
+  apply_material_map(parameters, body, sample, realization);
   return realization;
 }
 

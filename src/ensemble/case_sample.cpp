@@ -30,10 +30,7 @@ const geometry::Body& CaseSample::body() {
 }
 
 geometry::Realization CaseSample::make() {
-  const geometry::Body& own_body = body();
-  return with_retries([&](std::uint64_t sample, int attempt) {
-    return make_sample_mesh(own_body, case_.base(), parameters(), sample, attempt);
-  })(sample_);
+  return make_sample_realization(body(), case_.base(), parameters(), sample_);
 }
 
 std::vector<geometry::Subdomain> CaseSample::split(const geometry::Realization& realization, int n_parts) {

@@ -44,4 +44,8 @@ void apply_material_map(const input::Parameters& parameters, const geometry::Bod
   realization.interface = geometry::interface_numbers(realization, parameters.interface_pairs());
 }
 
+void check_material_map(const input::Parameters& parameters, const geometry::Body& body) {
+  if (parameters.map) io::Raster(*parameters.map, 0, body.bounds());
+}
+
 }  // namespace crackle::ensemble

@@ -4,6 +4,7 @@
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/base_points.h"
+#include "crackle/ensemble/material_map.h"
 #include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_schedule.h"
@@ -176,7 +177,10 @@ void Run::plan() {
   parallel::agree_on_root(world_, [&] {
     if (is_sweep()) check_sweep_folder(options_.folder, cases_.size(), options_.plan.resume);
     // --resume starts cases that a stopped run had not reached.
-    for (Case& one : cases_) one.make_plan();
+    for (Case& one : cases_) {
+      check_material_map(one.parameters(), one.body());
+      one.make_plan();
+    }
   });
   for (const Case& one : cases_)
     check_memory(world_, one.parameters(), one.body(), layout_, !one.plan().to_do.empty());

@@ -162,7 +162,7 @@ Raster::Raster(const input::MaterialMap& map, std::uint64_t sample, const geomet
     : file_(map.path(sample)), origin_(map.origin), spacing_(map.spacing) {
   const auto refuse = [&](const std::string& reason) { fail("{}: {}", file_.string(), reason); };
   if (!map.has_file_per_sample() && file_digest(file_) != map.checksum)
-    refuse("has other contents than material.map.checksum says, or cannot be read");
+    refuse("has other contents than the checksum in [material.map] says, or cannot be read");
   for (const int axis : map.axes) axes_.push_back(static_cast<std::size_t>(axis));
   try {
     Array array = read_array(file_, map.dataset);
@@ -174,8 +174,8 @@ Raster::Raster(const input::MaterialMap& map, std::uint64_t sample, const geomet
     refuse(reason);
   }
   if (shape_.size() != axes_.size())
-    refuse(fmt::format("has {} dimensions ({}), but material.map.axes names {}", shape_.size(),
-                       fmt::join(shape_, " x "), axes_.size()));
+    refuse(fmt::format("has the shape {}, but [material.map] names {} axes", fmt::join(shape_, " x "),
+                       axes_.size()));
   for (std::size_t k = 0; k < axes_.size(); ++k) {
     const double first = origin_[k] - 0.5 * spacing_[k];
     const auto [low, high] = std::minmax({first, first + static_cast<double>(shape_[k]) * spacing_[k]});

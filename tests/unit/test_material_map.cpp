@@ -222,7 +222,7 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   EXPECT_THAT(problem_with(shifted),
               AllOf(HasSubstr("map.npy: covers z = -10 mm to 130 mm"), HasSubstr("to 140 mm")));
   write_numpy(path, values(), "70,");
-  EXPECT_THAT(problem_with(keys), HasSubstr("has 1 dimensions (70), but material.map.axes names 2"));
+  EXPECT_THAT(problem_with(keys), HasSubstr("has the shape 70, but [material.map] names 2 axes"));
   write_numpy(path, {1, 2, 3}, "14, 5");
   EXPECT_THAT(problem_with(keys), HasSubstr("is truncated"));
   auto zero = values();
@@ -240,7 +240,7 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   write_numpy(path, values(), "14, 5");
   auto other = keys;
   other.emplace_back("checksum", "\"5 bytes\"");
-  EXPECT_THAT(problem_with(other), HasSubstr("has other contents than material.map.checksum says"));
+  EXPECT_THAT(problem_with(other), HasSubstr("has other contents than the checksum in [material.map] says"));
 }
 
 }  // namespace

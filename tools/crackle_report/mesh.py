@@ -29,6 +29,7 @@ class Mesh:
     nodes: np.ndarray  # n x 3 [m]
     tetrahedra: np.ndarray  # m x 4
     strength_factor: Optional[np.ndarray] = None  # m, by which the variation multiplies the strength
+    youngs_modulus: Optional[np.ndarray] = None  # m [Pa], where it differs
 
     def volumes(self) -> np.ndarray:
         """Of the tetrahedra, m [m^3]."""

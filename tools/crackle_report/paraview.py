@@ -93,16 +93,18 @@ def _interpolated(corner: np.ndarray, values: np.ndarray, points: np.ndarray) ->
 
 
 def _frame(frames: Frames, k: int) -> bytes:
-    """Nodes with displacement and velocity; tetrahedra with their stress in VTK's order xx yy zz xy yz xz, and the share of
-    their stiffness that softening has left them, 0 where broken.
+    """Nodes with displacement and velocity; tetrahedra with their stress in VTK's order xx yy zz xy yz xz, the share of
+    their stiffness that softening has left them, 0 where broken, and their material and Young's modulus where these differ.
     """
     stress = frame_stress(frames, k)
     broken = np.zeros(len(frames.tetrahedra), "u1")
     broken[frames.broken[k]] = 1
     stiffness = np.where(broken == 1, 0, frames.stiffness[k])
+    material = {"material": frames.material, "youngs_modulus": frames.youngs_modulus.astype("f4")}
+    differing = {name: values for name, values in material.items() if np.ptp(values) > 0}
     tensor = stress[:, (0, 5, 4, 5, 1, 3, 4, 3, 2)].reshape(-1, 3, 3)
     return vtkhdf.grid(frames.nodes, frames.tetrahedra, vtkhdf.TETRAHEDRON, float(frames.time[k]),
                        {"displacement": frames.displacement[k], "velocity": frames.velocity[k]},
                        {"stress": stress[:, (0, 1, 2, 5, 3, 4)].astype("f4"), "broken": broken,
                         "stiffness": stiffness.astype("f4"),
-                        "principal_stress": np.linalg.eigvalsh(tensor)[:, 2].astype("f4")})
+                        "principal_stress": np.linalg.eigvalsh(tensor)[:, 2].astype("f4"), **differing})

@@ -159,7 +159,7 @@ def _read_places(root: h5py.File) -> Optional[Places]:
 def _read_mesh(root: h5py.File) -> Mesh:
     group = root["mesh"]
     return Mesh(group["nodes"][...], group["tetrahedra"][...],
-                strength_factor=group["strength_factor"][...] if "strength_factor" in group else None)
+                **{name: group[name][...] for name in ("strength_factor", "youngs_modulus") if name in group})
 
 
 def _read_lines(root: h5py.File) -> list[CrackLine]:
@@ -190,6 +190,7 @@ def _read_frames(root: h5py.File) -> Frames:
                   [_stiffness(root, time) for time in group["time"][...]],
                   tomllib.loads(text_of(root.attrs["input"])).get("fracture", {}).get("contact", "none") != "none",
                   _of_tetrahedra(root, "youngs_modulus"), _of_tetrahedra(root, "poisson_ratio"),
+                  root["mesh/material"][...] if "material" in root["mesh"] else np.zeros(len(root["mesh/tetrahedra"]), "u1"),
                   root["mesh/initial_strain"][...] if "initial_strain" in root["mesh"] else np.zeros((len(root["mesh/tetrahedra"]), 6)))
 
 

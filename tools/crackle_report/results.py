@@ -114,6 +114,7 @@ class Frames:
     has_contact: bool  # whether broken tetrahedra resist being closed again
     youngs_modulus: np.ndarray  # m [Pa]
     poisson_ratio: np.ndarray  # m
+    material: np.ndarray  # m, numbers; 0 if there is one
     initial_strain: np.ndarray  # m x 6, at which each tetrahedron is free of stress, in the order of stress.element_stress
 
 

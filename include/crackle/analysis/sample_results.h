@@ -95,10 +95,12 @@ void for_each_result(Visit&& visit) {
           "the prescribed one, or the mean over the loaded area",
           quantiles, "displacement at peak", "mm", 1e3, ".5f"},
       &Row::displacement_at_peak);
-  visit(ResultInfo{"work_of_fracture", "J",
-                   "external work up to separation: the area below the load-displacement curve", quantiles,
-                   "work of fracture", "mJ", 1e3, ".3f"},
-        &Row::work_of_fracture);
+  visit(
+      ResultInfo{"work_of_fracture", "J",
+                 "external work up to separation: the area below the load-displacement curve, and the energy "
+                 "of stress and velocity at the start",
+                 quantiles, "work of fracture", "mJ", 1e3, ".3f"},
+      &Row::work_of_fracture);
   visit(ResultInfo{"dynamic_phases", "", "number of dynamic phases", none, "dynamic phases", "", 1, "d"},
         &Row::dynamic_phases);
   visit(ResultInfo{"crack_area_before_onset", "m^2", "crack area before the last dynamic phase", quantiles,

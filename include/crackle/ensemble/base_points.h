@@ -34,12 +34,19 @@ geometry::MotherPoints make_base_points(const geometry::Body& body, const input:
 geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Parameters& parameters,
                                           const std::function<void(const std::string&)>& say = {});
 
-/// The realization of a sample, from the shared points or, with mesh.base = "own", from newly generated ones.
-/// Not collective.
+/// The mesh of a sample, from the shared points or, with mesh.base = "own", from newly generated ones. Not
+/// collective.
 /// @throws std::runtime_error as geometry::make_mother_points and make_realization
 geometry::Realization make_sample_mesh(const geometry::Body& body, const geometry::MotherPoints& shared,
                                        const input::Parameters& parameters, std::uint64_t sample,
                                        int attempt = 0);
+
+/// The realization of a sample: its mesh, with up to three attempts, and the materials of the input's raster.
+/// Not collective.
+/// @throws std::runtime_error with the reason of each attempt, or as apply_material_map
+geometry::Realization make_sample_realization(const geometry::Body& body,
+                                              const geometry::MotherPoints& shared,
+                                              const input::Parameters& parameters, std::uint64_t sample);
 
 /// The base mother points shared by all samples of an ensemble: read from folder/ensemble.h5 if that file
 /// belongs to this input, otherwise regenerated; none with mesh.base = "own". Not collective.

@@ -16,4 +16,7 @@ namespace crackle::ensemble {
 void apply_material_map(const input::Parameters& parameters, const geometry::Body& body, std::uint64_t sample,
                         geometry::Realization& realization);
 
+/// Reads the raster of the first sample. @throws std::runtime_error as apply_material_map
+void check_material_map(const input::Parameters& parameters, const geometry::Body& body);
+
 }  // namespace crackle::ensemble
