@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle mesh: makes one realization and writes it with its quality table, or surveys many.
 #include "crackle/common/stopwatch.h"
-#include "crackle/ensemble/material_map.h"
 #include "crackle/ensemble/base_points.h"
+#include "crackle/ensemble/material_map.h"
 #include "crackle/fracture/variation.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/dual_facets.h"

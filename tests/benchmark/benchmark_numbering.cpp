@@ -78,8 +78,7 @@ void evaluate_forces(benchmark::State& state, const Numbering& numbering, const 
   realization.nodes = numbering.nodes;
   realization.tetrahedra = numbering.tetrahedra;
   const auto parts = geometry::split(realization, geometry::partition(realization, 1));
-  const mechanics::PdsOperators operators =
-      mechanics::make_operators(parts[0], material.density);
+  const mechanics::PdsOperators operators = mechanics::make_operators(parts[0], material.density);
   const mechanics::ElasticityField elasticity{mechanics::IsotropicElasticity(material)};
   const mechanics::ResidualStiffness intact(operators, elasticity);
   const mechanics::InternalForce force(operators, intact);

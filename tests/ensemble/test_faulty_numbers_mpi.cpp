@@ -76,8 +76,7 @@ TEST_F(FaultyNumbers, EndExactSumsOnAllRanks) {
 }
 
 TEST_F(FaultyNumbers, InTheMassEndTheSearchForTheStableStep) {
-  auto operators =
-      mechanics::make_operators(part_, test::epoxy().density);
+  auto operators = mechanics::make_operators(part_, test::epoxy().density);
   const mechanics::ElasticityField elasticity{mechanics::IsotropicElasticity(test::epoxy())};
   const mechanics::ResidualStiffness intact(operators, elasticity);
   const mechanics::InternalForce force(operators, intact);
@@ -99,8 +98,7 @@ TEST_F(FaultyNumbers, InTheMeshEndTheLoads) {
 TEST_F(FaultyNumbers, AreNoEquilibrium) {
   const auto material = test::epoxy();
   const mechanics::ElasticityField elasticity{mechanics::IsotropicElasticity(material)};
-  const auto operators =
-      mechanics::make_operators(part_, material.density);
+  const auto operators = mechanics::make_operators(part_, material.density);
   const mechanics::ResidualStiffness intact(operators, elasticity);
   const auto edges = mechanics::make_edges(part_);
   mechanics::HeldComponents held(3 * part_.nodes.size(), 0);
