@@ -7,17 +7,27 @@ namespace crackle::fracture {
 
 namespace {
 
-/// Factors of one kind of each tetrahedron: those of its material.
-std::vector<double> factors_of(const input::Parameters& parameters, std::uint64_t sample,
-                               const TetrahedronSpan& tetrahedra, input::StiffnessVaries without) {
-  std::vector<double> factors(tetrahedra.tetrahedra.size(), 1);
+/// Of each tetrahedron: by its material's variation and the input's raster.
+struct Factors {
+  std::vector<double> stiffness, density;
+};
+
+Factors factors_of(const input::Parameters& parameters, std::uint64_t sample,
+                   const TetrahedronSpan& tetrahedra) {
+  const std::size_t n = tetrahedra.tetrahedra.size();
+  Factors factors{std::vector<double>(n, 1), std::vector<double>(n, 1)};
   for (std::size_t m = 0; m < parameters.materials.size(); ++m) {
     const auto& variation = parameters.materials[m].variation;
-    if (!variation || variation->of == without) continue;
+    if (!variation) continue;
     const auto own = stiffness_factors(parameters, m, sample, tetrahedra);
-    for (std::size_t t = 0; t < factors.size(); ++t)
-      if (tetrahedra.material_of(t) == m) factors[t] = own[t];
+    for (std::size_t t = 0; t < n; ++t) {
+      if (tetrahedra.material_of(t) != m) continue;
+      if (variation->of != input::StiffnessVaries::density) factors.stiffness[t] = own[t];
+      if (variation->of != input::StiffnessVaries::stiffness) factors.density[t] = own[t];
+    }
   }
+  if (parameters.maps_stiffness())
+    for (std::size_t t = 0; t < n; ++t) factors.stiffness[t] *= static_cast<double>(tetrahedra.map_factor[t]);
   return factors;
 }
 
@@ -30,19 +40,16 @@ mechanics::MaterialField make_material_field(const input::Parameters& parameters
       std::ranges::any_of(materials, [](const auto& one) { return one.variation.has_value(); });
   if (materials.size() == 1 && !varies && !parameters.maps_stiffness())
     return mechanics::MaterialField(materials.front());
-  auto stiffness = factors_of(parameters, sample, tetrahedra, input::StiffnessVaries::density);
-  const auto weight = factors_of(parameters, sample, tetrahedra, input::StiffnessVaries::stiffness);
-  if (parameters.maps_stiffness())
-    for (std::size_t t = 0; t < stiffness.size(); ++t)
-      stiffness[t] *= static_cast<double>(tetrahedra.map_factor[t]);
+  const Factors factors = factors_of(parameters, sample, tetrahedra);
+  const std::size_t n = tetrahedra.tetrahedra.size();
   std::vector<mechanics::IsotropicElasticity> elasticity;
   std::vector<double> density;
-  elasticity.reserve(stiffness.size());
-  density.reserve(stiffness.size());
-  for (std::size_t t = 0; t < stiffness.size(); ++t) {
+  elasticity.reserve(n);
+  density.reserve(n);
+  for (std::size_t t = 0; t < n; ++t) {
     const input::Material& material = materials[tetrahedra.material_of(t)];
-    elasticity.emplace_back(stiffness[t] * material.youngs_modulus, material.poisson_ratio);
-    density.push_back(weight[t] * material.density);
+    elasticity.emplace_back(factors.stiffness[t] * material.youngs_modulus, material.poisson_ratio);
+    density.push_back(factors.density[t] * material.density);
   }
   return {mechanics::ElasticityField(std::move(elasticity)),
           mechanics::TetrahedronField<double>(std::move(density))};

@@ -33,7 +33,7 @@ double energy_factor(const input::Parameters& parameters) {
 class LocalFracture {
 public:
   LocalFracture(const input::Parameters& parameters, const BreakableBody& body)
-      : parameters_(parameters), body_(body) {
+      : parameters_(parameters), body_(body), span_(span_of(body.subdomain())) {
     for (std::size_t m = 0; m < parameters.materials.size(); ++m)
       of_material_.push_back(parameters.fracture_of(m));
   }
@@ -48,7 +48,7 @@ public:
   }
   /// toughness_factor() over Young's modulus.
   double energy_factor(std::size_t t) const {
-    const input::Material& material = parameters_.materials[span_of(body_.subdomain()).material_of(t)];
+    const input::Material& material = parameters_.materials[span_.material_of(t)];
     // Without variation the modulus is the input's to the last bit.
     const double modulus =
         material.variation || parameters_.maps_stiffness()
@@ -61,13 +61,11 @@ public:
     return parameters_.maps_strength() ? static_cast<double>(body_.subdomain().map_factor[t]) : 1;
   }
   double poisson_ratio(std::size_t t) const {
-    return parameters_.materials[span_of(body_.subdomain()).material_of(t)].poisson_ratio;
+    return parameters_.materials[span_.material_of(t)].poisson_ratio;
   }
 
 private:
-  const input::Fracture& own(std::size_t t) const {
-    return of_material_[span_of(body_.subdomain()).material_of(t)];
-  }
+  const input::Fracture& own(std::size_t t) const { return of_material_[span_.material_of(t)]; }
   const input::Interface* interface_at(std::size_t t) const {
     const auto& interface = body_.subdomain().interface;
     return interface.empty() || interface[t] == 0 ? nullptr : &parameters_.interfaces[interface[t] - 1u];
@@ -75,6 +73,7 @@ private:
 
   const input::Parameters& parameters_;
   const BreakableBody& body_;
+  TetrahedronSpan span_;
   std::vector<input::Fracture> of_material_;
 };
 

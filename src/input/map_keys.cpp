@@ -195,7 +195,7 @@ void complete_map(Parameters& parameters, Findings& findings) {
   const bool is_hdf5 = suffix == ".h5" || suffix == ".hdf5";
   if (!is_hdf5 && suffix != ".npy" && suffix != ".png")
     findings.report(table + ".file",
-                    "\"{}\" is no file of a known format; give a name that ends in .h5, .npy or .png",
+                    "\"{}\" has an unknown format; give a name that ends in .h5, .npy or .png",
                     shortened(map.file));
   if (is_hdf5 && map.dataset.empty())
     findings.report(table + ".dataset", "the key is missing; name the dataset in the HDF5 file");
