@@ -96,7 +96,7 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
                .range = chosen_range(world, parameters, cases, arguments)},
       .log = &std::cout,
       .terminal_width = terminal_width(STDOUT_FILENO),
-      .stop = ensemble::make_stop_request(arguments.suspend.time_limit),
+      .stop = ensemble::make_stop_request(arguments.suspend.time_limit, world.is_root()),
       .checkpoint_interval = arguments.suspend.checkpoint_interval,
       .next = {.resume = continuation(typed, "--resume"),
                .retry_failed = continuation(typed, "--retry-failed"),

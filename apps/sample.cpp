@@ -36,7 +36,7 @@ int sample_command(const parallel::Communicator& world, const input::Parameters&
                .overwrite = arguments.overwrite},
       .log = &std::cout,
       .terminal_width = terminal_width(STDOUT_FILENO),
-      .stop = ensemble::make_stop_request(arguments.suspend.time_limit),
+      .stop = ensemble::make_stop_request(arguments.suspend.time_limit, world.is_root()),
       .checkpoint_interval = arguments.suspend.checkpoint_interval,
       .next = {.resume = continuation(typed, "--resume"), .retry_failed = {}, .report = {}},
   };

@@ -309,7 +309,10 @@ void Run::finished(const SampleReport& report) {
 
 void Run::suspended(const SampleReport& report) {
   // A signal sent to all ranks may reach the group first; poll here too, so that the log names it.
-  if (!stop_()) stop_.set();
+  if (!stop_()) {
+    say("a signal to another rank: stopping");
+    stop_.set();
+  }
   case_of(report.sample).suspended(in_case(report));
   if (is_sweep()) say(fmt::format("case {}, {}", report.sample % cases_.size(), describe(in_case(report))));
 }

@@ -52,8 +52,8 @@ double suspending_reserve(double seconds) {
   return std::min(60.0, 0.1 * seconds);
 }
 
-StopRequest make_stop_request(std::optional<double> limit) {
-  const auto time = time_left(limit);
+StopRequest make_stop_request(std::optional<double> limit, bool is_root) {
+  const auto time = is_root ? time_left(limit) : std::nullopt;
   return [time, clock = Stopwatch()]() -> std::optional<std::string> {
     if (auto signal = stop_signal()) return signal;
     if (time && clock.seconds() >= *time - suspending_reserve(*time))

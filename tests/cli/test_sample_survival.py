@@ -3,6 +3,7 @@
 """crackle sample is suspended, killed and continued on other numbers of ranks, with the bits of an undisturbed one."""
 import fcntl
 import os
+import pathlib
 import pty
 import re
 import shutil
@@ -23,10 +24,10 @@ class SampleSurvival(SurvivalCase):
     def sample(self, *arguments):
         return ("sample", self.slow, "--sample", 1, "-o", self.out, "--checkpoint-interval", "0.05s", *arguments)
 
-    def start_until_checkpoint(self, *arguments):
+    def start_until_checkpoint(self, *arguments, n_ranks=1):
         """A run that has written a checkpoint of its own."""
         before = self.written(self.checkpoint)
-        process = self.start(*self.sample(*arguments))
+        process = self.start(*self.sample(*arguments), n_ranks=n_ranks)
         self.wait_for(lambda: self.written(self.checkpoint) != before, process)
         return process
 
@@ -77,6 +78,12 @@ class SampleSurvival(SurvivalCase):
             out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
             self.assertIn(f"{number.name}: stopping\n", out)
             self.assert_suspended(subprocess.CompletedProcess((), process.returncode, out, err))
+        process = self.start_until_checkpoint("--resume", n_ranks=2)
+        ranks = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        os.kill(int(ranks[1]), signal.SIGUSR1)
+        out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
+        self.assertIn("a signal to another rank: stopping\n", out)
+        self.assert_suspended(subprocess.CompletedProcess((), process.returncode, out, err))
         steps = []
         for n_ranks in (2, 3):  # some steps only: where ranks share cores they wait for each other
             result = self.suspended_at_a_time_limit(n_ranks)

@@ -27,7 +27,8 @@ std::optional<double> time_left(std::optional<double> limit);
 double suspending_reserve(double seconds);
 
 /// Stop request by signal or by the approaching time limit.
-StopRequest make_stop_request(std::optional<double> limit);
+/// @param is_root a run's time is that of its root, whose log names the limit; other ranks watch signals only
+StopRequest make_stop_request(std::optional<double> limit, bool is_root);
 
 /// Latched stop request: polls until there is a reason, reports it once, and returns true from then on.
 class StopLatch {
