@@ -206,8 +206,7 @@ Table initial_stress_table() {
        material_name_key(),
        history_key(initial(&InitialStress::history),
                    "factors, constant during a dynamic phase; a quench is a table for each time, with a "
-                   "factor of 1 then and "
-                   "of 0 at the times before and after")},
+                   "factor of 1 then and of 0 at the times before and after")},
       [](const Parameters& parameters) { return parameters.initial_stresses.size(); },
       [](Parameters& parameters) { parameters.initial_stresses.emplace_back(); }};
 }
@@ -222,10 +221,8 @@ void check_initial_stresses(const Parameters& parameters, Findings& findings) {
           "needs equilibrium first; give time.start = \"quasi-static\", or \"equilibrium\" to start "
           "the dynamic phase at time 0");
     check_form(stress, key, findings);
-    if (!stress.material.empty() && !findings.faulty(key + ".material") &&
-        material_named(parameters.materials, stress.material) < 0)
-      findings.report(key + ".material", "there is no material \"{}\"; name it in [[material]]",
-                      stress.material);
+    if (!stress.material.empty() && !findings.faulty(key + ".material"))
+      check_is_named(parameters.materials, stress.material, key + ".material", findings);
     const bool is_known =
         is_box(parameters.specimen) ? size_is_known(findings) : shape_is_known(parameters.specimen, findings);
     if (stress.kind == InitialStressKind::profile && is_known && !findings.faulty(key))

@@ -409,8 +409,8 @@ Key hidden_at_zero(Key key, const Access<double>& access) {
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                  Requirement requirement, std::string help) {
   return value_key(
-      name, dimension.name.substr(dimension.name.find(' ') + 1), requirement, quantity_form(dimension), help,
-      access, [=](const Source& source) { return read_quantity(source, dimension, range); },
+      name, name_without_article(dimension), requirement, quantity_form(dimension), help, access,
+      [=](const Source& source) { return read_quantity(source, dimension, range); },
       [=](double value) { return format_quantity(value, dimension); });
 }
 

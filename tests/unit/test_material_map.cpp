@@ -228,13 +228,13 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   auto zero = values();
   zero[30] = 0;
   write_numpy(path, zero, "14, 5");
-  EXPECT_THAT(problem_with(keys), HasSubstr("no factor: give values above 0"));
+  EXPECT_THAT(problem_with(keys), HasSubstr("not a factor; give values above 0"));
   std::ofstream(path) << "no array";
-  EXPECT_THAT(problem_with(keys), HasSubstr("is no array of NumPy"));
+  EXPECT_THAT(problem_with(keys), HasSubstr("is not a NumPy array"));
   auto picture = keys;
   picture[0].second = "\"map.png\"";
   std::ofstream(folder_.path() / "map.png") << "no picture";
-  EXPECT_THAT(problem_with(picture), HasSubstr("is no readable PNG picture"));
+  EXPECT_THAT(problem_with(picture), HasSubstr("is not a readable PNG picture"));
   write_png(folder_.path() / "map.png", std::vector<std::uint8_t>(3 * n_rows * n_columns, 9), PNG_FORMAT_RGB);
   EXPECT_THAT(problem_with(picture), HasSubstr("has colours"));
   write_numpy(path, values(), "14, 5");
