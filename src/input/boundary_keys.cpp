@@ -39,9 +39,8 @@ Key on_key() {
           "word",
           required(),
           accepted_face,
-          "where it acts: edge-i runs from point i of the outline to the next (in a box z-min, y-max, z-max, "
-          "y-min); hole-i and notch-i are all walls of that hole or notch; z-min and the like are all edges "
-          "at that end",
+          "edge-i runs from point i of the outline to the next (in a box z-min, y-max, z-max, y-min); hole-i "
+          "and notch-i are all walls of these; z-min and the like are all edges at that end",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_text(source, accepted_face)) boundary(parameters, i).on = *name;
           },
@@ -52,8 +51,7 @@ Key region_key(std::size_t axis) {
   return range_key(
       fmt::format("region.{}", axis_names[axis]),
       [=](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).region[axis]; },
-      {"50 mm", "100 mm"}, "whole face",
-      "part of the face on which the condition acts; with the same coordinate twice a line of nodes", true);
+      {"50 mm", "100 mm"}, "whole face", "part of the face; with equal limits a line of nodes", true);
 }
 
 Key fix_key() {
@@ -122,7 +120,7 @@ Key pressure_key() {
           "stress",
           one_of_kinds(kind_names),
           quantity_form(dimension),
-          "force per area against the outward normal: above 0 it presses on the body",
+          "above 0 it presses on the body",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             Boundary& condition = boundary(parameters, i);
             condition.kind = BoundaryKind::pressure;
@@ -203,7 +201,7 @@ Key condition_name_key() {
           "text",
           optional("none"),
           "a text such as \"rollers\"",
-          "conditions with the same name count as one load of the testing machine",
+          "conditions of one name are one load of the testing machine",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_name(source, "rollers")) boundary(parameters, i).name = *name;
           },
@@ -228,15 +226,13 @@ Table boundary_table() {
        absorbing_key(), rate_key(),
        history_key(
            [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).history; },
-           "factors of the prescribed quantity, linear between these times")},
+           "factors, linear between these times")},
       [](const Parameters& parameters) { return parameters.boundaries.size(); },
       [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
   for (Key& key : profile_keys(
            "factor",
            [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).factor; },
-           "factors of the prescribed quantity along this coordinate, linear between the entries, constant "
-           "outside; "
-           "a force is only distributed by them, its total stays"))
+           "factors along this coordinate, linear between, constant outside; a force keeps its total"))
     table.keys.push_back(std::move(key));
   table.keys.push_back(condition_name_key());
   return table;

@@ -179,12 +179,12 @@ Table initial_stress_table() {
       "stress from the start, uniform across an axis; several add up, and strain the body until they balance",
       {choice_key<int>("along", initial(&InitialStress::along), axes, required(),
                        "axis along which it changes"),
-       of_kind(InitialStressKind::surface,
-               quantity_key("surface", initial(&InitialStress::surface),
-                            with_example(stress_dimension, "-100 MPa"), stress,
-                            optional("or profile, or temperature"),
-                            "as in tempered glass: a parabola from this stress at both ends of the body to "
-                            "-1/2 of it in the middle")),
+       of_kind(
+           InitialStressKind::surface,
+           quantity_key(
+               "surface", initial(&InitialStress::surface), with_example(stress_dimension, "-100 MPa"),
+               stress, optional("or profile, or temperature"),
+               "as in tempered glass: a parabola from this stress at both ends to -1/2 of it in the middle")),
        of_kind(
            InitialStressKind::profile,
            pairs_key("profile", initial(&InitialStress::profile),
@@ -205,8 +205,8 @@ Table initial_stress_table() {
                              optional("required with temperature"), "coefficient of thermal expansion"),
        material_name_key(),
        history_key(initial(&InitialStress::history),
-                   "factors, constant during a dynamic phase; a quench is a table for each time, with a "
-                   "factor of 1 then and of 0 at the times before and after")},
+                   "factors, constant during a dynamic phase; for a quench a table for each time, with 1 "
+                   "then and 0 at the times before and after")},
       [](const Parameters& parameters) { return parameters.initial_stresses.size(); },
       [](Parameters& parameters) { parameters.initial_stresses.emplace_back(); }};
 }

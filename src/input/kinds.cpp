@@ -4,7 +4,7 @@
 namespace crackle::input {
 
 Requirement one_of_kinds(std::span<const char* const> kinds) {
-  return optional(fmt::format("one of the {} kinds", kinds.size()));
+  return optional(fmt::format("one of {}", kinds.size()));
 }
 
 std::vector<std::string> kinds_given(const Findings& findings, const std::string& table,

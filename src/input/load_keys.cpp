@@ -89,8 +89,7 @@ Key angular_velocity_key() {
           name_without_article(dimension),
           one_of_kinds(load_kind_names),
           quantity_form(dimension),
-          "centrifugal force on a body that rests in a rotating frame; a history multiplies the force, which "
-          "grows with the square of this",
+          "centrifugal force in a rotating frame; a history multiplies the force",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             load(parameters, i).kind = LoadKind::angular_velocity;
             const auto value = read_quantity(source, dimension, {-1e9, 1e9});
@@ -218,10 +217,9 @@ Table load_table() {
        vector_key(LoadKind::body_force, body_force_dimension, any_amount, "force per volume"),
        angular_velocity_key(), axis_key(),
        load_point_key("point", LoadKind::angular_velocity, "a point of the axis"),
-       vector_key(
-           LoadKind::velocity, value_dimension(BoundaryKind::velocity), any_velocity,
-           "velocity at the start, the same everywhere; several add up; requires time.start = \"rest\"; "
-           "prescribed motions take precedence"),
+       vector_key(LoadKind::velocity, value_dimension(BoundaryKind::velocity), any_velocity,
+                  "at the start, the same everywhere; several add up; requires time.start = \"rest\"; "
+                  "prescribed motions take precedence"),
        velocity_gradient_key(),
        load_point_key("center", LoadKind::velocity_gradient, "where that velocity is zero"), load_rate_key(),
        history_key(

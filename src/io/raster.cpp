@@ -49,7 +49,10 @@ Array read_png(const fs::path& file) {
   std::FILE* const stream = std::fopen(file.c_str(), "rb");
   if (stream == nullptr) fail("cannot be opened");
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> close(stream, std::fclose);
-  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  // The caller reports the error, instead of libpng on the standard error.
+  png_structp png = png_create_read_struct(
+      PNG_LIBPNG_VER_STRING, nullptr, [](png_structp failed, png_const_charp) { png_longjmp(failed, 1); },
+      [](png_structp, png_const_charp) {});
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
   struct Owner {
     png_structp* png;
