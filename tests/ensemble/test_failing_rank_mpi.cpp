@@ -57,6 +57,7 @@ public:
     motion_->release(tetrahedra);
   }
   void read(MotionState& state) const override { motion_->read(state); }
+  double strain_energy(const MotionState& state) const override { return motion_->strain_energy(state); }
   double external_work(double time, const MotionState& state) const override {
     return motion_->external_work(time, state);
   }
