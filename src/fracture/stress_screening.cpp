@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t groups_per_chunk = 64;
 constexpr std::size_t chunk_size = 8 * groups_per_chunk;  // in tetrahedra
+constexpr std::size_t groups_per_sum = 4096;
 /// For unused lanes, which never become due.
 constexpr double no_sensitivity = 1e-30;
 /// With less of its strength left beside the initial stress, a tetrahedron is always due.
@@ -249,10 +250,9 @@ template <class Real>
 __int128 StressScreening<Real>::energy(std::span<const kernels::NodeRecord<Real>> nodes) const {
   const auto& kernels = kernels::kernels<Real>(instruction_set_);
   __int128 sum = 0;
-  for (const Chunk& chunk : chunks_) {
-    const auto [high, low] =
-        kernels.energy(groups_.data() + chunk.first_group, energy_factors_.data() + chunk.first_group,
-                       chunk.last_group - chunk.first_group, nodes.data());
+  for (std::size_t first = 0; first < groups_.size(); first += groups_per_sum) {
+    const auto [high, low] = kernels.energy(groups_.data() + first, energy_factors_.data() + first,
+                                            std::min(groups_per_sum, groups_.size() - first), nodes.data());
     sum += (static_cast<__int128>(high) << 50) + low;
   }
   return sum;

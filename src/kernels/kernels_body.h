@@ -335,8 +335,14 @@ WideSum energy(const TetrahedronGroup<Real>* groups, const EnergyFactors<Real>* 
   using Wide = typename Lanes<double, N>::Real;
   using Long = typename Lanes<double, N>::Integer;
   constexpr double unit = 0x1p50;
+  // Between two calls the groups leave the caches, and the loop takes as long as the memory.
+  constexpr std::size_t fetched_ahead = 8;
   Long high{}, low{};
   for (std::size_t i = 0; i < n; ++i) {
+    if (i + fetched_ahead < n) {
+      fetch(&groups[i + fetched_ahead]);
+      fetch(&factors[i + fetched_ahead]);
+    }
     for (int half = 0; half < 8 / N; ++half) {
       const Strains<Real, N> strains(groups[i], 4 * half, nodes);
       const R* e = strains.e;
