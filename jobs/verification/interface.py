@@ -36,5 +36,5 @@ def interface(folder: Path, program: Path) -> list[Figure]:
             run(with_keys(text, {**keys, "interface.toughness": f'"{ratio * toughness:g} J/m^2"'}),
                 folder / f"interface-{spacing}-{ratio}", program) for ratio in RATIOS)))
     return [Figure(f"Crack across an interface of equal materials, spacings {', '.join(map(str, SPACINGS))} mm",
-                   f"share that is deflected, toughness {', '.join(f'{ratio:.2f}' for ratio in RATIOS)} of the material's",
-                   "; ".join(shares), "all below 0.26, none above, He and Hutchinson 1989")]
+                   f"share that breaks 1 mm along it before 1 mm beyond it, toughness {', '.join(f'{ratio:.2f}' for ratio in RATIOS)} of the material's",
+                   "; ".join(shares), "all below 0.26, none above, He and Hutchinson 1989, to one side")]
