@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes grains.png, as a tomogram cut into material numbers would be: 1 in grains, 0 in between; cells of 0.05 mm, rows along z.
+"""Writes grain-map.png, as a tomogram cut into material numbers would be: 1 in grains, 0 in between; cells of 0.05 mm, rows along z.
 
 ./grains.py [seed]
 """
@@ -38,4 +38,4 @@ def grains(seed: int) -> np.ndarray:
 if __name__ == "__main__":
     picture = Image.fromarray(grains(int(sys.argv[1]) if len(sys.argv) > 1 else 1), mode="P")
     picture.putpalette([233, 236, 239, 180, 140, 60])
-    picture.save(Path(__file__).with_name("grains.png"), optimize=True)
+    picture.save(Path(__file__).with_name("grain-map.png"), optimize=True)
