@@ -54,7 +54,7 @@ def main() -> int:
             if name not in names:
                 parser.error(f"there is no problem '{name}'; give some of {', '.join(names)}")
         if arguments.keep and arguments.coarse:
-            parser.error("what --coarse gives is not kept")
+            parser.error("--keep cannot be combined with --coarse")
         for name in arguments.names or names:
             folder = arguments.output / (f"{name}-coarse" if arguments.coarse else name)
             problem = PROBLEMS.get(name)
