@@ -234,7 +234,9 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   auto picture = keys;
   picture[0].second = "\"map.png\"";
   std::ofstream(folder_.path() / "map.png") << "no picture";
+  testing::internal::CaptureStderr();
   EXPECT_THAT(problem_with(picture), HasSubstr("is not a readable PNG picture"));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "the message is the program's";
   write_png(folder_.path() / "map.png", std::vector<std::uint8_t>(3 * n_rows * n_columns, 9), PNG_FORMAT_RGB);
   EXPECT_THAT(problem_with(picture), HasSubstr("has colours"));
   write_numpy(path, values(), "14, 5");
