@@ -164,8 +164,8 @@ TEST_F(MaterialMap, OfMaterialsIsOneFileForEachSampleIfItSaysSo) {
   first[20] = 2;
   write_numpy(folder_.path() / "ct-0.npy", first, "14, 5");
   EXPECT_THAT([&] { ensemble::apply_material_map(parse(), *body, 0, meshes[0]); },
-              ThrowsMessage<std::runtime_error>(
-                  AllOf(HasSubstr("ct-0.npy"), HasSubstr("the value 2 at"), HasSubstr("not the number of a [[material]]"))));
+              ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("ct-0.npy"), HasSubstr("the value 2 at"),
+                                                      HasSubstr("not the number of a [[material]]"))));
 }
 
 TEST_F(MaterialMap, OtherContentsMakeOtherSamples) {
