@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/mother_points.h"
+
+#include <functional>
+#include <vector>
+
+namespace crackle::geometry {
+
+/// Points with their target spacings.
+struct SpacedPoints {
+  std::vector<Point> position;
+  std::vector<double> spacing;
+};
+
+/// The part of a patch where points may lie: where the clearance is at least `margin` local spacings.
+struct Room {
+  std::function<double(const Point&)> clearance;  ///< distance from the borders, 0 or less beyond them [m]
+  double margin;
+};
+
+/// True for a rectangle, which has no extent along one axis.
+bool is_flat(const Box& region);
+
+/// Makes the distances between points of a patch, which is flat for a face, even: a fixed number of steps of
+/// a relaxation in which points repel each other, and are repelled by fixed ones, like linear springs that
+/// are compressed (the force of Persson and Strang 2004), up to a reach proportional to the local spacing,
+/// found with cell lists instead of a tessellation; with momentum (Polyak 1964). Points slide along the
+/// borders of the room. Only additions, multiplications, divisions and square roots in a fixed order: bitwise
+/// equal on every machine.
+void repel(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
+           SpacedPoints& points);
+
+}  // namespace crackle::geometry
