@@ -18,16 +18,17 @@ namespace {
 /// Lengths in local spacings.
 constexpr double reach_inside = 1.25;
 constexpr double reach_in_face = 1.2;
-constexpr double skin = 0.35;  ///< pairs are listed up to here beyond the reach
+constexpr double skin = 0.3;  ///< pairs are listed up to here beyond the reach
 constexpr double longest_step = 0.15;
-constexpr double mobility = 0.15;  ///< step for a force of 1
-constexpr double momentum = 0.8;   ///< share of a step that is repeated by the next one
+constexpr double mobility = 0.067;  ///< step for a force of one spacing squared
+constexpr double momentum = 0.8;    ///< share of a step that is repeated by the next one
 
 /// Fixed points repel less, or else the others would keep too far away from surfaces and edges.
 constexpr double force_of_fixed = 0.85;
 
-/// Numbers of steps with the same list of pairs; few at first, when random points move far.
-constexpr std::array<int, 3> n_steps{6, 10, 14};
+/// Numbers of steps with the same list of pairs: few at first, when random points move far. Points that
+/// approach each other unlisted would end as close pairs.
+constexpr std::array<int, 5> n_steps{4, 5, 6, 7, 8};
 
 class Relaxation {
 public:
@@ -85,7 +86,12 @@ private:
         if (squared >= range * range || squared == 0) continue;
         const double distance = std::sqrt(squared);
         const double strength = i < n_ && j < n_ ? 1 : force_of_fixed;
-        const Vector force = strength * (1 / distance - 1 / range) * gap;
+        const double overlap = 1 - distance / range;
+        // In proportion to the square of the spacing: then the pressure is the same everywhere, and fine
+        // parts do not expand into coarse ones. Stiffer at short distances, or else two points could remain
+        // together in the cage of their neighbours.
+        const Vector force =
+            strength * range * range * overlap * (1 + 4 * overlap * overlap) / distance * gap;
         sum = sum + force;
         force_[j] = force_[j] - force;
       }
@@ -94,7 +100,7 @@ private:
   }
 
   void move(std::size_t i) {
-    Vector step = momentum * velocity_[i] + mobility * local_[i] * force_[i];
+    Vector step = momentum * velocity_[i] + mobility / local_[i] * force_[i];
     double length = norm(step);
     if (length > longest_step * local_[i]) {
       step = longest_step * local_[i] / length * step;

@@ -24,12 +24,12 @@ struct Room {
 /// True for a rectangle, which has no extent along one axis.
 bool is_flat(const Box& region);
 
-/// Makes the distances between points of a patch, which is flat for a face, even: a fixed number of steps of
-/// a relaxation in which points repel each other, and are repelled by fixed ones, like linear springs that
-/// are compressed (the force of Persson and Strang 2004), up to a reach proportional to the local spacing,
-/// found with cell lists instead of a tessellation; with momentum (Polyak 1964). Points slide along the
-/// borders of the room. Only additions, multiplications, divisions and square roots in a fixed order: bitwise
-/// equal on every machine.
+/// Makes the distances between points of a patch, which is flat for a face, even: a fixed number of steps
+/// with momentum (Polyak 1964) in which points closer than a reach, in proportion to the local spacing, repel
+/// each other, and are repelled by fixed ones; like the compressed springs of Persson and Strang (2004), but
+/// stiffer at short distances, and between the pairs of cell lists instead of the edges of tessellations.
+/// Points slide along the borders of the room. Only additions, multiplications, divisions and square roots in
+/// a fixed order: bitwise equal on every machine.
 void repel(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
            SpacedPoints& points);
 
