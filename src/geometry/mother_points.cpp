@@ -203,6 +203,17 @@ double least_n_points(const Body& body, const SpacingField& spacing) {
   return n;
 }
 
+/// An upper bound, from the finest spacing: most bodies need no count.
+double most_n_points(const Body& body, const SpacingField& spacing) {
+  const double finest = spacing.lower_bound(body.bounds());
+  const Point size = body.size();
+  double n = interior_density * size[0] * size[1] * size[2] / (finest * finest * finest);
+  for (std::size_t id = 0; id < body.n_meshed_faces(); ++id)
+    n += surface_density * body.meshed_face(static_cast<FaceId>(id)).area / (finest * finest);
+  for (const Edge& edge : body.edges()) n += 1 + edge.length() / finest;
+  return n;
+}
+
 }  // namespace
 
 double estimate_n_points(const Body& body, const input::Mesh& mesh) {
@@ -240,8 +251,10 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
   if (mesh.points) {
     for (const Point& p : read_points(*mesh.points, body)) collection.add(p);
   } else {
-    const double n_points = checked_n_points(body, mesh);
-    if (expects) expects(n_points);
+    if (expects)
+      expects(checked_n_points(body, mesh));
+    else if (most_n_points(body, spacing) > max_mother_points)
+      checked_n_points(body, mesh);
     generate(collection, stream);
   }
   const double goal = mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality);
