@@ -14,7 +14,7 @@ BLOCKS = {
     "keys": "jobs/input.md",  # crackle check --keys
     "results": "jobs/results.md",  # crackle stats --columns
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
-    **{name: "jobs/verification/README.md" for name in ("verification", "nucleation", "fast")},  # jobs/verification/verify --readme
+    **{name: "jobs/verification/README.md" for name in ("verification", "interface", "nucleation", "fast")},  # jobs/verification/verify --readme
     # jobs/gallery/gallery --keep
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk",
                                                    "brazilian-disk", "uncertain-strip", "semicircular-bend",

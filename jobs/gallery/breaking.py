@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -20,7 +22,8 @@ from problems import PROBLEMS as COMPUTED, Problem
 PROBLEMS = COMPUTED | MEASURED
 
 GALLERY = Path(__file__).resolve().parent
-BODIES = ("plate-with-hole", "inclined-crack", "blunt-notches", "ring", "offset-notch", "l-panel")
+BODIES = ("plate-with-hole", "inclined-crack", "blunt-notches", "ring", "offset-notch", "l-panel", "stiff-disc", "layered-plate", "grains",
+          "quenched-alumina")
 
 
 def rows(problem: Problem, ensemble: Ensemble) -> list[list[str]]:
@@ -51,11 +54,14 @@ def main() -> int:
             if name not in names:
                 parser.error(f"there is no problem '{name}'; give some of {', '.join(names)}")
         if arguments.keep and arguments.coarse:
-            parser.error("what --coarse gives is not kept")
+            parser.error("--keep cannot be combined with --coarse")
         for name in arguments.names or names:
             folder = arguments.output / (f"{name}-coarse" if arguments.coarse else name)
             problem = PROBLEMS.get(name)
             text = problem.input_text(arguments.coarse) if problem else (GALLERY / f"{name}.toml").read_text()
+            for raster in re.findall(r'(?m)^file = "(.*)"$', text):  # which an input finds beside itself
+                folder.mkdir(parents=True, exist_ok=True)
+                shutil.copy(GALLERY / raster, folder)
             ensemble = run(text, folder, arguments.program, ranks=arguments.ranks)
             table = rows(problem, ensemble) if problem else []
             for quantity, found, reference in table:

@@ -8,13 +8,16 @@ import numpy as np
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from crackle import Ensemble, Sample
+from crackle.units import US, Unit
 from crackle_report import style
 from crackle_report.drawing import draw_facets, draw_plate, draw_rings, time_colours, whole_length, window
+from crackle_report.mesh import Mesh
 from crackle_report.plate import Plate
 from crackle_report.results import CrackSurface
 from crackle_report.writing import write_light_figure
@@ -27,10 +30,12 @@ def breaking_loads(ensemble: Ensemble) -> np.ndarray:
     return np.where(np.isfinite(samples.onset_force), samples.peak_load, samples.first_break_load)
 
 
+QUASI_STATIC = ("quenched-alumina",)  # whose cracks grow with the load
 BRANCHED = ("paper-plate", "pmma-strip", "glass-plate")  # of which branching points are counted
 
 style.apply()
 DPI = 130
+MS = Unit("ms", 1e-3)
 SLOW = 0.1  # s after the onset: a dynamic phase is over, and what opens later does so while the load grows
 COLOURED = 0.99  # of a sample's facets; some late ones would make all others dark
 
@@ -40,13 +45,14 @@ def draw(name: str, picture: Path, ensemble: Ensemble) -> None:
     if name == "uncertain-strip":
         draw_exponents(picture, ensemble)
     else:
-        draw_cracks(picture, ensemble, name in BRANCHED)
+        draw_cracks(picture, ensemble, name in BRANCHED, name in QUASI_STATIC)
 
 
-def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False) -> None:
+def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False, quasi_static: bool = False) -> None:
     """The mesh of the first sample on the side x = 0, and the cracks of the first samples; of a long body the part that breaks.
 
     @param rings: round the branching points in the projection
+    @param quasi_static: colours tell the time of the load at which cracks opened, not that since the onset
     """
     samples = [ensemble[i] for i in ensemble.done[:5]]
     with samples[0].open() as root:
@@ -73,14 +79,15 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False) -> None:
     first.set_title(f"mesh, {len(mesh['tetrahedra']):,} tetrahedra", fontsize=9)
     for panel, sample, load in zip(others, shown, breaking_loads(ensemble)):
         surface = sample.crack_surface
-        time = np.where(surface.time < SLOW, surface.time, -1)
+        time, times = (_load_time(sample), MS) if quasi_static else (np.where(surface.time < SLOW, surface.time, -1), US)
         fast = time[time >= 0]
-        colours = time_colours(float(np.quantile(fast, COLOURED)) if len(fast) else 0)
+        colours = time_colours(float(np.quantile(fast, COLOURED)) if len(fast) else 0, times)
+        _draw_materials(panel, plate, sample)
         if len(time):
-            draw_facets(panel, CrackSurface(surface.corners.values, time, *np.zeros((2, len(time)), int)), colours)
+            draw_facets(panel, CrackSurface(surface.corners.values, time, *np.zeros((2, len(time)), int)), colours, times=times)
         if rings:
             draw_rings(panel, projected_branching(sample)[["y", "z"]].to_numpy())
-        _time_bar(figure, panel, colours)
+        _time_bar(figure, panel, colours, times)
         panel.set_title(f"sample {sample.number}" + (f": {load:.0f} N" if load > 0 else ""), fontsize=9)
     for panel in others[len(shown):]:
         panel.remove()
@@ -88,10 +95,26 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False) -> None:
     pyplot.close(figure)
 
 
-def _time_bar(figure: Figure, panel: Axes, colours: Normalize) -> Colorbar:
+def _load_time(sample: Sample) -> np.ndarray:
+    """Of each opened facet, that of the load at which its tetrahedron broke [s]."""
+    at = sample.breaks.set_index("tetrahedron").load_time
+    return at[~at.index.duplicated()].reindex(sample.crack_surface.tetrahedron.values).to_numpy()
+
+
+def _draw_materials(panel: Axes, plate: Plate, sample: Sample) -> None:
+    """Where the body is not of its first material, at mid-thickness."""
+    mesh = sample.mesh
+    if "material" in mesh:
+        others = mesh["tetrahedra"][mesh["material"] > 0]
+        polygons, _ = Mesh(mesh["nodes"], others).cut(0, plate.size[0] / 2)
+        panel.add_collection(PolyCollection([plate.lengths.of(polygon) for polygon in polygons], facecolors=style.OTHER_MATERIAL,
+                                            edgecolors=style.OTHER_MATERIAL, linewidths=0.3, rasterized=True), autolim=False)
+
+
+def _time_bar(figure: Figure, panel: Axes, colours: Normalize, times: Unit = US) -> Colorbar:
     bar = figure.colorbar(ScalarMappable(colours, style.TIME_COLOURS), ax=panel, location="bottom", aspect=30, pad=0.02)
     bar.ax.tick_params(labelsize=8)
-    bar.set_label("time [µs]", fontsize=8)
+    bar.set_label(times.label("time"), fontsize=8)
     return bar
 
 

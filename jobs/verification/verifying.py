@@ -7,6 +7,7 @@ import sys
 
 import cases
 import figures
+import interface
 import kalthoff
 import laws
 import nucleation
@@ -25,6 +26,7 @@ TABLES = {
                "disk": plates.disk, "blunt-notch": plates.blunt_notch, "offset-notch": plates.offset_notch,
                "l-panel": plates.l_panel},
     "nucleation": {"smooth-surfaces": nucleation.smooth_surfaces, "weibull-bars": nucleation.weibull_bars},
+    "interface": {"interface": interface.interface},
 }
 CASES = {name: case for table in TABLES.values() for name, case in table.items()}
 

@@ -103,9 +103,11 @@ void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Substep& substep) {
 template <class Real>
 void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep, const Amplitude& amplitude) {
   const auto& pattern = context_.loads->forces[entry.condition];
-  const std::int64_t displacement = state_->whole_displacement(index(entry.node, entry.component));
-  work_->add_rate(entry.condition, entry.place, substep.kick * amplitude.slope,
-                  scale_.displacement * static_cast<double>(displacement));
+  if (amplitude.slope != 0) {
+    const std::int64_t displacement = state_->whole_displacement(index(entry.node), index(entry.component));
+    work_->add_rate(entry.condition, entry.place, substep.kick * amplitude.slope,
+                    scale_.displacement * static_cast<double>(displacement));
+  }
   if (entry.is_driven) return;
   const double mass = context_.body->operators().node_mass[index(entry.node)];
   const double force = amplitude.value * pattern.weight[entry.place];

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/index.h"
+#include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/parallel/exact_sum.h"
 
 #include "boundary_nodes.h"
 #include "dampers.h"
@@ -58,7 +60,8 @@ public:
                context.body->residual_stiffness(), relative_inverse_mass(), scale_, instruction_set),
         screening_(subdomain_, context.body->operators(), context.body->elasticity(),
                    context.criterion->stress(), context.criterion->strengths(), context.screening_share,
-                   initial_stresses(context), scale_.displacement, nodes_per_block, instruction_set),
+                   initial_stresses(context), scale_.displacement, energy_quantum(), nodes_per_block,
+                   instruction_set),
         state_(subdomain_, scale_, force_.nodes(), state),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
@@ -69,7 +72,9 @@ public:
                 std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
     for (const auto node : ghosts_.sent_nodes())
       sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
-    for (const auto t : context.body->broken_tetrahedra()) screening_.exclude(t);
+    for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t)
+      if (subdomain_.counted[index(t)] != 0 && !screening_.has_energy(t)) single_energies_.push_back(t);
+    for (const auto t : context.body->changes()) take_over(t);
     substeps_.reserve(max_substeps);
     next_force_.reserve(max_substeps);
     next_update_.reserve(max_substeps);
@@ -171,6 +176,15 @@ public:
 
   void read(MotionState& state) const override { state_.read(state); }
 
+  double strain_energy(const MotionState& state) const override {
+    const auto& body = *context_.body;
+    if (!body.initial_strain().is_none())
+      return dynamics::strain_energy(*context_.group, body, state.displacement.local());
+    const double of_others = parallel::exact_sum(*context_.group, single_energies());
+    return energy_quantum() * parallel::integer_sum(*context_.group, screening_.energy(force_.nodes())) +
+           of_others;
+  }
+
   double external_work(double time, const MotionState& state) const override {
     return work_.value(time, state);
   }
@@ -257,8 +271,24 @@ private:
     }
   };
 
+  double energy_quantum() const { return scale_.displacement * scale_.force; }
+
+  /// Strain energies of the counted tetrahedra that the screening leaves out [J].
+  std::vector<double> single_energies() const {
+    const auto& residual_stiffness = context_.body->residual_stiffness();
+    std::vector<double> energies;
+    for (const auto t : single_energies_)
+      if (residual_stiffness.carries(t) || residual_stiffness.has_contact(t))
+        energies.push_back(residual_stiffness.energy(t, strain(t)));
+    return energies;
+  }
+
   /// Updates the screening of the breaking check.
   void take_over(std::int32_t tetrahedron) {
+    if (screening_.has_energy(tetrahedron) && !context_.body->residual_stiffness().is_intact(tetrahedron)) {
+      screening_.leave_out_energy(tetrahedron);
+      single_energies_.push_back(tetrahedron);
+    }
     if (context_.body->is_broken(tetrahedron))
       screening_.exclude(tetrahedron);
     else
@@ -497,6 +527,7 @@ private:
   std::vector<kernels::Movement<double>> movement_;  // per block of nodes, since the last breaking check
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
+  std::vector<std::int32_t> single_energies_;  // counted tetrahedra without energy in the screening
   // The substeps of the current step; reserved for the longest step, since steps must not allocate.
   std::vector<Substep> substeps_;
   std::vector<std::int32_t> next_force_, next_update_;

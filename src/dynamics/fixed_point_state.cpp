@@ -29,17 +29,20 @@ FixedPointState<Real>::FixedPointState(const geometry::Subdomain& subdomain,
 
 template <class Real>
 void FixedPointState<Real>::unwrap() {
-  for (std::size_t i = 0; i < 3 * whole_.size(); ++i) whole_[i / 3][i % 3] = whole_displacement(i);
+  for (std::size_t n = 0; n < whole_.size(); ++n)
+    for (std::size_t c = 0; c < 3; ++c) whole_[n][c] = whole_displacement(n, c);
 }
 
 template <class Real>
 void FixedPointState<Real>::read(MotionState& state) const {
   const auto u = state.displacement.local();
-  for (std::size_t i = 0; i < u.size(); ++i)
-    u[i] = scale_.displacement * static_cast<double>(whole_displacement(i));
+  for (std::size_t n = 0; n < nodes_.size(); ++n)
+    for (std::size_t c = 0; c < 3; ++c)
+      u[3 * n + c] = scale_.displacement * static_cast<double>(whole_displacement(n, c));
   const auto v = state.velocity.owned();
-  for (std::size_t i = 0; i < v.size(); ++i)
-    v[i] = scale_.velocity * static_cast<double>(velocity_[i / 3].value[i % 3]);
+  for (std::size_t n = 0; n < velocity_.size(); ++n)
+    for (std::size_t c = 0; c < 3; ++c)
+      v[3 * n + c] = scale_.velocity * static_cast<double>(velocity_[n].value[c]);
 }
 
 template <class Real>
@@ -48,7 +51,7 @@ parallel::NumberedRows FixedPointState<Real>::rows(bool with_force) const {
   rows.width = with_force ? 12 : 9;
   for (std::size_t n = 0; n < velocity_.size(); ++n) {
     rows.numbers.push_back(subdomain_->layout.number[n]);
-    for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(whole_displacement(3 * n + c));
+    for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(whole_displacement(n, c));
     for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(velocity_[n].value[c]);
     for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(before_[0][n][c]);
     for (std::size_t c = 0; c < 3 && with_force; ++c) rows.values.push_back(nodes_[n].force[c]);

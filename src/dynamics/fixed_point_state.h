@@ -53,11 +53,11 @@ public:
   std::span<kernels::Velocity<Real>> velocity() { return velocity_; }    ///< of owned nodes
   std::span<const kernels::Velocity<Real>> velocity() const { return velocity_; }
 
-  /// Component i % 3 of local node i / 3, in quanta, including the digits missing from its record: the value
-  /// at the last unwrap() plus the movement since, which is small.
-  std::int64_t whole_displacement(std::size_t i) const {
-    const std::int64_t last = whole_[i / 3][i % 3];
-    return last + kernels::difference(nodes_[i / 3].displacement[i % 3], low_digits<Real>(last));
+  /// Component of a local node's displacement, in quanta, including the digits missing from its record: the
+  /// value at the last unwrap() plus the movement since, which is small.
+  std::int64_t whole_displacement(std::size_t node, std::size_t component) const {
+    const std::int64_t last = whole_[node][component];
+    return last + kernels::difference(nodes_[node].displacement[component], low_digits<Real>(last));
   }
 
   /// Call before a step moves anything: displacement_before() is then one step further back.

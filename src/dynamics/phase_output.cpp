@@ -74,11 +74,10 @@ bool PhaseOutput::is_due(std::int64_t step) const {
 
 EnergyRow PhaseOutput::measure(double time) const {
   const double work = motion_->external_work(load_time_ + time, *state_);
-  return account_->row(
-      time, {.kinetic = kinetic_energy(context_, *state_),
-             .strain = strain_energy(*context_.group, *context_.body, state_->displacement.local()),
-             .work = work,
-             .dissipated = motion_->dissipated_energy()});
+  return account_->row(time, {.kinetic = kinetic_energy(context_, *state_),
+                              .strain = motion_->strain_energy(*state_),
+                              .work = work,
+                              .dissipated = motion_->dissipated_energy()});
 }
 
 Frame PhaseOutput::frame(double time) const {

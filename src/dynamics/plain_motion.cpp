@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/index.h"
+#include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
@@ -147,6 +148,10 @@ public:
     if (&state == state_) return;
     state.displacement.assign(state_->displacement);
     state.velocity.assign(state_->velocity);
+  }
+
+  double strain_energy(const MotionState& state) const override {
+    return dynamics::strain_energy(*context_.group, *context_.body, state.displacement.local());
   }
 
   double external_work(double time, const MotionState& state) const override {

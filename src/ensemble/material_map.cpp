@@ -32,11 +32,11 @@ void apply_material_map(const input::Parameters& parameters, const geometry::Bod
       const double number = std::round(value);
       if (!(std::abs(value - number) < rounding && number >= 0 &&
             number < static_cast<double>(parameters.materials.size())))
-        refuse("the number of no [[material]]");
+        refuse("not the number of a [[material]]");
       realization.material.push_back(static_cast<std::uint8_t>(number));
     } else {
       const auto factor = static_cast<float>(value);
-      if (!(factor > 0 && std::isfinite(factor))) refuse("no factor: give values above 0");
+      if (!(factor > 0 && std::isfinite(factor))) refuse("not a factor; give values above 0");
       realization.map_factor.push_back(factor);
     }
   }

@@ -5,14 +5,12 @@
 
 namespace crackle::fracture {
 
-std::unique_ptr<Criterion> make_criterion(
-    const input::Parameters& parameters, std::vector<double> strengths, double time_step,
-    const std::optional<mechanics::TetrahedronField<double>>& impulses) {
+std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
+                                          double time_step, mechanics::TetrahedronField<double> impulses) {
   const input::Fracture fracture = parameters.fracture_of(0);
-  auto impulse = impulses.value_or(mechanics::TetrahedronField<double>(fracture.impulse));
   if (fracture.accumulation == input::Accumulation::step)
-    return std::make_unique<OneStepTulerButcher>(fracture, impulse, std::move(strengths), time_step);
-  return std::make_unique<TulerButcher>(fracture, std::move(impulse), std::move(strengths), time_step);
+    return std::make_unique<OneStepTulerButcher>(fracture, impulses, std::move(strengths), time_step);
+  return std::make_unique<TulerButcher>(fracture, std::move(impulses), std::move(strengths), time_step);
 }
 
 }  // namespace crackle::fracture

@@ -33,7 +33,8 @@ std::string uneven_toughness_text(const input::Parameters& parameters, const geo
                                   double time_step) {
   const double strength = parameters.fracture_of(0).strength;
   if (parameters.fracture_of(0).toughness > 0 || parameters.fracture.length > 0) return {};
-  const auto criterion = make_criterion(parameters, {strength}, time_step);
+  const auto criterion = make_criterion(parameters, {strength}, time_step,
+                                        mechanics::TetrahedronField(parameters.fracture_of(0).impulse));
   const auto range = toughness_along_ligaments(parameters, body, criterion->strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(
@@ -71,38 +72,37 @@ std::string unresolved_softening_text(const input::Parameters& parameters, const
                         length_text(snap_back)));
 }
 
-/// A warning if the material's variation makes results mesh-dependent; otherwise empty.
-std::string unresolved_variation_text(const input::Parameters& parameters, const geometry::Body& body) {
-  const auto& variation = parameters.fracture.variation;
-  if (!variation) return {};
-  const double length = variation->correlation_length;
-  if (length == 0)
-    return "each tetrahedron has a strength of its own, so only the load at the first break of a smoothly "
-           "stressed body does not depend on the spacing; give fracture.variation.correlation_length, of "
-           "several spacings, for cracks";
+/// A warning if the mesh does not resolve the correlation of a random field; otherwise empty.
+std::string unresolved_correlation_text(const char* of, double length, const char* uncorrelated,
+                                        const input::Parameters& parameters, const geometry::Body& body) {
+  if (length == 0) return uncorrelated;
   const double finest = finest_spacing(parameters, body);
   if (length >= spacings_per_correlation_length * finest) return {};
   return fmt::format(
-      "the correlation length of {} is less than {:.0f} spacings of {}, so results depend on the spacing; "
-      "give "
-      "a longer one, or a finer mesh",
-      length_text(length), spacings_per_correlation_length, length_text(finest));
+      "the correlation length of the {}, {}, is less than {:.0f} spacings of {}, so results depend on the "
+      "spacing; give a longer one, or a finer mesh",
+      of, length_text(length), spacings_per_correlation_length, length_text(finest));
 }
 
-/// A warning if the variation of stiffness makes results mesh-dependent; otherwise empty.
+std::string unresolved_strength_text(const input::Parameters& parameters, const geometry::Body& body) {
+  const auto& variation = parameters.fracture.variation;
+  if (!variation) return {};
+  return unresolved_correlation_text(
+      "strength", variation->correlation_length,
+      "each tetrahedron has a strength of its own, so only the load at the first break of a smoothly "
+      "stressed body does not depend on the spacing; give fracture.variation.correlation_length, of "
+      "several spacings, for cracks",
+      parameters, body);
+}
+
 std::string unresolved_stiffness_text(const input::Parameters& parameters,
                                       const input::StiffnessVariation& variation,
                                       const geometry::Body& body) {
-  const double length = variation.correlation_length;
-  if (length == 0)
-    return "each tetrahedron has a stiffness of its own, so results depend on the spacing; give "
-           "material.variation.correlation_length, of several spacings";
-  const double finest = finest_spacing(parameters, body);
-  if (length >= spacings_per_correlation_length * finest) return {};
-  return fmt::format(
-      "the correlation length of the stiffness, {}, is less than {:.0f} spacings of {}, so results depend on "
-      "the spacing; give a longer one, or a finer mesh",
-      length_text(length), spacings_per_correlation_length, length_text(finest));
+  return unresolved_correlation_text(
+      "stiffness", variation.correlation_length,
+      "each tetrahedron has a stiffness of its own, so results depend on the spacing; give "
+      "material.variation.correlation_length, of several spacings",
+      parameters, body);
 }
 
 /// A warning if the time step does not resolve the release of a tetrahedron; otherwise empty.
@@ -132,7 +132,7 @@ std::vector<std::string> resolution_warnings(const input::Parameters& parameters
   if (!parameters.mesh.points)
     warnings = {uneven_toughness_text(parameters, body, time_step), unresolved_length_text(parameters, body),
                 unresolved_softening_text(parameters, body)};
-  warnings.push_back(unresolved_variation_text(parameters, body));
+  warnings.push_back(unresolved_strength_text(parameters, body));
   for (const input::Material& material : parameters.materials)
     if (material.variation)
       warnings.push_back(unresolved_stiffness_text(parameters, *material.variation, body));

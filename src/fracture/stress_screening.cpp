@@ -15,10 +15,17 @@ namespace {
 
 constexpr std::size_t groups_per_chunk = 64;
 constexpr std::size_t chunk_size = 8 * groups_per_chunk;  // in tetrahedra
+constexpr std::size_t groups_per_sum = 4096;
 /// For unused lanes, which never become due.
 constexpr double no_sensitivity = 1e-30;
 /// With less of its strength left beside the initial stress, a tetrahedron is always due.
 constexpr double least_left = 0.01;
+/// Strains scaled by more than this or by less than its reciprocal are not squared.
+constexpr double largest_scale = 0x1p20;
+
+double power_of_two_below(double value) {
+  return std::ldexp(1.0, std::ilogb(value));
+}
 
 /// Half diagonal of the bounding box of the movements of all nodes in these blocks.
 double half_diagonal(std::span<const kernels::Movement<double>> movement,
@@ -35,21 +42,20 @@ double half_diagonal(std::span<const kernels::Movement<double>> movement,
   return 0.5 * std::sqrt(square);
 }
 
-/// For tetrahedra whose strains are multiplied by their shear modulus over the first one. The trace then has
+/// For tetrahedra whose strains are multiplied by their shear modulus over `shear`. The trace then has
 /// another factor for each Poisson's ratio; the smallest and the largest bound all.
 template <class Real>
 kernels::StressBound<Real> stress_bound(const mechanics::ElasticityField& elasticity,
-                                        const EquivalentStress& stress, double reference) {
+                                        const EquivalentStress& stress, double shear, double reference) {
   const auto [mean, j2] = stress.bound_factors();
-  const mechanics::IsotropicElasticity& first = elasticity.values().front();
   double least = infinity, greatest = -infinity;
   for (const auto& one : elasticity.values()) {
-    const double bulk_modulus = one.bulk_modulus() / (one.mu / first.mu);
+    const double bulk_modulus = one.bulk_modulus() / (one.mu / shear);
     least = std::min(least, bulk_modulus);
     greatest = std::max(greatest, bulk_modulus);
   }
   return {{static_cast<Real>(mean * least / reference), static_cast<Real>(mean * greatest / reference)},
-          static_cast<Real>(std::sqrt(j2) * 2 * first.mu / reference)};
+          static_cast<Real>(std::sqrt(j2) * 2 * shear / reference)};
 }
 
 }  // namespace
@@ -60,18 +66,22 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
                                        const mechanics::ElasticityField& elasticity,
                                        const EquivalentStress& stress, std::span<const double> strength,
                                        double share, std::vector<double> initial, double displacement_quantum,
-                                       std::int32_t nodes_per_block, InstructionSet instruction_set)
+                                       double energy_quantum, std::int32_t nodes_per_block,
+                                       InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
       operators_(&operators),
       displacement_quantum_(displacement_quantum),
+      energy_quantum_(energy_quantum),
       elasticity_(&elasticity),
       stress_(&stress),
       share_(share),
       initial_(std::move(initial)),
-      reference_(strength.empty() ? 1 : strength.front()),
+      reference_(strength.empty() ? 1 : power_of_two_below(strength.front())),
+      reference_shear_(power_of_two_below(elasticity.values().front().mu)),
       instruction_set_(instruction_set),
-      bound_(stress_bound<Real>(elasticity, stress, share * reference_)),
+      bound_(stress_bound<Real>(elasticity, stress, reference_shear_, share * reference_)),
       groups_((operators.tetrahedra.size() + 7) / 8, kernels::TetrahedronGroup<Real>{}),
+      energy_factors_(groups_.size(), kernels::EnergyFactors<Real>{}),
       deadline_(groups_.size(), 0.0) {
   for (auto& group : groups_) std::ranges::fill(group.sensitivity, static_cast<Real>(no_sensitivity));
   std::vector<double> sensitivities;
@@ -83,6 +93,9 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
     auto& group = groups_[place(t) / 8];
     for (std::size_t a = 0; a < 4; ++a)
       group.corner[a][place(t) % 8] = operators.tetrahedra[index(t)].nodes[a];
+    const double scale = strain_scale(t, strength[index(t)]);
+    if (subdomain.counted[index(t)] != 0 && scale < largest_scale && scale > 1 / largest_scale)
+      set_energy(t, scale);
     set_strength(t, strength[index(t)]);
   }
 
@@ -168,10 +181,9 @@ double StressScreening<Real>::sensitivity(std::int32_t tetrahedron, double stren
          sum * (reference_ / strength);
 }
 
-/// To the first tetrahedron, as the factors of the bound.
 template <class Real>
-double StressScreening<Real>::relative_stiffness(std::int32_t tetrahedron) const {
-  return (*elasticity_)[tetrahedron].mu / elasticity_->values().front().mu;
+double StressScreening<Real>::strain_scale(std::int32_t tetrahedron, double strength) const {
+  return (*elasticity_)[tetrahedron].mu / reference_shear_ * reference_ / strength;
 }
 
 template <class Real>
@@ -187,10 +199,12 @@ void StressScreening<Real>::set_strength(std::int32_t tetrahedron, double whole_
   const std::size_t lane = place(tetrahedron) % 8;
   // Stresses are in units of the tetrahedron's own strength.
   const auto& gradient = operators_->tetrahedra[index(tetrahedron)].gradient;
-  const double factor = displacement_quantum_ * (relative_stiffness(tetrahedron) * reference_ / strength);
+  const double scale = strain_scale(tetrahedron, strength);
+  const double factor = displacement_quantum_ * scale;
   for (std::size_t a = 1; a < 4; ++a)
     for (std::size_t i = 0; i < 3; ++i)
       group.gradient[3 * (a - 1) + i][lane] = static_cast<Real>(gradient[a][i] * factor);
+  if (has_energy(tetrahedron)) set_energy(tetrahedron, scale);
   // Rounded up, as it is an upper bound.
   const auto upper = static_cast<Real>(sensitivity(tetrahedron, strength) * (1 + 0x1p-20));
   const bool is_weaker = upper > std::exchange(group.sensitivity[lane], upper);
@@ -208,6 +222,40 @@ void StressScreening<Real>::exclude(std::int32_t tetrahedron) {
   const std::size_t lane = place(tetrahedron) % 8;
   for (auto& component : group.gradient) component[lane] = 0;
   group.sensitivity[lane] = static_cast<Real>(no_sensitivity);
+}
+
+template <class Real>
+void StressScreening<Real>::set_energy(std::int32_t tetrahedron, double strain_scale) {
+  const auto& [lambda, mu] = (*elasticity_)[tetrahedron];
+  const double factor =
+      operators_->tetrahedra[index(tetrahedron)].volume / (strain_scale * strain_scale * energy_quantum_);
+  auto& factors = energy_factors_[place(tetrahedron) / 8];
+  factors.trace[place(tetrahedron) % 8] = static_cast<Real>(0.5 * lambda * factor);
+  factors.square[place(tetrahedron) % 8] = static_cast<Real>(mu * factor);
+}
+
+template <class Real>
+bool StressScreening<Real>::has_energy(std::int32_t tetrahedron) const {
+  return energy_factors_[place(tetrahedron) / 8].square[place(tetrahedron) % 8] != 0;
+}
+
+template <class Real>
+void StressScreening<Real>::leave_out_energy(std::int32_t tetrahedron) {
+  auto& factors = energy_factors_[place(tetrahedron) / 8];
+  factors.trace[place(tetrahedron) % 8] = 0;
+  factors.square[place(tetrahedron) % 8] = 0;
+}
+
+template <class Real>
+__int128 StressScreening<Real>::energy(std::span<const kernels::NodeRecord<Real>> nodes) const {
+  const auto& kernels = kernels::kernels<Real>(instruction_set_);
+  __int128 sum = 0;
+  for (std::size_t first = 0; first < groups_.size(); first += groups_per_sum) {
+    const auto [high, low] = kernels.energy(groups_.data() + first, energy_factors_.data() + first,
+                                            std::min(groups_per_sum, groups_.size() - first), nodes.data());
+    sum += (static_cast<__int128>(high) << 50) + low;
+  }
+  return sum;
 }
 
 template class StressScreening<float>;

@@ -22,6 +22,8 @@ namespace crackle::fracture {
 /// it needs the next one. After each step the motion provides bounds on the movement of the nodes of each
 /// block; the common part of the movement causes no strain. No tetrahedron above the strength is ever missed,
 /// since the bounds hold for every motion.
+///
+/// From the same strains it gives the strain energy of intact tetrahedra.
 template <class Real>
 class StressScreening {
 public:
@@ -29,12 +31,14 @@ public:
   /// @param share of its strength above which a tetrahedron must be reported
   /// @param initial equivalent stress of each tetrahedron at zero displacement [Pa]; empty: none
   /// @param displacement_quantum of the node records [m]
+  /// @param energy_quantum of energy() [J]
   /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts are in
   ///   separate blocks
   StressScreening(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
                   const mechanics::ElasticityField& elasticity, const EquivalentStress& stress,
                   std::span<const double> strength, double share, std::vector<double> initial,
-                  double displacement_quantum, std::int32_t nodes_per_block, InstructionSet instruction_set);
+                  double displacement_quantum, double energy_quantum, std::int32_t nodes_per_block,
+                  InstructionSet instruction_set);
 
   /// The tetrahedra to be checked after a step, ascending: all those above the share of their strength, and
   /// possibly others, including broken ones.
@@ -48,6 +52,14 @@ public:
   /// Sets a strength [Pa]. If it has decreased, the tetrahedron is due at the next check.
   void set_strength(std::int32_t tetrahedron, double whole_strength);
 
+  /// Strain energy of the counted tetrahedra that has_energy() names, without initial strain, in quanta. An
+  /// integer, so that the sum over all ranks is the same for every partition.
+  __int128 energy(std::span<const kernels::NodeRecord<Real>> nodes) const;
+  /// Initially all counted ones, except those whose strength is out of proportion to the first.
+  bool has_energy(std::int32_t tetrahedron) const;
+  /// Leaves a tetrahedron out of energy() from now on.
+  void leave_out_energy(std::int32_t tetrahedron);
+
 private:
   struct Chunk {
     std::size_t first_group, last_group;
@@ -60,25 +72,30 @@ private:
   /// the sum of those of the initial stress and of the rest. 0: so little that the tetrahedron is always due.
   double left_strength(std::int32_t tetrahedron, double strength) const;
   double sensitivity(std::int32_t tetrahedron, double strength) const;
-  double relative_stiffness(std::int32_t tetrahedron) const;
+  /// Stress over strength, both over their references, per strain in units of the quantum.
+  double strain_scale(std::int32_t tetrahedron, double strength) const;
+  void set_energy(std::int32_t tetrahedron, double strain_scale);
   void sort_chunks(std::span<const double> sensitivity);
   std::size_t place(std::int32_t tetrahedron) const;
 
   std::int32_t n_tetrahedra_;
   const mechanics::PdsOperators* operators_;
-  double displacement_quantum_;
+  double displacement_quantum_, energy_quantum_;
   const mechanics::ElasticityField* elasticity_;
   const EquivalentStress* stress_;
   double share_;
   std::vector<double> initial_;
-  double reference_;  // by which the elastic constants are divided [Pa]
+  // Powers of two, so that the choice, which differs between ranks, changes no digit of a scaled strain.
+  double reference_;        // by which the elastic constants are divided [Pa]
+  double reference_shear_;  // modulus [Pa]
   InstructionSet instruction_set_;
   kernels::StressBound<Real> bound_;
   // The tetrahedra of a chunk are sorted by decreasing sensitivity, so that few groups are due often.
   std::vector<std::int16_t> tetrahedron_;  // at each place (8 x group + lane): its number in the chunk
   std::vector<std::int16_t> place_;        // of each tetrahedron in its chunk
   std::vector<kernels::TetrahedronGroup<Real>> groups_;
-  std::vector<double> deadline_;  // of each group, on its chunk's clock
+  std::vector<kernels::EnergyFactors<Real>> energy_factors_;  // of each group
+  std::vector<double> deadline_;                              // of each group, on its chunk's clock
   std::vector<Chunk> chunks_;
   std::vector<std::int32_t> always_due_;  // ascending
   std::vector<std::uint32_t> candidate_groups_;

@@ -23,9 +23,14 @@ double fitted(double at_zero, double exponent, double poisson_ratio) {
   return at_zero * (1 + poisson_ratio) * std::pow(1 - 2 * poisson_ratio, exponent);
 }
 
+/// toughness_factor() over Young's modulus.
+double energy_factor(input::Release release, double poisson_ratio, double youngs_modulus) {
+  return toughness_factor(release, poisson_ratio) / youngs_modulus;
+}
+
 double energy_factor(const input::Parameters& parameters) {
   const input::Material& material = parameters.material();
-  return toughness_factor(parameters.fracture.release, material.poisson_ratio) / material.youngs_modulus;
+  return energy_factor(parameters.fracture.release, material.poisson_ratio, material.youngs_modulus);
 }
 
 /// The input's strength and toughness in each tetrahedron of a body: those of its material, or of the
@@ -46,7 +51,6 @@ public:
     const input::Interface* const interface = interface_at(t);
     return interface != nullptr && interface->toughness > 0 ? interface->toughness : own(t).toughness;
   }
-  /// toughness_factor() over Young's modulus.
   double energy_factor(std::size_t t) const {
     const input::Material& material = parameters_.materials[span_.material_of(t)];
     // Without variation the modulus is the input's to the last bit.
@@ -54,7 +58,7 @@ public:
         material.variation || parameters_.maps_stiffness()
             ? 2 * body_.elasticity()[static_cast<std::int32_t>(t)].mu * (1 + material.poisson_ratio)
             : material.youngs_modulus;
-    return toughness_factor(parameters_.fracture.release, material.poisson_ratio) / modulus;
+    return fracture::energy_factor(parameters_.fracture.release, material.poisson_ratio, modulus);
   }
   /// By the input's raster.
   double strength_factor(std::size_t t) const {

@@ -2,6 +2,7 @@
 #include "consistency.h"
 #include "dimension.h"
 #include "document.h"
+#include "kinds.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -106,17 +107,6 @@ bool overlap(const std::pair<double, double>& one, const std::pair<double, doubl
   };
   if (is_line(one) && is_line(other)) return first <= last;
   return (is_line(one) && is_within(one, other)) || (is_line(other) && is_within(other, one));
-}
-
-void check_kind(const std::string& key, Findings& findings) {
-  const std::vector<std::string> given = kinds_given(findings, key);
-  if (given.empty()) {
-    findings.report(key, "prescribes nothing; give one of {}", fmt::join(kind_names, ", "));
-  } else if (given.size() > 1) {
-    findings.report(key,
-                    "prescribes {}; give exactly one of {}, and the others in separate [[boundary]] tables",
-                    fmt::join(given, " and "), fmt::join(kind_names, ", "));
-  }
 }
 
 void check_course(const Boundary& condition, const std::string& key, Start start, Findings& findings) {
@@ -337,13 +327,6 @@ void check_constrained_in_all_directions(const Parameters& parameters, Findings&
 
 }  // namespace
 
-std::vector<std::string> kinds_given(const Findings& findings, const std::string& table) {
-  std::vector<std::string> given;
-  for (const char* kind : kind_names)
-    if (findings.given(fmt::format("{}.{}", table, kind))) given.emplace_back(kind);
-  return given;
-}
-
 void check_boundaries(const Parameters& parameters, Findings& findings) {
   if (parameters.boundaries.empty() && parameters.loads.empty()) {
     if (!findings.faulty("boundary"))
@@ -358,7 +341,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
   for (std::size_t i = 0; i < parameters.boundaries.size(); ++i) {
     const std::string key = boundary_key(i);
     const Boundary& condition = parameters.boundaries[i];
-    check_kind(key, findings);
+    check_kind(key, "boundary", kind_names, findings);
     if (findings.faulty(key)) continue;
     check_course(condition, key, parameters.time.start, findings);
     check_factor(condition, key, findings);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
-#include "schema.h"
+#include "kinds.h"
 
 #include <algorithm>
 #include <array>
@@ -11,11 +11,6 @@ namespace {
 
 Boundary& boundary(Parameters& parameters, std::size_t i) {
   return parameters.boundaries.at(i);
-}
-
-/// The key of a kind may be missing, since another kind is given.
-Requirement one_of_kinds() {
-  return optional(fmt::format("one of the {} kinds", boundary_kinds.size()));
 }
 
 /// True if components may be left free: motions are prescribed by component, loads as vectors.
@@ -34,50 +29,6 @@ const std::string accepted_face =
     "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", or a name such as \"edge-0\", "
     "\"hole-0\" or \"notch-0\"";
 
-std::string vector_form(const Dimension& dimension, bool free) {
-  const std::string zero = free ? "free" : "0 " + dimension.si_unit;
-  return fmt::format("three components, such as [\"{0}\", \"{0}\", \"{1}\"]", zero, dimension.example);
-}
-
-struct Components {
-  Vector value{};
-  std::array<bool, 3> prescribed{};
-};
-
-/// Reads three quantities, each of which may be "free" if `free` allows it.
-std::optional<Components> read_components(const Source& source, const Dimension& dimension,
-                                          const Range& range, bool free) {
-  const auto elements = read_elements(source, 3, vector_form(dimension, free));
-  if (!elements) return {};
-  Components result;
-  bool sound = true;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Source& element = (*elements)[axis];
-    if (element.value.kind == ValueKind::string && element.value.string == "free") {
-      if (free) continue;
-      element.report("a load has no free components; give {} such as \"0 {}\"", dimension.name,
-                     dimension.si_unit);
-      sound = false;
-      continue;
-    }
-    const auto value = read_quantity(element, dimension, range);
-    sound = sound && value.has_value();
-    result.value[axis] = value.value_or(0);
-    result.prescribed[axis] = true;
-  }
-  if (!sound) return {};
-  return result;
-}
-
-std::string show_components(const Vector& value, const std::array<bool, 3>& prescribed,
-                            const Dimension& dimension) {
-  std::vector<std::string> items;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    items.push_back(prescribed[axis] ? format_quantity(value[axis], dimension) : "free");
-  }
-  return bracketed(items);
-}
-
 /// A load has all three components.
 std::array<bool, 3> given_components(const Boundary& condition) {
   return may_be_free(condition.kind) ? condition.components : std::array<bool, 3>{true, true, true};
@@ -88,9 +39,8 @@ Key on_key() {
           "word",
           required(),
           accepted_face,
-          "where it acts: edge-i runs from point i of the outline to the next (in a box z-min, y-max, z-max, "
-          "y-min); hole-i and notch-i are all walls of that hole or notch; z-min and the like are all edges "
-          "at that end",
+          "edge-i runs from point i of the outline to the next (in a box z-min, y-max, z-max, y-min); hole-i "
+          "and notch-i are all walls of these; z-min and the like are all edges at that end",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_text(source, accepted_face)) boundary(parameters, i).on = *name;
           },
@@ -101,15 +51,14 @@ Key region_key(std::size_t axis) {
   return range_key(
       fmt::format("region.{}", axis_names[axis]),
       [=](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).region[axis]; },
-      {"50 mm", "100 mm"}, "whole face",
-      "part of the face on which the condition acts; with the same coordinate twice a line of nodes", true);
+      {"50 mm", "100 mm"}, "whole face", "part of the face; with equal limits a line of nodes", true);
 }
 
 Key fix_key() {
   const std::string form = "an array of distinct axes from \"x\", \"y\", \"z\"";
   return {"fix",
           "words",
-          one_of_kinds(),
+          one_of_kinds(kind_names),
           form,
           "zero displacement of these components",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -141,9 +90,9 @@ Key prescription_key(BoundaryKind kind, const std::string& help) {
   const Dimension& dimension = value_dimension(kind);
   const bool free = may_be_free(kind);
   return {name_of(kind),
-          dimension.name.substr(dimension.name.find(' ') + 1),
-          one_of_kinds(),
-          vector_form(dimension, free),
+          name_without_article(dimension),
+          one_of_kinds(kind_names),
+          components_form(dimension, free),
           help,
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             const auto components = read_components(source, dimension, value_range(kind), free);
@@ -161,7 +110,7 @@ Key prescription_key(BoundaryKind kind, const std::string& help) {
           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             const Boundary& condition = boundary(parameters, i);
             if (condition.kind != kind) return {};
-            return show_components(condition.value, given_components(condition), dimension);
+            return show_components(condition.value, dimension, given_components(condition));
           }};
 }
 
@@ -169,9 +118,9 @@ Key pressure_key() {
   const Dimension& dimension = value_dimension(BoundaryKind::pressure);
   return {name_of(BoundaryKind::pressure),
           "stress",
-          one_of_kinds(),
+          one_of_kinds(kind_names),
           quantity_form(dimension),
-          "force per area against the outward normal: above 0 it presses on the body",
+          "above 0 it presses on the body",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             Boundary& condition = boundary(parameters, i);
             condition.kind = BoundaryKind::pressure;
@@ -188,7 +137,7 @@ Key pressure_key() {
 Key absorbing_key() {
   return {name_of(BoundaryKind::absorbing),
           "boolean",
-          one_of_kinds(),
+          one_of_kinds(kind_names),
           "true",
           "lets waves leave the body; requires time.integrator = \"verlet\"",
           [](const Source& source, Parameters& parameters, std::size_t i) {
@@ -212,7 +161,7 @@ Key rate_key() {
             Boundary& condition = boundary(parameters, i);
             const std::string table = source.key.substr(0, source.key.rfind('.'));
             // With none or several kinds the dimension is unknown; that is reported separately.
-            if (kinds_given(source.context.findings, table).size() != 1) return;
+            if (kinds_given(source.context.findings, table, kind_names).size() != 1) return;
             if (condition.kind == BoundaryKind::fix) {
               source.report("a fixed boundary does not change with time; give a displacement instead of fix");
               return;
@@ -242,8 +191,8 @@ Key rate_key() {
             if (condition.rate == Vector{}) return {};
             if (condition.kind == BoundaryKind::pressure)
               return format_quantity(condition.rate[0], rate_dimension(condition.kind));
-            return show_components(condition.rate, given_components(condition),
-                                   rate_dimension(condition.kind));
+            return show_components(condition.rate, rate_dimension(condition.kind),
+                                   given_components(condition));
           }};
 }
 
@@ -252,7 +201,7 @@ Key condition_name_key() {
           "text",
           optional("none"),
           "a text such as \"rollers\"",
-          "conditions with the same name count as one load of the testing machine",
+          "conditions of one name are one load of the testing machine",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_name(source, "rollers")) boundary(parameters, i).name = *name;
           },
@@ -277,15 +226,13 @@ Table boundary_table() {
        absorbing_key(), rate_key(),
        history_key(
            [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).history; },
-           "factors of the prescribed quantity, linear between these times")},
+           "factors, linear between these times")},
       [](const Parameters& parameters) { return parameters.boundaries.size(); },
       [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
   for (Key& key : profile_keys(
            "factor",
            [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).factor; },
-           "factors of the prescribed quantity along this coordinate, linear between the entries, constant "
-           "outside; "
-           "a force is only distributed by them, its total stays"))
+           "factors along this coordinate, linear between, constant outside; a force keeps its total"))
     table.keys.push_back(std::move(key));
   table.keys.push_back(condition_name_key());
   return table;

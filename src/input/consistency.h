@@ -49,13 +49,14 @@ void check_sweeps(const Parameters& parameters, Findings& findings);
 /// Key of a material's table: "material", or "material[1]" of several.
 std::string material_key(const std::vector<Material>& materials, std::size_t i);
 
+/// Reports a name that no [[material]] has.
+void check_is_named(const std::vector<Material>& materials, const std::string& name, const std::string& key,
+                    Findings& findings);
+
 /// Key of the map's table: that of the last material.
 std::string map_key(const Parameters& parameters);
 
 /// Checks [material.map], and computes the checksum if it is not given. Call before the checks.
 void complete_map(Parameters& parameters, Findings& findings);
-
-/// The kinds given by a [[boundary]] in the file; there should be one.
-std::vector<std::string> kinds_given(const Findings& findings, const std::string& table);
 
 }  // namespace crackle::input

@@ -41,18 +41,26 @@ std::vector<Line> resolved(const Parameters& parameters) {
   return lines;
 }
 
+/// What a key takes, in short: of a text with an example this, which shows form, dimension and unit.
+std::string short_form(const std::string& accepted) {
+  constexpr std::string_view such_as = "such as ", number = "a number ";
+  if (const std::size_t example = accepted.find(such_as); example != std::string::npos)
+    return "e.g. " + accepted.substr(example + such_as.size());
+  return accepted.starts_with(number) ? accepted.substr(number.size()) : accepted;
+}
+
 /// The text of a key in the list of keys, after its name.
 std::string description(const Key& key) {
   const Requirement& requirement = key.requirement;
+  constexpr std::string_view as_in = "as in ";
+  if (requirement.unset.starts_with("as in ["))
+    return fmt::format("(as in `{}`)", requirement.unset.substr(as_in.size()));
   const std::string unset = !requirement.instead.empty()
                                 ? fmt::format("required, or `{}`", requirement.instead)
                             : requirement.required         ? "required"
                             : requirement.fallback.empty() ? requirement.unset
                                                            : fmt::format("`{}`", requirement.fallback);
-  // An example shows form, dimension and unit.
-  const std::size_t example = key.accepted.find("such as ");
-  return fmt::format("({}): {}; {}", unset,
-                     example != std::string::npos ? key.accepted.substr(example) : key.accepted, key.help);
+  return fmt::format("({}): {}; {}", unset, short_form(key.accepted), key.help);
 }
 
 }  // namespace

@@ -179,12 +179,12 @@ Table initial_stress_table() {
       "stress from the start, uniform across an axis; several add up, and strain the body until they balance",
       {choice_key<int>("along", initial(&InitialStress::along), axes, required(),
                        "axis along which it changes"),
-       of_kind(InitialStressKind::surface,
-               quantity_key("surface", initial(&InitialStress::surface),
-                            with_example(stress_dimension, "-100 MPa"), stress,
-                            optional("or profile, or temperature"),
-                            "as in tempered glass: a parabola from this stress at both ends of the body to "
-                            "-1/2 of it in the middle")),
+       of_kind(
+           InitialStressKind::surface,
+           quantity_key(
+               "surface", initial(&InitialStress::surface), with_example(stress_dimension, "-100 MPa"),
+               stress, optional("or profile, or temperature"),
+               "as in tempered glass: a parabola from this stress at both ends to -1/2 of it in the middle")),
        of_kind(
            InitialStressKind::profile,
            pairs_key("profile", initial(&InitialStress::profile),
@@ -205,9 +205,8 @@ Table initial_stress_table() {
                              optional("required with temperature"), "coefficient of thermal expansion"),
        material_name_key(),
        history_key(initial(&InitialStress::history),
-                   "factors, constant during a dynamic phase; a quench is a table for each time, with a "
-                   "factor of 1 then and "
-                   "of 0 at the times before and after")},
+                   "factors, constant during a dynamic phase; for a quench a table for each time, with 1 "
+                   "then and 0 at the times before and after")},
       [](const Parameters& parameters) { return parameters.initial_stresses.size(); },
       [](Parameters& parameters) { parameters.initial_stresses.emplace_back(); }};
 }
@@ -222,10 +221,8 @@ void check_initial_stresses(const Parameters& parameters, Findings& findings) {
           "needs equilibrium first; give time.start = \"quasi-static\", or \"equilibrium\" to start "
           "the dynamic phase at time 0");
     check_form(stress, key, findings);
-    if (!stress.material.empty() && !findings.faulty(key + ".material") &&
-        material_named(parameters.materials, stress.material) < 0)
-      findings.report(key + ".material", "there is no material \"{}\"; name it in [[material]]",
-                      stress.material);
+    if (!stress.material.empty() && !findings.faulty(key + ".material"))
+      check_is_named(parameters.materials, stress.material, key + ".material", findings);
     const bool is_known =
         is_box(parameters.specimen) ? size_is_known(findings) : shape_is_known(parameters.specimen, findings);
     if (stress.kind == InitialStressKind::profile && is_known && !findings.faulty(key))

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [[load]]: forces on the whole body, and its velocity at the start.
 #include "consistency.h"
-#include "schema.h"
+#include "kinds.h"
 
 #include <array>
 #include <string_view>
@@ -21,55 +21,16 @@ std::string load_key(std::size_t i) {
   return fmt::format("load[{}]", i);
 }
 
-std::vector<std::string> load_kinds_given(const Findings& findings, const std::string& table) {
-  std::vector<std::string> given;
-  for (const char* const kind : load_kind_names)
-    if (findings.given(fmt::format("{}.{}", table, kind))) given.emplace_back(kind);
-  return given;
-}
-
-Requirement one_of_load_kinds() {
-  return optional(fmt::format("one of the {} kinds", load_kind_names.size()));
-}
-
-std::string name_without_article(const Dimension& dimension) {
-  return dimension.name.substr(dimension.name.find(' ') + 1);
-}
-
-std::string components_form(const Dimension& dimension) {
-  return fmt::format("three components, such as [\"0 {0}\", \"0 {0}\", \"{1}\"]", dimension.si_unit,
-                     dimension.example);
-}
-
-std::optional<Vector> read_components(const Source& source, const Dimension& dimension, const Range& range) {
-  const auto elements = read_elements(source, 3, components_form(dimension));
-  if (!elements) return {};
-  Vector result{};
-  bool sound = true;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto value = read_quantity((*elements)[axis], dimension, range);
-    sound = sound && value;
-    result[axis] = value.value_or(0);
-  }
-  return sound ? std::optional(result) : std::nullopt;
-}
-
-std::string show_components(const Vector& value, const Dimension& dimension) {
-  std::vector<std::string> items;
-  for (const double component : value) items.push_back(format_quantity(component, dimension));
-  return bracketed(items);
-}
-
 Key vector_key(LoadKind kind, const Dimension& dimension, const Range& range, std::string help) {
   return {name_of(kind),
           name_without_article(dimension),
-          one_of_load_kinds(),
+          one_of_kinds(load_kind_names),
           components_form(dimension),
           std::move(help),
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             load(parameters, i).kind = kind;
             if (const auto value = read_components(source, dimension, range))
-              load(parameters, i).value = *value;
+              load(parameters, i).value = value->value;
           },
           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             if (load(parameters, i).kind != kind) return {};
@@ -95,7 +56,7 @@ Key load_rate_key() {
       [](const Source& source, Parameters& parameters, std::size_t i) {
         const std::string table = load_key(i);
         // With none or several kinds the dimension is unknown; that is reported separately.
-        if (load_kinds_given(source.context.findings, table).size() != 1) return;
+        if (kinds_given(source.context.findings, table, load_kind_names).size() != 1) return;
         const LoadKind kind = load(parameters, i).kind;
         if (!has_rate(kind)) {
           source.report(kind == LoadKind::angular_velocity
@@ -105,7 +66,7 @@ Key load_rate_key() {
           return;
         }
         if (const auto rate = read_components(source, rate_dimension(kind), {-1e18, 1e18}))
-          load(parameters, i).rate = *rate;
+          load(parameters, i).rate = rate->value;
       },
       [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
         const BodyLoad& one = load(parameters, i);
@@ -126,11 +87,9 @@ Key angular_velocity_key() {
   const Dimension& dimension = angular_velocity_dimension;
   return {name_of(LoadKind::angular_velocity),
           name_without_article(dimension),
-          one_of_load_kinds(),
+          one_of_kinds(load_kind_names),
           quantity_form(dimension),
-          "centrifugal force on a body that rests in a rotating frame; a history multiplies the force, which "
-          "grows "
-          "with the square of this",
+          "centrifugal force in a rotating frame; a history multiplies the force",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             load(parameters, i).kind = LoadKind::angular_velocity;
             const auto value = read_quantity(source, dimension, {-1e9, 1e9});
@@ -189,7 +148,7 @@ Key load_point_key(const char* name, LoadKind kind, std::string help) {
           std::move(help),
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto point = read_components(source, dimension, coordinate))
-              load(parameters, i).point = *point;
+              load(parameters, i).point = point->value;
           },
           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             if (load(parameters, i).kind != kind) return {};
@@ -202,17 +161,16 @@ Key velocity_gradient_key() {
   const std::string form = "three rows of three, such as [\"0 1/s\", \"5000 1/s\", \"0 1/s\"]";
   return {name_of(LoadKind::velocity_gradient),
           name_without_article(dimension),
-          one_of_load_kinds(),
+          one_of_kinds(load_kind_names),
           form,
           "velocity at the start, linear in the coordinates: row i has the derivatives of component i; these "
-          "expand "
-          "a ring",
+          "expand a ring",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             load(parameters, i).kind = LoadKind::velocity_gradient;
             const auto rows = read_elements(source, 3, form);
             for (std::size_t row = 0; rows && row < 3; ++row)
               if (const auto derivatives = read_components((*rows)[row], dimension, {-1e12, 1e12}))
-                load(parameters, i).gradient[row] = *derivatives;
+                load(parameters, i).gradient[row] = derivatives->value;
           },
           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             const BodyLoad& one = load(parameters, i);
@@ -259,10 +217,9 @@ Table load_table() {
        vector_key(LoadKind::body_force, body_force_dimension, any_amount, "force per volume"),
        angular_velocity_key(), axis_key(),
        load_point_key("point", LoadKind::angular_velocity, "a point of the axis"),
-       vector_key(
-           LoadKind::velocity, value_dimension(BoundaryKind::velocity), any_velocity,
-           "velocity at the start, the same everywhere; several add up; requires time.start = \"rest\"; "
-           "prescribed motions take precedence"),
+       vector_key(LoadKind::velocity, value_dimension(BoundaryKind::velocity), any_velocity,
+                  "at the start, the same everywhere; several add up; requires time.start = \"rest\"; "
+                  "prescribed motions take precedence"),
        velocity_gradient_key(),
        load_point_key("center", LoadKind::velocity_gradient, "where that velocity is zero"), load_rate_key(),
        history_key(
@@ -275,13 +232,7 @@ Table load_table() {
 void check_loads(const Parameters& parameters, Findings& findings) {
   for (std::size_t i = 0; i < parameters.loads.size(); ++i) {
     const std::string table = load_key(i);
-    const std::vector<std::string> given = load_kinds_given(findings, table);
-    if (given.empty())
-      findings.report(table, "prescribes nothing; give one of {}", fmt::join(load_kind_names, ", "));
-    else if (given.size() > 1)
-      findings.report(table,
-                      "prescribes {}; give exactly one of {}, and the others in separate [[load]] tables",
-                      fmt::join(given, " and "), fmt::join(load_kind_names, ", "));
+    check_kind(table, "load", load_kind_names, findings);
     if (findings.faulty(table)) continue;
     const BodyLoad& load = parameters.loads[i];
     check_belongs(table, "axis", LoadKind::angular_velocity, load.kind, "[1, 0, 0]", findings);

@@ -62,25 +62,23 @@ Key file_key() {
 Key axes_key() {
   const std::vector<std::string> names{"x", "y", "z"};
   const std::string form = "one to three of \"x\", \"y\" and \"z\", such as [\"z\", \"y\"]";
-  return {
-      "axes",
-      "words",
-      required(),
-      form,
-      "of the body, in the order of the raster's dimensions (of a picture: rows, columns); it is constant "
-      "along the others",
-      [=](const Source& source, Parameters& parameters, std::size_t) {
-        const auto elements = read_elements(source, 0, form);
-        if (!elements) return;
-        for (const Source& element : *elements)
-          if (const auto axis = read_choice(element, names))
-            map(parameters).axes.push_back(static_cast<int>(*axis));
-      },
-      [=](Parameters& parameters, std::size_t) {
-        std::vector<std::string> axes;
-        for (const int axis : map(parameters).axes) axes.push_back(names[static_cast<std::size_t>(axis)]);
-        return bracketed(axes);
-      }};
+  return {"axes",
+          "words",
+          required(),
+          form,
+          "in the order of the raster's dimensions (of a picture: rows, columns); constant along the others",
+          [=](const Source& source, Parameters& parameters, std::size_t) {
+            const auto elements = read_elements(source, 0, form);
+            if (!elements) return;
+            for (const Source& element : *elements)
+              if (const auto axis = read_choice(element, names))
+                map(parameters).axes.push_back(static_cast<int>(*axis));
+          },
+          [=](Parameters& parameters, std::size_t) {
+            std::vector<std::string> axes;
+            for (const int axis : map(parameters).axes) axes.push_back(names[static_cast<std::size_t>(axis)]);
+            return bracketed(axes);
+          }};
 }
 
 Key lengths_key(const char* name, const char* example, const char* help,
@@ -149,14 +147,13 @@ Table map_table() {
            {"strength", MapOf::strength},
            {"both", MapOf::stiffness_and_strength}},
           required(),
-          "the values: numbers of the [[material]] tables, from 0, or factors of Young's modulus, of "
-          "the strength, or of both"),
+          "values: numbers of [[material]] tables, from 0, or factors of Young's modulus, strength, or both"),
       axes_key(),
       lengths_key("origin", R"(["0.05 mm", "0.05 mm"])", "middle of the first cell", &MaterialMap::origin),
       lengths_key("spacing", R"(["0.1 mm", "0.1 mm"])",
                   "from one cell to the next; below 0 if coordinates descend", &MaterialMap::spacing),
       number_key("scale", member(&MaterialMap::scale), {0, 1e12, true}, by_default("1"),
-                 "by which values are multiplied; those of pictures are from 0 to 255, or 65535"),
+                 "factor of the values; pictures have 0 to 255, or 65535"),
       text_key("checksum", optional("computed"), R"(a text such as "198 bytes, FNV-1a 9ae16a3b2f90404f")",
                "of the file, as the program writes it", &MaterialMap::checksum)};
   for (Key& key : keys) key = of_map(std::move(key));

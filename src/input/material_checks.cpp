@@ -111,11 +111,7 @@ void check_interfaces(const Parameters& parameters, Findings& findings) {
     if (findings.faulty(key) || !findings.given(key)) continue;
     const auto& [a, b] = interface.between;
     for (std::size_t k = 0; k < 2; ++k)
-      if (material_named(materials, interface.between[k]) < 0)
-        findings.report(fmt::format("{}[{}]", key, k), "there is no material \"{}\"; {}",
-                        interface.between[k],
-                        is_list(materials) ? "give one of " + names_of(materials)
-                                           : std::string("name them in [[material]]"));
+      check_is_named(materials, interface.between[k], fmt::format("{}[{}]", key, k), findings);
     if (a == b) findings.report(key, "names \"{}\" twice; give two materials", a);
     if (!pairs.insert({a, b}).second)
       findings.report(key, "the interface of \"{}\" and \"{}\" is given already", a, b);
@@ -133,12 +129,8 @@ void check_region_materials(const Parameters& parameters, Findings& findings) {
   for (std::size_t i = 0; i < parameters.specimen.regions.size(); ++i) {
     const std::string key = fmt::format("specimen.region[{}].material", i);
     const std::string& name = parameters.specimen.regions[i].material;
-
-    if (findings.faulty(key) || !findings.given(key) || material_named(parameters.materials, name) >= 0)
-      continue;
-    findings.report(key, "there is no material \"{}\"; {}", name,
-                    is_list(parameters.materials) ? "give one of " + names_of(parameters.materials)
-                                                  : std::string("name it in [[material]]"));
+    if (!findings.faulty(key) && findings.given(key))
+      check_is_named(parameters.materials, name, key, findings);
   }
 }
 
@@ -146,6 +138,14 @@ void check_region_materials(const Parameters& parameters, Findings& findings) {
 
 std::string material_key(const std::vector<Material>& materials, std::size_t i) {
   return is_list(materials) || materials.size() > 1 ? fmt::format("material[{}]", i) : "material";
+}
+
+void check_is_named(const std::vector<Material>& materials, const std::string& name, const std::string& key,
+                    Findings& findings) {
+  if (material_named(materials, name) >= 0) return;
+  findings.report(
+      key, "there is no material \"{}\"; {}", name,
+      is_list(materials) ? "give one of " + names_of(materials) : std::string("name it in [[material]]"));
 }
 
 void check_materials(const Parameters& parameters, Findings& findings) {

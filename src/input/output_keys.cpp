@@ -34,27 +34,26 @@ Key probe_name_key() {
 
 Key governing_key() {
   const std::string form = "the name of a [[boundary]], such as \"rollers\", or its number, counted from 0";
-  return {
-      "governing",
-      "text or integer",
-      optional("the driving condition"),
-      form,
-      "boundary condition, with all others of its name, whose load and displacement the results give; the "
-      "driving condition is the first that changes with time, or else the first with a value other than zero",
-      [=](const Source& source, Parameters& parameters, std::size_t) {
-        if (source.value.kind == ValueKind::integer) {
-          if (const auto number = read_integer(source, 0, max_conditions))
-            parameters.output.governing = static_cast<int>(*number);
-        } else if (const auto name = read_text(source, form)) {
-          parameters.output.governing = *name;
-        }
-      },
-      [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-        const auto& governing = parameters.output.governing;
-        if (const auto* const number = std::get_if<int>(&governing)) return fmt::format("{}", *number);
-        if (const auto* const name = std::get_if<std::string>(&governing)) return *name;
-        return {};
-      }};
+  return {"governing",
+          "text or integer",
+          optional("the driving condition"),
+          form,
+          "condition, with all others of its name, whose load and displacement the results give; the driving "
+          "one is the first that changes with time, else the first with a value other than 0",
+          [=](const Source& source, Parameters& parameters, std::size_t) {
+            if (source.value.kind == ValueKind::integer) {
+              if (const auto number = read_integer(source, 0, max_conditions))
+                parameters.output.governing = static_cast<int>(*number);
+            } else if (const auto name = read_text(source, form)) {
+              parameters.output.governing = *name;
+            }
+          },
+          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            const auto& governing = parameters.output.governing;
+            if (const auto* const number = std::get_if<int>(&governing)) return fmt::format("{}", *number);
+            if (const auto* const name = std::get_if<std::string>(&governing)) return *name;
+            return {};
+          }};
 }
 
 Key place_key() {
@@ -120,7 +119,7 @@ std::optional<std::string> reason_outside(const Specimen& specimen, const Vector
 Table output_table() {
   Key history = automatic_time_key(
       "history", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.history; },
-      "0.5 us", "time between the rows of the history in dynamic phases; \"auto\" is 1/200 of the duration");
+      "0.5 us", "between rows in dynamic phases; \"auto\" is 1/200 of the duration");
   // Treated as if not given.
   history.show = [show = history.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
     if (!parameters.output.history) return {};

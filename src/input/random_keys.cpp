@@ -22,15 +22,14 @@ struct Parameter {
 };
 
 constexpr std::array parameters_of_random{
-    Parameter{"mean", &RandomInput::mean, "for truncated, of the underlying normal distribution"},
-    Parameter{"standard_deviation", &RandomInput::standard_deviation,
-              "for truncated, of the underlying normal distribution"},
+    Parameter{"mean", &RandomInput::mean, "of truncated, before truncation"},
+    Parameter{"standard_deviation", &RandomInput::standard_deviation, "of truncated, before truncation"},
     Parameter{"lower", &RandomInput::lower, "smallest and largest value"},
     Parameter{"upper", &RandomInput::upper, "smallest and largest value"},
-    Parameter{"mode", &RandomInput::mode, "of a triangular distribution"},
-    Parameter{"scale", &RandomInput::scale, "of a Weibull distribution, measured from lower"},
+    Parameter{"mode", &RandomInput::mode, "of triangular"},
+    Parameter{"scale", &RandomInput::scale, "of weibull, measured from lower"},
 };
-constexpr Parameter shape_parameter{"shape", &RandomInput::shape, "modulus of a Weibull distribution"};
+constexpr Parameter shape_parameter{"shape", &RandomInput::shape, "modulus of weibull"};
 
 /// The parameters of a distribution, by key.
 struct Signature {
@@ -143,20 +142,19 @@ void resolve(const Source& source, RandomInput& random, double exponent) {
 }
 
 Key random_key_key() {
-  return {
-      "key",
-      "name, or names",
-      required(),
-      accepted_random_key,
-      "list entries are counted from 0; keys that change the geometry need mesh.base = \"own\"; of several "
-      "names the distribution is that of the first",
-      [](const Source& source, Parameters& parameters, std::size_t i) {
-        resolve(source, parameters.random.at(i), parameters.fracture.exponent);
-      },
-      [](Parameters& parameters, std::size_t i) {
-        const RandomInput& random = parameters.random.at(i);
-        return random.moved.empty() ? random.key : bracketed(keys_of(random));
-      }};
+  return {"key",
+          "name, or names",
+          required(),
+          accepted_random_key,
+          "entries are counted from 0; keys of the geometry need mesh.base = \"own\"; of several names the "
+          "distribution is that of the first",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            resolve(source, parameters.random.at(i), parameters.fracture.exponent);
+          },
+          [](Parameters& parameters, std::size_t i) {
+            const RandomInput& random = parameters.random.at(i);
+            return random.moved.empty() ? random.key : bracketed(keys_of(random));
+          }};
 }
 
 Key distribution_key() {

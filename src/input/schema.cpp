@@ -34,9 +34,9 @@ std::string show_lengths(std::span<const double> lengths) {
 Key points_key() {
   return {"points",
           "file name",
-          optional("points are generated"),
+          optional("generated"),
           "name of a readable file, relative to the input file",
-          "file of base mother points to use instead; base is then \"shared\"",
+          "base mother points; base is then \"shared\"",
           [](const Source& source, Parameters& parameters, std::size_t) {
             const auto name = read_text(source, "the name of a file with points");
             if (!name) return;
@@ -72,9 +72,9 @@ Key sections_key(const std::string& name, std::vector<double> Sections::*positio
   const std::string form = "an array of lengths, such as [\"7 mm\", \"12.25 mm\"]";
   return {name,
           "length",
-          optional("none; y, z or a line is required"),
+          optional("y, z or a line is required"),
           form + ", ascending, where a crack from a notch can arrive",
-          "cross-sections y = const, for cracks from notches in y-faces, and z = const, for those in z-faces",
+          "y = const for cracks from notches in y-faces, z = const in z-faces",
           [=](const Source& source, Parameters& parameters, std::size_t) {
             const auto elements = read_elements(source, 0, form);
             if (!elements) return;
@@ -151,33 +151,32 @@ Table ensemble_table() {
            "meshes", in(&Parameters::ensemble, &Ensemble::meshes),
            {{"auto", MeshMakers::automatic}, {"master", MeshMakers::master}, {"groups", MeshMakers::groups}},
            by_default("\"auto\""),
-           "who makes the realizations: the master in advance, each group its own, or the group if none is "
-           "ready"),
-       with_random_inputs(choice_key<SamplingPlan>("plan", in(&Parameters::ensemble, &Ensemble::plan),
-                                                   {{plan_names[0], SamplingPlan::independent},
-                                                    {plan_names[1], SamplingPlan::latin_hypercube},
-                                                    {plan_names[2], SamplingPlan::sobol}},
-                                                   by_default("\"independent\""),
-                                                   "how the values of [[random]] are sampled; more samples "
-                                                   "can be added later except with \"latin-hypercube\"")),
-       with_random_inputs(integer_key(
-           "replicates", in(&Parameters::ensemble, &Ensemble::replicates), 1, 1'000'000, by_default("1"),
-           "meshes per draw of [[random]]: sample i has draw i / replicates, rounded down"))}};
+           "who makes them; \"auto\": the master in advance, or a group if none is ready"),
+       with_random_inputs(
+           choice_key<SamplingPlan>("plan", in(&Parameters::ensemble, &Ensemble::plan),
+                                    {{plan_names[0], SamplingPlan::independent},
+                                     {plan_names[1], SamplingPlan::latin_hypercube},
+                                     {plan_names[2], SamplingPlan::sobol}},
+                                    by_default("\"independent\""),
+                                    "of [[random]]; with \"latin-hypercube\" no samples can be added later")),
+       with_random_inputs(integer_key("replicates", in(&Parameters::ensemble, &Ensemble::replicates), 1,
+                                      1'000'000, by_default("1"),
+                                      "consecutive samples (meshes) per draw of [[random]]"))}};
 }
 
 Table stop_table() {
-  return {"ensemble.stop",
-          Occurrence::optional,
-          "stop when the mean path of the leading cracks is precise enough",
-          {quantity_key("half_width", stop(&EnsembleStop::half_width),
-                        with_example(length_dimension, "0.25 mm"), positive_length, required(),
-                        "half width of the confidence interval of the mean path to reach at every section"),
-           number_key("confidence", stop(&EnsembleStop::confidence), {0, 1, true, true}, by_default("0.95"),
-                      "level of that interval"),
-           integer_key("min_samples", stop(&EnsembleStop::min_samples), 2, 1'000'000, by_default("30"),
-                       "samples before the first test")},
-          [](const Parameters& parameters) { return parameters.ensemble.stop ? std::size_t{1} : 0; },
-          [](Parameters& parameters) { parameters.ensemble.stop.emplace(); }};
+  return {
+      "ensemble.stop",
+      Occurrence::optional,
+      "stop when the mean path of the leading cracks is precise enough",
+      {quantity_key("half_width", stop(&EnsembleStop::half_width), with_example(length_dimension, "0.25 mm"),
+                    positive_length, required(), "of the mean path's confidence interval, at every section"),
+       number_key("confidence", stop(&EnsembleStop::confidence), {0, 1, true, true}, by_default("0.95"),
+                  "level of that interval"),
+       integer_key("min_samples", stop(&EnsembleStop::min_samples), 2, 1'000'000, by_default("30"),
+                   "samples before the first test")},
+      [](const Parameters& parameters) { return parameters.ensemble.stop ? std::size_t{1} : 0; },
+      [](Parameters& parameters) { parameters.ensemble.stop.emplace(); }};
 }
 
 Table mesh_table() {
@@ -185,25 +184,23 @@ Table mesh_table() {
           Occurrence::once,
           "the mother points and their tessellation",
           {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension, positive_length,
-                        required(), "distance of the points far from notches and regions"),
+                        required(), "point spacing away from notches and regions"),
            quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
                         with_example(length_dimension, "0.3 mm"), positive_length, optional("as spacing"),
-                        "distance of the points at the notch tips"),
+                        "at the notch tips"),
            number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
                       "increase of the spacing per distance from a notch tip or region"),
            number_key("perturbation", in(&Parameters::mesh, &Mesh::perturbation), {0, 0.4}, by_default("0.2"),
                       "amplitude of the disturbance, in local spacings"),
            number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
                       "mean-ratio quality that every tetrahedron keeps"),
-           choice_key<MeshSymmetry>("symmetry", in(&Parameters::mesh, &Mesh::symmetry),
-                                    {{"random", MeshSymmetry::random}, {"none", MeshSymmetry::none}},
-                                    by_default("\"random\""),
-                                    "with \"random\" each realization takes one of the reflections and "
-                                    "half-turns that map the body on itself"),
-           choice_key<Base>(
-               "base", in(&Parameters::mesh, &Mesh::base), {{"own", Base::own}, {"shared", Base::shared}},
-               by_default("\"own\""),
-               "base mother points that samples disturb: a set of its own for each, or one set for all"),
+           choice_key<MeshSymmetry>(
+               "symmetry", in(&Parameters::mesh, &Mesh::symmetry),
+               {{"random", MeshSymmetry::random}, {"none", MeshSymmetry::none}}, by_default("\"random\""),
+               "\"random\": each sample takes one of the body's reflections and half-turns"),
+           choice_key<Base>("base", in(&Parameters::mesh, &Mesh::base),
+                            {{"own", Base::own}, {"shared", Base::shared}}, by_default("\"own\""),
+                            "base mother points: a set for each sample, or one for all"),
            points_key()}};
 }
 
@@ -225,8 +222,7 @@ Table region_table() {
                [](Parameters& parameters, std::size_t i) -> double& {
                  return parameters.mesh.regions.at(i).spacing;
                },
-               with_example(length_dimension, "0.3 mm"), positive_length, required(),
-               "largest point spacing in the box")},
+               with_example(length_dimension, "0.3 mm"), positive_length, required(), "largest in the box")},
           [](const Parameters& parameters) { return parameters.mesh.regions.size(); },
           [](Parameters& parameters) { parameters.mesh.regions.emplace_back(); }};
 }
@@ -236,50 +232,47 @@ Table fracture_table() {
       "fracture",
       Occurrence::once,
       "the Tuler-Butcher criterion",
-      {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension,
-                             positive_stress, optional("from toughness"),
-                             "sigma_0: largest principal stress that causes no damage; with toughness, where "
-                             "there is no crack"),
+      {optional_quantity_key(
+           "strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension, positive_stress,
+           optional("from toughness"),
+           "sigma_0, the largest principal stress without damage; with toughness, away from cracks"),
        toughness_key(in(&Parameters::fracture, &Fracture::toughness), optional("from strength"),
-                     "energy per area of a slow crack, from which strengths follow with the local spacing "
-                     "(Poisson's ratio from 0 to 0.45); with strength, those at a crack"),
+                     "energy per area of a slow crack; strengths follow by the local spacing (Poisson's "
+                     "ratio from 0 to 0.45), only at cracks if strength is given"),
        optional_quantity_key("fracture_toughness", in(&Parameters::fracture, &Fracture::fracture_toughness),
                              stress_intensity_dimension, {0, 1e12, true}, optional("from toughness"),
                              "K_Ic: toughness is K_Ic^2 (1 - nu^2) / E"),
        optional_quantity_key("length", in(&Parameters::fracture, &Fracture::length),
                              with_example(length_dimension, "0.6 mm"), positive_length,
-                             optional("each tetrahedron's own stress"),
-                             "radius of the ball over which the stress is averaged: 1.5 spacings or more"),
+                             optional("own stress"),
+                             "radius over which the stress is averaged, at least 1.5 spacings"),
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta"),
-       impulse_key(in(&Parameters::fracture, &Fracture::impulse), required(),
-                   "K_f of the Tuler-Butcher criterion"),
+       impulse_key(in(&Parameters::fracture, &Fracture::impulse), required(), "K_f"),
        choice_key<Accumulation>("accumulation", in(&Parameters::fracture, &Fracture::accumulation),
                                 {{"cumulative", Accumulation::cumulative}, {"step", Accumulation::step}},
                                 by_default("\"cumulative\""),
-                                "whether damage accumulates over all steps or over one only: a strength of "
-                                "sigma_0 + (impulse / step)^(1 / exponent)"),
+                                "of damage over all steps, or in one only: a strength of sigma_0 + (impulse "
+                                "/ step)^(1 / exponent)"),
        choice_key<Release>(
            "release", in(&Parameters::fracture, &Fracture::release),
            {{"element", Release::element}, {"facet", Release::facet}, {"softening", Release::softening}},
            by_default("\"element\""),
-           "how a tetrahedron breaks: all its dual facets open at once, or one group of them does, or all "
-           "soften in steps (requires strength and toughness)"),
-       optional_quantity_key(
-           "release_time", in(&Parameters::fracture, &Fracture::release_time),
-           with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
-           "in dynamic phases, over which the stiffness of a breaking tetrahedron falls to nothing"),
+           "all dual facets of a tetrahedron open at once, one group of them does, or all soften in steps "
+           "(requires strength and toughness)"),
+       optional_quantity_key("release_time", in(&Parameters::fracture, &Fracture::release_time),
+                             with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
+                             "time in which a breaking tetrahedron loses its stiffness, in dynamic phases"),
        of_softening(choice_key<SofteningCurve>(
            "softening", in(&Parameters::fracture, &Fracture::softening),
            {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},
            by_default("\"linear\""), "how the stress falls with the opening")),
        of_softening(integer_key("teeth", in(&Parameters::fracture, &Fracture::teeth), 2, 100,
-                                by_default("10"), "number of steps of softening")),
+                                by_default("10"), "steps of softening")),
        choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
                            {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
                            by_default("\"none\""),
-                           "whether cracks carry compression when they close again; "
-                           "\"frictionless\" needs start = \"rest\"")}};
+                           "compression across closed cracks; \"frictionless\" needs start = \"rest\"")}};
 }
 
 Table variation_table() {
@@ -291,12 +284,11 @@ Table variation_table() {
   return {
       "fracture.variation",
       Occurrence::optional,
-      "random variation of the material in space; the field of sample i depends on (seed, i)",
+      "random strength or toughness in space; the field of sample i depends on (seed, i)",
       {choice_key<Varies>(
            "of", variation(&Variation::of),
            {{"strength", Varies::strength}, {"toughness", Varies::toughness}, {"both", Varies::both}},
-           by_default("\"strength\""),
-           "property that the random factor multiplies; toughness goes with strength squared"),
+           by_default("\"strength\""), "multiplied by the factor; toughness goes with strength squared"),
        choice_key<Distribution>("distribution", variation(&Variation::distribution),
                                 {{"weibull", Distribution::weibull}, {"lognormal", Distribution::lognormal}},
                                 required(), "of the factor: Weibull with scale 1, lognormal with mean 1"),
@@ -304,62 +296,56 @@ Table variation_table() {
                            "Weibull modulus (shape)"),
        optional_quantity_key("reference_volume", variation(&Variation::reference_volume), volume_dimension,
                              {1e-27, 1e9}, optional("required for \"weibull\" without correlation_length"),
-                             "volume for which the factor has the scale 1: 63 % of such volumes are weaker"),
+                             "63 % of such volumes have factors below 1"),
        optional_number_key("coefficient_of_variation", variation(&Variation::coefficient_of_variation),
                            {0, 2, true}, "required for \"lognormal\"", "of the lognormal distribution"),
-       optional_quantity_key(
-           "correlation_length", variation(&Variation::correlation_length),
-           with_example(length_dimension, "2 mm"), positive_length,
-           optional("each tetrahedron has its own factor, that of its weakest point"),
-           "of the Gaussian field from which the factor follows; the correlation at this distance is 0.48")},
+       optional_quantity_key("correlation_length", variation(&Variation::correlation_length),
+                             with_example(length_dimension, "2 mm"), positive_length,
+                             optional("each tetrahedron has the factor of its weakest point"),
+                             "of the underlying Gaussian field: distance at which its correlation is 0.48")},
       [](const Parameters& parameters) { return parameters.fracture.variation ? std::size_t{1} : 0; },
       [](Parameters& parameters) { parameters.fracture.variation.emplace(); }};
 }
 
 Key engine_key() {
   const auto word = [](Engine engine) { return std::pair{std::string(to_string(engine)), engine}; };
-  return choice_key<Engine>(
-      "engine", in(&Parameters::time, &Time::engine), {word(Engine::fixed_point), word(Engine::petsc)},
-      by_default("\"fixed-point\""),
-      "arithmetic of the dynamic phase: integer sums, with the same bits on any number of ranks, or PETSc in "
-      "double precision, slower and with the same bits on as many ranks only");
+  return choice_key<Engine>("engine", in(&Parameters::time, &Time::engine),
+                            {word(Engine::fixed_point), word(Engine::petsc)}, by_default("\"fixed-point\""),
+                            "arithmetic of the dynamic phase: integer sums, or PETSc in double precision, "
+                            "slower and with bits that depend on the number of ranks");
 }
 
 Table time_table() {
-  return {"time",
-          Occurrence::once,
-          "loading and the dynamic phase",
-          {choice_key<Start>("start", in(&Parameters::time, &Time::start),
-                             {{"quasi-static", Start::quasi_static},
-                              {"equilibrium", Start::equilibrium},
-                              {"rest", Start::rest}},
-                             by_default("\"quasi-static\""),
-                             "equilibria up to instability; dynamics from the equilibrium at t = 0, even if "
-                             "stresses exceed the "
-                             "strength; or dynamics from rest"),
-           automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
-                              "time step; \"auto\" is a fraction of the stable step"),
-           quantity_key("duration", in(&Parameters::time, &Time::duration),
-                        with_example(time_dimension, "100 us"), positive_time, required(),
-                        "duration of the dynamic phase"),
-           choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
-                                  {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
-                                  by_default("\"bilateral4\""),
-                                  "order 4 with 3.5 force evaluations per step, or order 2 with one"),
-           engine_key(),
-           choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
-                                 {{"mixed", Precision::mixed}, {"double", Precision::double_}},
-                                 by_default("\"mixed\""),
-                                 "fixed-point numbers of 32 or 64 bits in the dynamic phase; a sample for "
-                                 "which 32 do not suffice is "
-                                 "repeated in 64"),
-           automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
-                              "time without a break after which a dynamic phase counts as arrested; "
-                              "\"auto\": a bar wave's way along the "
-                              "body"),
-           optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
-                                 with_example(time_dimension, "20 us"), positive_time, optional("off"),
-                                 "a dynamic phase ends this long after the body has separated")}};
+  return {
+      "time",
+      Occurrence::once,
+      "loading and the dynamic phase",
+      {choice_key<Start>("start", in(&Parameters::time, &Time::start),
+                         {{"quasi-static", Start::quasi_static},
+                          {"equilibrium", Start::equilibrium},
+                          {"rest", Start::rest}},
+                         by_default("\"quasi-static\""),
+                         "equilibria up to instability; or dynamics from the equilibrium at t = 0, even "
+                         "above the strength; or from rest"),
+       automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
+                          "\"auto\" is a fraction of the stable step"),
+       quantity_key("duration", in(&Parameters::time, &Time::duration),
+                    with_example(time_dimension, "100 us"), positive_time, required(), "of a dynamic phase"),
+       choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
+                              {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
+                              by_default("\"bilateral4\""),
+                              "order 4 with 3.5 force evaluations per step, or order 2 with one"),
+       engine_key(),
+       choice_key<Precision>(
+           "precision", in(&Parameters::time, &Time::precision),
+           {{"mixed", Precision::mixed}, {"double", Precision::double_}}, by_default("\"mixed\""),
+           "fixed-point numbers of 32 or 64 bits; samples that overflow 32 are repeated in 64"),
+       automatic_time_key(
+           "arrest", in(&Parameters::time, &Time::arrest), "20 us",
+           "time without a break that counts as arrest; \"auto\": a bar wave's way along the body"),
+       optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
+                             with_example(time_dimension, "20 us"), positive_time, optional("off"),
+                             "time from separation to the end of a dynamic phase")}};
 }
 
 Table damping_table() {
@@ -409,8 +395,8 @@ Key hidden_at_zero(Key key, const Access<double>& access) {
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                  Requirement requirement, std::string help) {
   return value_key(
-      name, dimension.name.substr(dimension.name.find(' ') + 1), requirement, quantity_form(dimension), help,
-      access, [=](const Source& source) { return read_quantity(source, dimension, range); },
+      name, name_without_article(dimension), requirement, quantity_form(dimension), help, access,
+      [=](const Source& source) { return read_quantity(source, dimension, range); },
       [=](double value) { return format_quantity(value, dimension); });
 }
 

@@ -130,7 +130,7 @@ Key thickness_key() {
           "length",
           optional("required with outline"),
           quantity_form(length_dimension),
-          "of a body with an outline, along x",
+          "along x",
           [](const Source& source, Parameters& parameters, std::size_t) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))
               parameters.specimen.size[0] = *value;
@@ -145,9 +145,8 @@ Key outline_key() {
   return {"outline",
           "length",
           optional("required, or size"),
-          polygon_form +
-              "; the name of a text file with two numbers \"y z\" in millimetres on each line; or \"circle\"",
-          "edge of the body in the plane of the plate; the circle is centred at y = z = radius",
+          polygon_form + "; a text file with \"y z\" in millimetres on each line; or \"circle\"",
+          "in the plane of the plate; a circle has its centre at y = z = radius",
           [](const Source& source, Parameters& parameters, std::size_t) {
             Outline& result = outline(parameters);
             if (source.value.kind != ValueKind::string) {
@@ -253,7 +252,7 @@ Key angle_key(const FigureAccess& figure) {
           "angle",
           optional("0"),
           "an angle such as \"30 degree\" or \"0.5 rad\"",
-          "angle of the first semi-axis, from y towards z",
+          "of the first semi-axis, from y towards z",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto value = read_quantity(source, angle_dimension, range))
               figure.make(parameters, i).angle = *value;
@@ -329,7 +328,7 @@ Key slot_end_key() {
           "word",
           optional("\"square\""),
           accepted_choice(words),
-          "of a slot between two points, inside the body; a round end also stops at the point",
+          "inside the body; a round one also stops at the point",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto choice = read_choice(source, words))
               slot(parameters, i).end = *choice == 0 ? SlotEnd::square : SlotEnd::round;
@@ -348,7 +347,7 @@ Table hole_table() {
   return {"specimen.hole",
           Occurrence::many,
           "a hole through the thickness: a circle, an ellipse or a polygon",
-          figure_keys(figure, "corners of the hole"),
+          figure_keys(figure, "corners"),
           [](const Parameters& parameters) { return parameters.specimen.holes.size(); },
           [](Parameters& parameters) { parameters.specimen.holes.emplace_back(); }};
 }
@@ -381,35 +380,32 @@ Table material_region_table() {
                             [](const std::string& text) { return text; }),
                         range(0, "x"), range(1, "y"), range(2, "z")};
   for (Key& key : figure_keys(figure, "corners")) keys.push_back(std::move(key));
-  return {
-      "specimen.region",
-      Occurrence::many,
-      "a part of another material than the first: a box, a circle, an ellipse or a polygon; of several at "
-      "a point the last one counts",
-      std::move(keys),
-      [](const Parameters& parameters) { return parameters.specimen.regions.size(); },
-      [](Parameters& parameters) { parameters.specimen.regions.emplace_back(); }};
+  return {"specimen.region",
+          Occurrence::many,
+          "a part of another material than the first; where several overlap, the last counts",
+          std::move(keys),
+          [](const Parameters& parameters) { return parameters.specimen.regions.size(); },
+          [](Parameters& parameters) { parameters.specimen.regions.emplace_back(); }};
 }
 
 Table notch_table() {
   const Requirement unless_from = required_unless("from");
-  return {
-      "specimen.notch",
-      Occurrence::many,
-      "a slot through the thickness: cut into a face, or between two points",
-      {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
-                                "where the slot is cut in")),
-       of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), coordinate,
-                            unless_from, "mid-plane of the slot, along the face's other in-plane axis")),
-       of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
-                            positive_length, unless_from, "from the face to the tip")),
-       quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
-                    positive_length, required(), "opening of the slot"),
-       slot_point_key("from", &Slot::from,
-                      "start of the slot, on its centre line; open if on the surface or outside the body"),
-       slot_point_key("to", &Slot::to, "end of the slot"), slot_end_key()},
-      [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
-      [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
+  return {"specimen.notch",
+          Occurrence::many,
+          "a slot through the thickness: cut into a face, or between two points",
+          {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
+                                    "where the slot is cut in")),
+           of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), coordinate,
+                                unless_from, "mid-plane of the slot, along the face's other in-plane axis")),
+           of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
+                                positive_length, unless_from, "from the face to the tip")),
+           quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
+                        positive_length, required(), "opening of the slot"),
+           slot_point_key("from", &Slot::from,
+                          "start of the centre line; open if on the surface or outside the body"),
+           slot_point_key("to", &Slot::to, "its end"), slot_end_key()},
+          [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
+          [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ Key sweep_key_key() {
           "name, or names",
           required(),
           accepted_sweep_key,
-          "list entries are counted from 0, as in \"specimen.notch[0].depth\"",
+          "named as in [[random]]",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (source.value.kind != ValueKind::array) return read_key(source, sweep(parameters, i));
             const auto names = read_elements(source, 0, accepted_sweep_key);

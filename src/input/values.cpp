@@ -47,6 +47,10 @@ std::string what_is_given(const Value& value) {
 
 }  // namespace
 
+std::string name_without_article(const Dimension& dimension) {
+  return dimension.name.substr(dimension.name.find(' ') + 1);
+}
+
 std::string quantity_form(const Dimension& dimension) {
   return fmt::format("{} such as \"{}\"", dimension.name, dimension.example);
 }

@@ -54,6 +54,9 @@ struct Range {
   }
 };
 
+/// "length" of "a length".
+std::string name_without_article(const Dimension& dimension);
+
 /// "a length such as "1.0 mm"".
 std::string quantity_form(const Dimension& dimension);
 /// "a length above 0 and up to 1 m, such as "1.0 mm"", "a number from 0 to 0.5".

@@ -49,7 +49,10 @@ Array read_png(const fs::path& file) {
   std::FILE* const stream = std::fopen(file.c_str(), "rb");
   if (stream == nullptr) fail("cannot be opened");
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> close(stream, std::fclose);
-  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  // The caller reports the error, instead of libpng on the standard error.
+  png_structp png = png_create_read_struct(
+      PNG_LIBPNG_VER_STRING, nullptr, [](png_structp failed, png_const_charp) { png_longjmp(failed, 1); },
+      [](png_structp, png_const_charp) {});
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
   struct Owner {
     png_structp* png;
@@ -61,7 +64,7 @@ Array read_png(const fs::path& file) {
   std::vector<png_bytep> rows;
   std::size_t width = 0, height = 0;
   int depth = 0, kind = 0;
-  if (setjmp(png_jmpbuf(png)) != 0) fail("is no readable PNG picture");  // NOLINT: the interface of libpng
+  if (setjmp(png_jmpbuf(png)) != 0) fail("is not a readable PNG picture");  // NOLINT: the interface of libpng
   png_init_io(png, stream);
   png_read_info(png, info);
   width = png_get_image_width(png, info);
@@ -104,7 +107,7 @@ Array read_numpy(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::array<char, 8> magic{};
   stream.read(magic.data(), magic.size());
-  if (!stream || std::string_view(magic.data(), 6) != "\x93NUMPY") fail("is no array of NumPy");
+  if (!stream || std::string_view(magic.data(), 6) != "\x93NUMPY") fail("is not a NumPy array");
   std::array<unsigned char, 4> length{};
   const int n_length = magic[6] == 1 ? 2 : 4;
   stream.read(reinterpret_cast<char*>(length.data()), n_length);
@@ -113,9 +116,9 @@ Array read_numpy(const fs::path& file) {
   std::smatch found;
   const std::regex form(
       R"('descr':\s*'([<>|=])([a-z])(\d)'.*'fortran_order':\s*(True|False).*'shape':\s*\(([^)]*)\))");
-  if (!stream || !std::regex_search(header, found, form)) fail("is an array of NumPy without numbers");
+  if (!stream || !std::regex_search(header, found, form)) fail("is not a NumPy array of numbers");
   if (found[1] == ">") fail("has numbers in big-endian order; save the array in native order");
-  if (found[4] == "True") fail("is in Fortran's order; save numpy.ascontiguousarray of it");
+  if (found[4] == "True") fail("is in Fortran order; save numpy.ascontiguousarray of it");
   Array array;
   const std::string shape = found[5];
   const std::regex number("\\d+");

@@ -86,6 +86,20 @@ struct alignas(8 * sizeof(Real)) TetrahedronGroup {
   std::int32_t corner[4][8];
 };
 
+/// The strain energies of the eight tetrahedra of a group, in quanta, from their strains e as scaled there:
+/// trace tr(e)^2 + square e : e.
+template <class Real>
+struct alignas(8 * sizeof(Real)) EnergyFactors {
+  Real trace[8];
+  Real square[8];
+};
+
+/// A sum of integers, high 2^50 + low.
+struct WideSum {
+  std::int64_t high;
+  std::int64_t low;
+};
+
 /// Factors of an upper bound on the equivalent stress over a reference strength: of tr(epsilon), of which the
 /// one that gives the larger bound counts, and of sqrt(e : e / 2) with the deviator e of the strain.
 template <class Real>
@@ -120,6 +134,10 @@ struct Kernels {
   /// @return number of suspects
   std::size_t (*check)(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
                        StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects);
+  /// The strain energies of the tetrahedra of some groups, each rounded to an integer below 2^100.
+  /// @param n at most 4,096
+  WideSum (*energy)(const TetrahedronGroup<Real>* groups, const EnergyFactors<Real>* factors, std::size_t n,
+                    const NodeRecord<Real>* nodes);
 };
 
 /// @pre the machine has the instruction set

@@ -10,6 +10,7 @@ namespace {
 using crackle::kernels::EdgeEnds;
 using crackle::kernels::EdgeSkew;
 using crackle::kernels::EdgeSymmetric;
+using crackle::kernels::EnergyFactors;
 using crackle::kernels::GeneralEdges;
 using crackle::kernels::Kernels;
 using crackle::kernels::Movement;
@@ -17,6 +18,7 @@ using crackle::kernels::NodeRecord;
 using crackle::kernels::StressBound;
 using crackle::kernels::TetrahedronGroup;
 using crackle::kernels::Velocity;
+using crackle::kernels::WideSum;
 
 /// Number of lanes of a loop: the size of one register, but at least 4.
 template <class Real>
@@ -240,13 +242,48 @@ inline void fetch(const Object* object) {
     __builtin_prefetch(reinterpret_cast<const char*>(object) + i);
 }
 
+/// The strains of N tetrahedra of a group, scaled as their gradients.
+template <class Real, int N>
+struct Strains {
+  using R = typename Lanes<Real, N>::Real;
+  using I = typename Lanes<Real, N>::Integer;
+  using Row = Rows<Real, N>;
+  R e[6] = {};  // xx, yy, zz, 2 yz, 2 xz, 2 xy
+  R trace;
+  R largest{};  // difference of displacement
+
+  Strains(const TetrahedronGroup<Real>& group, int first, const NodeRecord<Real>* nodes) {
+    I origin[4];
+    for (int k = 0; k < 4; ++k)
+      origin[k] = Row::displacement(nodes, group.corner[0][first + k], group.corner[0][(4 + k) % 8]);
+    for (int a = 1; a < 4; ++a) {
+      const std::int32_t* corner = group.corner[a] + first;
+      R difference[4];
+      for (int k = 0; k < 4; ++k)
+        difference[k] =
+            to_real(Row::displacement(nodes, corner[k], group.corner[a][(4 + k) % 8]) - origin[k]);
+      R x, y, z;
+      to_columns(difference, x, y, z);
+      largest = larger(largest, larger(absolute(x), larger(absolute(y), absolute(z))));
+      const R bx = load<R>(group.gradient[3 * (a - 1)] + first);
+      const R by = load<R>(group.gradient[3 * (a - 1) + 1] + first);
+      const R bz = load<R>(group.gradient[3 * (a - 1) + 2] + first);
+      e[0] += x * bx;
+      e[1] += y * by;
+      e[2] += z * bz;
+      e[3] += y * bz + z * by;
+      e[4] += x * bz + z * bx;
+      e[5] += x * by + y * bx;
+    }
+    trace = e[0] + e[1] + e[2];
+  }
+};
+
 template <class Real>
 std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
                   StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects) {
   constexpr int N = width<Real>();
   using R = typename Lanes<Real, N>::Real;
-  using I = typename Lanes<Real, N>::Integer;
-  using Row = Rows<Real, N>;
   // Rounding errors: about 20 operations on terms smaller than sensitivity times the largest distance.
   constexpr Real slack = 128 * (sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53);
   constexpr Real shortened = 1 - 0x1p-10;
@@ -265,38 +302,16 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
     bool is_suspect = false;
     double room = 1e300;
     for (int half = 0; half < 8 / N; ++half) {
-      I origin[4];
-      for (int k = 0; k < 4; ++k)
-        origin[k] = Row::displacement(nodes, group.corner[0][4 * half + k], group.corner[0][(4 + k) % 8]);
-      R e[6] = {};
-      R largest{};
-      for (int a = 1; a < 4; ++a) {
-        const std::int32_t* corner = group.corner[a] + 4 * half;
-        R difference[4];
-        for (int k = 0; k < 4; ++k)
-          difference[k] =
-              to_real(Row::displacement(nodes, corner[k], group.corner[a][(4 + k) % 8]) - origin[k]);
-        R x, y, z;
-        to_columns(difference, x, y, z);
-        largest = larger(largest, larger(absolute(x), larger(absolute(y), absolute(z))));
-        const R bx = load<R>(group.gradient[3 * (a - 1)] + 4 * half);
-        const R by = load<R>(group.gradient[3 * (a - 1) + 1] + 4 * half);
-        const R bz = load<R>(group.gradient[3 * (a - 1) + 2] + 4 * half);
-        e[0] += x * bx;
-        e[1] += y * by;
-        e[2] += z * bz;
-        e[3] += y * bz + z * by;
-        e[4] += x * bz + z * bx;
-        e[5] += x * by + y * bx;
-      }
-      const R trace = e[0] + e[1] + e[2];
+      const Strains<Real, N> strains(group, 4 * half, nodes);
+      const R* e = strains.e;
+      const R trace = strains.trace;
       const R third = trace / 3;
       const R d0 = e[0] - third, d1 = e[1] - third, d2 = e[2] - third;
       const R j2 =
           (Real)0.5 * (d0 * d0 + d1 * d1 + d2 * d2) + (Real)0.25 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
       const R sensitivity = load<R>(group.sensitivity + 4 * half);
       const R bound = larger(stress.trace[0] * trace, stress.trace[1] * trace) +
-                      stress.deviator * square_root(j2) + slack * (largest * sensitivity);
+                      stress.deviator * square_root(j2) + slack * (strains.largest * sensitivity);
       const R margin = (Real)1 - bound;
       const R share = margin / sensitivity;
       for (int k = 0; k < N; ++k) {
@@ -312,6 +327,43 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
   return n_suspects;
 }
 
+template <class Real>
+WideSum energy(const TetrahedronGroup<Real>* groups, const EnergyFactors<Real>* factors, std::size_t n,
+               const NodeRecord<Real>* nodes) {
+  constexpr int N = width<Real>();
+  using R = typename Lanes<Real, N>::Real;
+  using Wide = typename Lanes<double, N>::Real;
+  using Long = typename Lanes<double, N>::Integer;
+  constexpr double unit = 0x1p50;
+  // Between two calls the groups leave the caches, and the loop takes as long as the memory.
+  constexpr std::size_t fetched_ahead = 8;
+  Long high{}, low{};
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i + fetched_ahead < n) {
+      fetch(&groups[i + fetched_ahead]);
+      fetch(&factors[i + fetched_ahead]);
+    }
+    for (int half = 0; half < 8 / N; ++half) {
+      const Strains<Real, N> strains(groups[i], 4 * half, nodes);
+      const R* e = strains.e;
+      const R square =
+          (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) + (Real)0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
+      const R term = load<R>(factors[i].trace + 4 * half) * (strains.trace * strains.trace) +
+                     load<R>(factors[i].square + 4 * half) * square;
+      const Wide energy = __builtin_convertvector(term, Wide);
+      const Long units = rounded(energy * (1 / unit));
+      high += units;
+      low += rounded(energy - to_real(units) * unit);
+    }
+  }
+  WideSum sum{0, 0};
+  for (int k = 0; k < N; ++k) {
+    sum.high += high[k];
+    sum.low += low[k];
+  }
+  return sum;
+}
+
 template <class Real, bool watches>
 constexpr Kernels<Real> all_kernels() {
   return {add_symmetric_edges<Real, watches>,
@@ -319,7 +371,8 @@ constexpr Kernels<Real> all_kernels() {
           add_general_edges<Real, watches>,
           kick<Real>,
           drift<Real>,
-          check<Real>};
+          check<Real>,
+          energy<Real>};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/load_curve.h"
 
+#include "crackle/common/interpolation.h"
 #include "crackle/common/real.h"
 
 #include <algorithm>
@@ -9,13 +10,7 @@ namespace crackle::mechanics {
 
 double LoadCurve::at(double time) const {
   if (history_.empty()) return value_ + rate_ * time;
-  if (time <= history_.front().first) return value_ * history_.front().second;
-  for (std::size_t i = 1; i < history_.size(); ++i) {
-    const auto [t0, f0] = history_[i - 1];
-    const auto [t1, f1] = history_[i];
-    if (time <= t1) return value_ * (f0 + (f1 - f0) * ((time - t0) / (t1 - t0)));
-  }
-  return value_ * history_.back().second;
+  return value_ * interpolated(history_, time);
 }
 
 double LoadCurve::slope(double time) const {

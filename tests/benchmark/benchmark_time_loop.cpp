@@ -10,6 +10,7 @@
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
@@ -77,17 +78,26 @@ struct Sample {
         base(geometry::make_mother_points(geometry, input.mesh, input.ensemble.seed)),
         realization(geometry::make_realization(geometry, base, input.mesh, input.ensemble.seed, 0)),
         subdomain(geometry::split(realization, geometry::partition(realization, 1)).front()),
-        body(subdomain, input.material()),
+        body(subdomain, fracture::make_material_field(input, 0, fracture::span_of(subdomain))),
         loads(mechanics::make_boundary_loads(self, input, subdomain)) {}
 
   std::unique_ptr<fracture::Criterion> criterion(double step) const {
-    return fracture::make_criterion(parameters, fracture::tetrahedron_strengths(self, parameters, 0, body),
-                                    step);
+    return fracture::make_criterion(
+        parameters, fracture::tetrahedron_strengths(self, parameters, 0, body), step,
+        fracture::fracture_field(parameters, fracture::span_of(subdomain), &input::Fracture::impulse));
   }
   dynamics::MotionContext context(fracture::Criterion& criterion, double screening_share) {
     return {&self, &body, &loads, &criterion, screening_share};
   }
 };
+
+/// The input with a Young's modulus that varies in space.
+input::Parameters with_variation(input::Parameters parameters) {
+  for (input::Material& material : parameters.materials)
+    material.variation =
+        input::StiffnessVariation{.coefficient_of_variation = 0.1, .correlation_length = 2e-3};
+  return parameters;
+}
 
 double triad(std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& c,
              int repeats) {
@@ -315,6 +325,8 @@ void measure(const parallel::Communicator& world, const Options& options) {
     PetscProduct aij(sample, MATSEQAIJ), baij(sample, MATSEQBAIJ), sbaij(sample, MATSEQSBAIJ);
     FastForce<float> mixed(sample);
     FastForce<double> twice(sample);
+    Sample varied_sample(with_variation(parameters));
+    FastForce<float> varied(varied_sample);
     Sample verlet_sample(parameters);
     verlet_sample.parameters.time.step = sample.parameters.time.step;
     BreakingLoop verlet(verlet_sample, input::Precision::mixed, input::Integrator::verlet, start, load_time);
@@ -339,6 +351,7 @@ void measure(const parallel::Communicator& world, const Options& options) {
       rounds.time("SBAIJ", 5, [&] { sbaij(); });
       rounds.time("reference", 3, [&] { sample.body.force().evaluate(u, f); });
       rounds.time("force mixed", 20, [&] { mixed(); });
+      rounds.time("force varied", 20, [&] { varied(); });
       rounds.time("force double", 10, [&] { twice(); });
       loop("bilateral4", mixed4);
       loop("verlet", verlet);
@@ -389,6 +402,7 @@ void measure(const parallel::Communicator& world, const Options& options) {
     results["step4_ratio_to_four_petsc_sbaij"] =
         4 * rounds.median("SBAIJ") / rounds.median("bilateral4 step");
     results["fraction_of_roofline"] = bytes / rounds.median("force mixed") / triad_rate("triad L3", l3[0]);
+    results["force_varied_over_force"] = rounds.median("force varied") / rounds.median("force mixed");
     results["check_over_force"] = rounds.median("bilateral4 check") / rounds.median("force mixed");
     results["force_seconds"] = rounds.median("force mixed");
     results["mesh_seconds"] = rounds.median("mesh");

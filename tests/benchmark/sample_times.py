@@ -25,6 +25,7 @@ from crackle_launch import environment  # noqa: E402
 SETTINGS = {"verlet_auto": ("verlet", "auto"), "bilateral4_auto": ("bilateral4", "auto"),
             "bilateral4_5ns": ("bilateral4", "5 ns")}
 TARGETS = {  # key: what it is, target, whether less is better
+    "force_varied_over_force": ("force, stiffness that varies, over one modulus", 1.3, True),
     "static_first_over_force": ("first static solve, over a force evaluation", 1000, True),
     "static_update_over_force": ("static solve after a break, over a force evaluation", 150, True),
     "loop_verlet_auto_over_force": ("time loop of verlet, auto, over the force's rate", 0.7, False),

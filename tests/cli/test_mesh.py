@@ -199,7 +199,7 @@ class Mesh(unittest.TestCase):
         self.assertAlmostEqual(np.median(stress / strength), 1, delta=0.05)
         self.assertGreater(correlation, 0.9)
         check = run_program("check", self.folder / "varied.toml", "--no-measure")
-        self.assertIn("the correlation length of 0.5 mm is less than 2 spacings", check.stdout)
+        self.assertIn("the correlation length of the strength, 0.5 mm, is less than 2 spacings", check.stdout)
 
     def test_survey_counts_what_it_lists(self):
         table = self.folder / "survey.csv"

@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery"), str(ROOT / "jobs" / "verification")]
 
+import interface  # noqa: E402
 import plates  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from crackle_runs import JOBS, run, with_keys  # noqa: E402
@@ -57,6 +58,12 @@ class Runs(unittest.TestCase):
             result = subprocess.run([OPTIONS.program, "check", "--no-measure", str(source)], capture_output=True, text=True,
                                     env=environment(), check=False)
             self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_a_weak_interface_deflects_a_crack_and_a_strong_one_does_not(self):
+        text = with_keys((JOBS / "interface.toml").read_text(), {"ensemble.samples": "1"})
+        for toughness, expected in ((3, True), (30, False)):
+            samples = run(with_keys(text, {"interface.toughness": f'"{toughness} J/m^2"'}), self.folder / f"interface-{toughness}", self.program)
+            self.assertEqual(interface.is_deflected(samples[0]), expected, toughness)
 
     def test_fringes_of_a_disk_are_those_of_hondros(self):
         text = with_keys((JOBS / "disk.toml").read_text(), {"ensemble.samples": "1", "mesh.spacing": '"1.5 mm"'})

@@ -23,7 +23,7 @@ from crackle_readme import BLOCKS, block, put_block  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 PROGRAM = ""
-FRONT_PAGE_WORDS, ALL_WORDS = 700, 15_350
+FRONT_PAGE_WORDS, ALL_WORDS = 700, 15_000
 
 
 @functools.cache

@@ -57,6 +57,7 @@ public:
     motion_->release(tetrahedra);
   }
   void read(MotionState& state) const override { motion_->read(state); }
+  double strain_energy(const MotionState& state) const override { return motion_->strain_energy(state); }
   double external_work(double time, const MotionState& state) const override {
     return motion_->external_work(time, state);
   }
@@ -102,8 +103,9 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   for (const Place place : {Place::stages, Place::check, Place::strain, Place::release}) {
     fracture::BreakableBody body(part, parameters.material(), parameters.fracture.release);
     const auto loads = mechanics::make_boundary_loads(world, parameters, part);
-    const auto criterion = fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(world, parameters, 0, body), 5e-9);
+    const auto criterion =
+        fracture::make_criterion(parameters, fracture::tetrahedron_strengths(world, parameters, 0, body),
+                                 5e-9, mechanics::TetrahedronField(parameters.fracture.impulse));
     const MotionContext context{&world, &body, &loads, criterion.get()};
     const EnergyAccount account(world, body);
     MotionState state{parallel::NodeField(world, part.layout), parallel::NodeField(world, part.layout)};

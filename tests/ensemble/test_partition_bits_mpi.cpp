@@ -348,6 +348,44 @@ TEST_F(PartitionBits, Bounds) {
   });
 }
 
+/// Of bodies whose tetrahedra differ in strength and stiffness, so that each rank has other references.
+TEST_F(PartitionBits, StrainEnergies) {
+  on_partitions([&](Share& shared, Share& alone) {
+    const auto energies = [&](Share& share) {
+      std::vector<mechanics::IsotropicElasticity> elasticity;
+      std::vector<double> strengths;
+      for (const auto number : share.subdomain.tetrahedron_number) {
+        const auto n = static_cast<double>(number);
+        elasticity.emplace_back(input::Material{2e9 + 1e7 * std::fmod(n, 100), 0.38, 1180});
+        strengths.push_back(35e6 * (1 + std::fmod(n, 7)));
+      }
+      fracture::BreakableBody body(
+          share.subdomain, {mechanics::ElasticityField(std::move(elasticity)), share.body.material().density},
+          input::Release::facet);
+      fracture::TulerButcher criterion(share.parameters.fracture, 1e4, std::move(strengths), 5e-9);
+      const auto strain = [](std::int32_t) { return mechanics::Symmetric{0.02, 0, 0.01, 0, 0, 0}; };
+      for (std::int32_t t = 0; t < share.subdomain.n_tetrahedra(); ++t)
+        if (share.subdomain.tetrahedron_number[index(t)] % 9 == 1) body.release(t, strain(t), 0, 0);
+      body.release_bridges(share.group, 0, 0, strain);
+      const auto at = [](std::int64_t node, const Point& p) {
+        return std::array<double, 3>{1e-5 * std::sin(700 * p[2]), 1e-5 * std::cos(500 * p[1]),
+                                     1e-6 * static_cast<double>(node % 7)};
+      };
+      dynamics::MotionState state{share.field(at), share.field(at)};
+      std::vector<double> result;
+      for (const auto precision : {input::Precision::mixed, input::Precision::double_}) {
+        const auto motion = dynamics::make_fixed_point_motion(
+            {&share.group, &body, &share.loads, &criterion, 1, nullptr, 0, nullptr, true}, precision, 0, 1e-5,
+            state);
+        motion->read(state);
+        result.push_back(motion->strain_energy(state));
+      }
+      return result;
+    };
+    EXPECT_EQ(energies(shared), energies(alone));
+  });
+}
+
 /// The largest is that of one edge, whose rounding differs between materials.
 TEST_F(PartitionBits, RangesOfManyMaterials) {
   for (const auto& [name, make] : test::hostile_partitions(size)) {

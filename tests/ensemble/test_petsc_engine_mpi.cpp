@@ -169,7 +169,8 @@ TEST_F(PetscEngine, MovesAsTheDefinitionDoes) {
       const auto run = [&](const auto& make_motion) {
         fracture::BreakableBody body(subdomain, parameters.material(), release);
         const auto criterion = fracture::make_criterion(
-            parameters, fracture::tetrahedron_strengths(world_, parameters, 0, body), *parameters.time.step);
+            parameters, fracture::tetrahedron_strengths(world_, parameters, 0, body), *parameters.time.step,
+            mechanics::TetrahedronField(parameters.fracture.impulse));
         const MotionContext context{&world_, &body, &loads, criterion.get()};
         const EnergyAccount account(world_, body);
         MotionState state{parallel::NodeField(world_, subdomain.layout),
@@ -283,7 +284,8 @@ TEST_F(PetscEngine, EndsOnAllRanksWhenANumberIsNotFinite) {
     fracture::BreakableBody body(subdomain, parameters.material());
     const auto loads = mechanics::make_boundary_loads(world_, parameters, subdomain);
     const auto criterion = fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(world_, parameters, 0, body), *parameters.time.step);
+        parameters, fracture::tetrahedron_strengths(world_, parameters, 0, body), *parameters.time.step,
+        mechanics::TetrahedronField(parameters.fracture.impulse));
     const MotionContext context{&world_, &body, &loads, criterion.get()};
     const EnergyAccount account(world_, body);
     MotionState state{parallel::NodeField(world_, subdomain.layout),

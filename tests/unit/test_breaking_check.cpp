@@ -44,6 +44,7 @@ public:
   void relative_displacements(std::span<const std::int32_t>, int, std::span<Vector>) const override {}
   void release(std::span<const std::int32_t>) override {}
   void read(MotionState&) const override {}
+  double strain_energy(const MotionState&) const override { return 0; }
   double external_work(double, const MotionState&) const override { return 0; }
   void end_loads(double, const mechanics::NodesOfConditions&, const MotionState&) override {}
   MotionCheckpoint save() const override { return {}; }

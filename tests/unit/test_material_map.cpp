@@ -164,8 +164,8 @@ TEST_F(MaterialMap, OfMaterialsIsOneFileForEachSampleIfItSaysSo) {
   first[20] = 2;
   write_numpy(folder_.path() / "ct-0.npy", first, "14, 5");
   EXPECT_THAT([&] { ensemble::apply_material_map(parse(), *body, 0, meshes[0]); },
-              ThrowsMessage<std::runtime_error>(
-                  AllOf(HasSubstr("ct-0.npy"), HasSubstr("the value 2 at"), HasSubstr("no [[material]]"))));
+              ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("ct-0.npy"), HasSubstr("the value 2 at"),
+                                                      HasSubstr("not the number of a [[material]]"))));
 }
 
 TEST_F(MaterialMap, OtherContentsMakeOtherSamples) {
@@ -228,13 +228,15 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   auto zero = values();
   zero[30] = 0;
   write_numpy(path, zero, "14, 5");
-  EXPECT_THAT(problem_with(keys), HasSubstr("no factor: give values above 0"));
+  EXPECT_THAT(problem_with(keys), HasSubstr("not a factor; give values above 0"));
   std::ofstream(path) << "no array";
-  EXPECT_THAT(problem_with(keys), HasSubstr("is no array of NumPy"));
+  EXPECT_THAT(problem_with(keys), HasSubstr("is not a NumPy array"));
   auto picture = keys;
   picture[0].second = "\"map.png\"";
   std::ofstream(folder_.path() / "map.png") << "no picture";
-  EXPECT_THAT(problem_with(picture), HasSubstr("is no readable PNG picture"));
+  testing::internal::CaptureStderr();
+  EXPECT_THAT(problem_with(picture), HasSubstr("is not a readable PNG picture"));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "the message is the program's";
   write_png(folder_.path() / "map.png", std::vector<std::uint8_t>(3 * n_rows * n_columns, 9), PNG_FORMAT_RGB);
   EXPECT_THAT(problem_with(picture), HasSubstr("has colours"));
   write_numpy(path, values(), "14, 5");

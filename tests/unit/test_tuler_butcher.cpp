@@ -23,7 +23,8 @@ std::unique_ptr<Criterion> criterion_of(const input::Fracture& fracture, std::ve
                                         double time_step) {
   input::Parameters parameters;
   parameters.fracture = fracture;
-  return make_criterion(parameters, std::move(strengths), time_step);
+  return make_criterion(parameters, std::move(strengths), time_step,
+                        mechanics::TetrahedronField(fracture.impulse));
 }
 
 std::unique_ptr<Criterion> one_tetrahedron(

@@ -81,6 +81,7 @@ protected:
   /// @param accuracy of the energy in double precision
   void expect_plain_dynamics(double accuracy);
   void expect_no_overload_missed();
+  void expect_energy_of_tetrahedra();
 
   static std::vector<double> values(const MotionState& state) {
     std::vector<double> all(state.displacement.owned().begin(), state.displacement.owned().end());
@@ -295,6 +296,82 @@ TEST_F(MixedBlock, NoOverloadedTetrahedronIsMissed) {
 }
 TEST_F(StrainedBlock, NoOverloadedTetrahedronIsMissed) {
   expect_no_overload_missed();
+}
+
+/// How tetrahedra give way.
+struct Loss {
+  const char* name;
+  input::Release release;
+  input::Contact contact = input::Contact::none;
+  double remaining = 0;
+};
+
+/// Strain energies of a body that breaks, from the motion and from its tetrahedra in double precision [J].
+struct Energies {
+  std::vector<double> of_motion, of_tetrahedra;
+};
+
+void VibratingBlock::expect_energy_of_tetrahedra() {
+  const auto lose = [&](const Loss& loss, Precision precision, InstructionSet set) {
+    fracture::BreakableBody body(subdomain_, body_.material(), loss.release, loss.contact);
+    const auto n = subdomain_.tetrahedra.size();
+    if (loss.release == input::Release::softening)
+      body.soften({input::SofteningCurve::exponential, 7}, std::vector<double>(n, 1e7));
+    std::vector<double> strengths;
+    for (std::size_t t = 0; t < n; ++t) strengths.push_back(t == 11 ? 1e20 : 2e7 * (1 + 0.3 * double(t % 5)));
+    fracture::TulerButcher criterion({.strength = 35e6, .exponent = 2}, 1e4, std::move(strengths), 5e-9);
+    auto state = start(0.002, 1);
+    for (std::size_t i = 0; i < subdomain_.nodes.size(); ++i) {  // a rotation
+      state.displacement.local()[3 * i] += 0.003 * subdomain_.nodes[i][2];
+      state.displacement.local()[3 * i + 2] -= 0.003 * subdomain_.nodes[i][0];
+    }
+    const auto motion =
+        make_fixed_point_motion({&self_, &body, &loads_, &criterion}, precision, 0, 1e-4, state, set);
+    Energies energies;
+    for (std::int32_t i = 0; i < 30; ++i) {
+      const auto n_changes = body.changes().size();
+      const auto strain = [&](std::int32_t t) { return motion->strain(t); };
+      body.continue_releases([&](std::int32_t t, double) { return t % 3 == 0 ? 0.1 : 0.0; }, strain);
+      for (const std::int32_t t : {7 + 30 * i, 8 + 30 * i, 11 + 30 * i})
+        body.release(t, motion->strain(t), 0, i * dt_, loss.remaining);
+      body.release_bridges(self_, 0, i * dt_, strain);
+      motion->release(body.changes().subspan(n_changes));
+      run(*motion, 2);
+      motion->read(state);
+      energies.of_motion.push_back(motion->strain_energy(state));
+      energies.of_tetrahedra.push_back(strain_energy(self_, body, state.displacement.local()));
+    }
+    return energies;
+  };
+  for (const auto& loss : {Loss{"elements", input::Release::element}, Loss{"facets", input::Release::facet},
+                           Loss{"softening", input::Release::softening},
+                           Loss{"in time", input::Release::element, input::Contact::none, 0.4},
+                           Loss{"facets in time", input::Release::facet, input::Contact::none, 0.4},
+                           Loss{"contact", input::Release::element, input::Contact::frictionless, 0.4}}) {
+    for (const auto precision : {Precision::mixed, Precision::double_}) {
+      const Energies energies = lose(loss, precision, best_instruction_set());
+      double error = 0;
+      for (std::size_t i = 0; i < energies.of_motion.size(); ++i)
+        error = std::max(error, std::abs(energies.of_motion[i] / energies.of_tetrahedra[i] - 1));
+      std::printf("%s, %s: strain energies differ by %.1e\n", loss.name, name(precision), error);
+      EXPECT_LT(error, precision == Precision::mixed ? 3e-8 : 1e-14);
+      for (const auto set : available_instruction_sets())
+        EXPECT_EQ(lose(loss, precision, set).of_motion, energies.of_motion) << loss.name << to_string(set);
+    }
+  }
+}
+
+TEST_F(VibratingBlock, HasTheStrainEnergyOfItsTetrahedra) {
+  expect_energy_of_tetrahedra();
+}
+TEST_F(MixedBlock, HasTheStrainEnergyOfItsTetrahedra) {
+  expect_energy_of_tetrahedra();
+}
+TEST_F(StrainedBlock, HasTheStrainEnergyOfItsTetrahedra) {
+  auto state = start(0.002, 1);
+  const auto motion = fixed_point(Precision::mixed, state);
+  motion->read(state);
+  EXPECT_EQ(motion->strain_energy(state), strain_energy(self_, body_, state.displacement.local()));
 }
 
 TEST_F(VibratingBlock, KnowsTheStrainAtTheStartsOfItsLastTwoSteps) {

@@ -13,7 +13,7 @@ inline double interpolated(std::span<const std::pair<double, double>> table, dou
   for (std::size_t i = 1; i < table.size(); ++i) {
     const auto [x0, y0] = table[i - 1];
     const auto [x1, y1] = table[i];
-    if (at <= x1) return y0 + (y1 - y0) * (at - x0) / (x1 - x0);
+    if (at <= x1) return y0 + (y1 - y0) * ((at - x0) / (x1 - x0));
   }
   return table.back().second;
 }

@@ -67,6 +67,10 @@ public:
   /// Copies the state: displacements with ghosts, velocities of owned nodes. Local.
   virtual void read(MotionState& state) const = 0;
 
+  /// Strain energy [J]. Collective; bitwise equal for any number of ranks if the state is.
+  /// @param state as currently returned by read()
+  virtual double strain_energy(const MotionState& state) const = 0;
+
   /// Work of the loads since the start [J]. Collective.
   /// @param state as currently returned by read()
   virtual double external_work(double time, const MotionState& state) const = 0;

@@ -105,9 +105,8 @@ private:
 /// Makes the criterion selected by the input.
 /// @param strengths sigma_0 of each tetrahedron, or strengths derived from the input's toughness [Pa]
 /// @param time_step with which advance() will be called [s]
-/// @param impulses K_f of each tetrahedron [Pa^beta s]; by default that of the first material
-std::unique_ptr<Criterion> make_criterion(
-    const input::Parameters& parameters, std::vector<double> strengths, double time_step,
-    const std::optional<mechanics::TetrahedronField<double>>& impulses = {});
+/// @param impulses K_f of each tetrahedron [Pa^beta s]
+std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
+                                          double time_step, mechanics::TetrahedronField<double> impulses);
 
 }  // namespace crackle::fracture
