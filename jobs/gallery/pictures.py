@@ -96,13 +96,13 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False, quasi_st
 
 
 def _load_time(sample: Sample) -> np.ndarray:
-    """Of each opened facet, that of the load at which its tetrahedron broke [s]."""
+    """Time of the load at which the tetrahedron of each opened facet broke [s]."""
     at = sample.breaks.set_index("tetrahedron").load_time
     return at[~at.index.duplicated()].reindex(sample.crack_surface.tetrahedron.values).to_numpy()
 
 
 def _draw_materials(panel: Axes, plate: Plate, sample: Sample) -> None:
-    """Where the body is not of its first material, at mid-thickness."""
+    """Tints the parts of other materials than the first, at mid-thickness."""
     mesh = sample.mesh
     if "material" in mesh:
         others = mesh["tetrahedra"][mesh["material"] > 0]

@@ -79,8 +79,9 @@ def compare_engines(text: str, folder: Path, program: Path) -> list[Figure]:
     petsc, by = found.pop("petsc"), " and by ".join(f"`{name}`" for name in found)
     equal = [sum(a.breaks[BREAK].equals(b.breaks[BREAK]) for a, b in zip(petsc, other, strict=True)) for other in found.values()]
     counts = {"all breaks equal": equal}
-    onsets = [(petsc.samples.onset_force, other.samples.onset_force) for other in found.values()]
-    counts["load at the onset equal to the last bit"] = [((a == b) | (a.isna() & b.isna())).sum() for a, b in onsets]
+    for title, key in (("load at the onset equal to the last bit", "onset_force"), ("pattern equal", "pattern")):
+        pairs = [(petsc.samples[key], other.samples[key]) for other in found.values()]
+        counts[title] = [((a == b) | (a.isna() & b.isna())).sum() for a, b in pairs]
     case = f"`engine = \"petsc\"` against fixed-point numbers, by {by}, {len(petsc)} samples"
     (mean, half_width), differences = paths["petsc"], []
     for name in found:

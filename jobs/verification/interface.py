@@ -2,7 +2,7 @@
 """A crack at an interface, at a right angle: it is deflected along the interface, or goes on through it."""
 from __future__ import annotations
 
-import re
+import tomllib
 from pathlib import Path
 
 import crackle
@@ -18,7 +18,7 @@ WAY, BAND = 1 * MILLIMETRE, 0.5 * MILLIMETRE  # along either, by which a crack c
 
 
 def is_deflected(sample: crackle.Sample) -> bool:
-    """Whether tetrahedra break along the interface first, or beyond it."""
+    """True if tetrahedra break along the interface before any breaks beyond it."""
     mesh, broken = sample.mesh, sample.breaks["tetrahedron"].to_numpy()
     beyond, aside = (mesh["nodes"][mesh["tetrahedra"][broken], 1:].mean(axis=1) - PLACE).T
     along = np.flatnonzero((np.abs(beyond) < BAND) & (np.abs(aside) > WAY))
@@ -28,7 +28,7 @@ def is_deflected(sample: crackle.Sample) -> bool:
 
 def interface(folder: Path, program: Path) -> list[Figure]:
     text = (JOBS / "interface.toml").read_text()
-    toughness = float(re.search(r'(?s)\[fracture\].*?toughness = "([\d.]+) J', text)[1])
+    toughness = float(tomllib.loads(text)["fracture"]["toughness"].split()[0])
     shares = []
     for spacing, n_samples in SPACINGS.items():
         keys = {"ensemble.samples": str(n_samples), "mesh.region.spacing": f'"{spacing} mm"', "specimen.notch.height": f'"{spacing} mm"'}

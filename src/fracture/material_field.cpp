@@ -7,7 +7,7 @@ namespace crackle::fracture {
 
 namespace {
 
-/// Of each tetrahedron: by its material's variation and the input's raster.
+/// Factors of each tetrahedron: by its material's variation and the input's raster.
 struct Factors {
   std::vector<double> stiffness, density;
 };

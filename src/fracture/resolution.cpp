@@ -31,10 +31,10 @@ double finest_spacing(const input::Parameters& parameters, const geometry::Body&
 /// A warning if a uniform strength makes the toughness vary along the crack paths; otherwise empty.
 std::string uneven_toughness_text(const input::Parameters& parameters, const geometry::Body& body,
                                   double time_step) {
-  const double strength = parameters.fracture_of(0).strength;
-  if (parameters.fracture_of(0).toughness > 0 || parameters.fracture.length > 0) return {};
-  const auto criterion = make_criterion(parameters, {strength}, time_step,
-                                        mechanics::TetrahedronField(parameters.fracture_of(0).impulse));
+  const input::Fracture fracture = parameters.fracture_of(0);
+  if (fracture.toughness > 0 || fracture.length > 0) return {};
+  const auto criterion = make_criterion(parameters, {fracture.strength}, time_step,
+                                        mechanics::TetrahedronField(fracture.impulse));
   const auto range = toughness_along_ligaments(parameters, body, criterion->strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(

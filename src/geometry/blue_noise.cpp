@@ -77,7 +77,7 @@ SpacedPoints start(const SpacingField& spacing, const Patch& patch, const Room& 
 std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch, const Room& room,
                               const SpacedPoints& fixed, RandomStream stream) {
   SpacedPoints points = start(spacing, patch, room, stream);
-  repel(spacing, patch, room, fixed, points);
+  repel(spacing, patch, room, fixed, points, stream);
   return std::move(points.position);
 }
 

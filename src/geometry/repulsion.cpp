@@ -16,19 +16,20 @@ namespace crackle::geometry {
 namespace {
 
 /// Lengths in local spacings.
-constexpr double reach_inside = 1.25;
+constexpr double reach_inside = 1.35;
 constexpr double reach_in_face = 1.2;
 constexpr double skin = 0.3;  ///< pairs are listed up to here beyond the reach
 constexpr double longest_step = 0.15;
 constexpr double mobility = 0.067;  ///< step for a force of one spacing squared
 constexpr double momentum = 0.8;    ///< share of a step that is repeated by the next one
+constexpr double last_shift = 0.1;  ///< largest last random displacement along each axis
 
 /// Fixed points repel less, or else the others would keep too far away from surfaces and edges.
 constexpr double force_of_fixed = 0.85;
 
 /// Numbers of steps with the same list of pairs: few at first, when random points move far. Points that
 /// approach each other unlisted would end as close pairs.
-constexpr std::array<int, 5> n_steps{4, 5, 6, 7, 8};
+constexpr std::array<int, 5> n_steps{3, 4, 6, 7, 8};
 
 class Relaxation {
 public:
@@ -54,8 +55,20 @@ public:
         sum_forces(pairs, reach);
         for (std::size_t i = 0; i < n_; ++i) move(i);
       }
-      for (std::size_t i = 0; i < n_; ++i) local_[i] = spacing_(patch_.at(place_[i]));
+      update_spacing();
     }
+  }
+
+  /// Takes away the order of a dense fluid, whose layers along faces would favour directions of cracks.
+  void shake(RandomStream& stream) {
+    for (std::size_t i = 0; i < n_; ++i) {
+      Vector shift{};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (patch_.domain.upper[axis] > patch_.domain.lower[axis])
+          shift[axis] = stream.uniform(-last_shift, last_shift) * local_[i];
+      if (has_room(i, place_[i] + shift)) place_[i] = place_[i] + shift;
+    }
+    update_spacing();
   }
 
   SpacedPoints result() const {
@@ -72,6 +85,10 @@ private:
     for (std::size_t i = 0; i < 3; ++i)
       if (patch_.domain.lower[i] == patch_.domain.upper[i]) result[i] = patch_.domain.lower[i];
     return result;
+  }
+
+  void update_spacing() {
+    for (std::size_t i = 0; i < n_; ++i) local_[i] = spacing_(patch_.at(place_[i]));
   }
 
   void sum_forces(const NearPairs& pairs, double reach) {
@@ -151,9 +168,10 @@ bool is_flat(const Box& region) {
 }
 
 void repel(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
-           SpacedPoints& points) {
+           SpacedPoints& points, RandomStream& stream) {
   Relaxation relaxation(spacing, patch, room, fixed, points);
   relaxation.run();
+  relaxation.shake(stream);
   points = relaxation.result();
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/random.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 
@@ -27,10 +28,10 @@ bool is_flat(const Box& region);
 /// Makes the distances between points of a patch, which is flat for a face, even: a fixed number of steps
 /// with momentum (Polyak 1964) in which points closer than a reach, in proportion to the local spacing, repel
 /// each other, and are repelled by fixed ones; like the compressed springs of Persson and Strang (2004), but
-/// stiffer at short distances, and between the pairs of cell lists instead of the edges of tessellations.
-/// Points slide along the borders of the room. Only additions, multiplications, divisions and square roots in
-/// a fixed order: bitwise equal on every machine.
+/// stiffer at short distances, and between the pairs of cell lists instead of the edges of tessellations;
+/// then small random displacements. Points slide along the borders of the room. Only additions,
+/// multiplications, divisions and square roots in a fixed order: bitwise equal on every machine.
 void repel(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
-           SpacedPoints& points);
+           SpacedPoints& points, RandomStream& stream);
 
 }  // namespace crackle::geometry

@@ -41,7 +41,7 @@ std::vector<Line> resolved(const Parameters& parameters) {
   return lines;
 }
 
-/// What a key takes, in short: of a text with an example this, which shows form, dimension and unit.
+/// The accepted values of a key, in short: an example, where there is one, shows form, dimension and unit.
 std::string short_form(const std::string& accepted) {
   constexpr std::string_view such_as = "such as ", number = "a number ";
   if (const std::size_t example = accepted.find(such_as); example != std::string::npos)

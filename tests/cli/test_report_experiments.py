@@ -31,7 +31,7 @@ from test_report import overlapping_texts  # noqa: E402
 
 PROGRAM = Path()
 N = 12
-HELD_OUT = 7
+HELD_OUT = 6
 SCALE = 0.13e-3  # of a pixel [m]
 ORIGIN = (1e-3, 14e-3)  # of the experiment's axes in the body [m]
 

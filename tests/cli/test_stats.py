@@ -30,7 +30,7 @@ OPTIONS = None
 INPUT = """
 [ensemble]
 samples = 3
-seed = 3
+seed = 1
 [specimen]
 size = ["3 mm", "8 mm", "16 mm"]
 [[specimen.notch]]
@@ -441,7 +441,7 @@ class Stats(unittest.TestCase):
     def test_rows_of_another_input_do_not_stay(self):
         self.sample.unlink()
         copy = self.folder / "input.toml"
-        copy.write_text(copy.read_text().replace("seed = 3", "seed = 4"))
+        copy.write_text(copy.read_text().replace("seed = 1", "seed = 2"))
         for sample in (self.folder / "samples").glob("*.h5"):
             sample.unlink()
         before = (self.folder / "ensemble.h5").read_bytes()

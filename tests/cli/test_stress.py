@@ -72,7 +72,7 @@ class Stress(unittest.TestCase):
             share = max(share, strain_energy[frames.broken[k]].sum() / energy.strain.max())
         print(f"{name}: {frames.broken[-1].size} tetrahedra broken; largest difference of a stress {worst:.1e}, of the strain "
               f"energy {worst_energy:.1e}; broken tetrahedra have up to {share:.1e} of it")
-        self.assertLess(worst, 1e-8)
+        self.assertLess(worst, 1e-9)
         self.assertLess(worst_energy, energy_bound)  # displacements are stored in single precision
         return frames, carried, share
 
@@ -113,11 +113,12 @@ class Stress(unittest.TestCase):
             self.assertGreater(share, 1e-3)
 
     def test_stiffness_varies_from_tetrahedron_to_tetrahedron(self):
-        variation = '[material.variation]\ndistribution = "lognormal"\ncoefficient_of_variation = 0.1\n\n'
+        variation = '[material.variation]\ndistribution = "lognormal"\ncoefficient_of_variation = 0.3\n\n'
         for release in ("element", "facet"):
             text = with_release(PLATE, release).replace("[fracture]", variation + "[fracture]", 1)
+            text = text.replace('"100 N"', '"50 N"')  # the weakest breaks before 100 N
             frames, _, _ = self.compare(f"{release}, varying stiffness", text)
-            self.assertGreater(np.std(frames.youngs_modulus), 0.08 * np.mean(frames.youngs_modulus))
+            self.assertGreater(np.std(frames.youngs_modulus), 0.25 * np.mean(frames.youngs_modulus))
 
     def test_stress_from_the_start_adds_up(self):
         stress = '[[initial.stress]]\nalong = "x"\nsurface = "-3 MPa"\nhistory = [["0 s", 1], ["100 s", 2]]\n\n'

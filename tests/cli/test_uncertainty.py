@@ -155,9 +155,8 @@ class Uncertainty(unittest.TestCase):
         self.assertGreater(results["first_break_load"]["predicted"], 0.98)
 
     def test_a_draw_that_is_no_body_fails_as_a_sample(self):
-        # With a notch deeper than 6 mm no tetrahedron at its tip reaches the section, and with one as deep as the plate is wide there
-        # is no body.
-        text = PLATE.replace('base = "shared"\n', "").replace('["3 mm", "4 mm"]', '["4 mm"]').replace('"5 N"', '"1 N"')
+        # With a deeper notch no crack could reach the section, and with one as deep as the plate is wide there is no body.
+        text = PLATE.replace('base = "shared"\n', "").replace('["3 mm", "4 mm"]', '["6 mm"]').replace('"5 N"', '"1 N"')
         name = self.write(text + DEPTHS.replace('"10 mm"', '"12 mm"'))
         checked = self.call("check", "--no-measure", name)
         output = self.call("run", name, "-o", "out", ranks=2, status=2)

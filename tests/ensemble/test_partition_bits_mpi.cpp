@@ -348,7 +348,7 @@ TEST_F(PartitionBits, Bounds) {
   });
 }
 
-/// Of bodies whose tetrahedra differ in strength and stiffness, so that each rank has other references.
+/// Tetrahedra differ in strength and stiffness, so that each rank has other references.
 TEST_F(PartitionBits, StrainEnergies) {
   on_partitions([&](Share& shared, Share& alone) {
     const auto energies = [&](Share& share) {
