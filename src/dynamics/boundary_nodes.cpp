@@ -18,17 +18,31 @@ BoundaryNodes<Real>::BoundaryNodes(const MotionContext& context, const mechanics
       state_(&state),
       work_(&work),
       blocks_((state.velocity().size() + index(nodes_per_block) - 1) / index(nodes_per_block)) {
+  const auto entry_of = [](std::size_t condition, std::size_t place, std::int32_t node, int component) {
+    return Entry{.condition = static_cast<std::uint32_t>(condition),
+                 .place = static_cast<std::uint32_t>(place),
+                 .node = node,
+                 .component = static_cast<std::int16_t>(component),
+                 .is_driven = true,
+                 .velocity = 0,
+                 .remainder = 0,
+                 .per_impulse = 0};
+  };
+  const auto& mass = context_.body->operators().node_mass;
   for (std::size_t k = 0; k < context_.loads->forces.size(); ++k) {
     const auto& pattern = context_.loads->forces[k];
-    for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
-      blocks_[index(pattern.nodes[n] / nodes_per_block)].loaded.push_back(
-          {k, n, pattern.nodes[n], pattern.component, !pattern.does_work_at(n), 0, 0});
+    for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
+      Entry entry = entry_of(k, n, pattern.nodes[n], pattern.component);
+      entry.is_driven = !pattern.does_work_at(n);
+      entry.per_impulse = 1 / (mass[index(entry.node)] * scale_.velocity);
+      blocks_[index(entry.node / nodes_per_block)].loaded.push_back(entry);
+    }
   }
   for (std::size_t m = 0; m < context_.loads->motions.size(); ++m) {
     const auto& motion = context_.loads->motions[m];
     for (std::size_t n = 0; n < motion.nodes.size(); ++n)
       blocks_[index(motion.nodes[n] / nodes_per_block)].driven.push_back(
-          {m, n, motion.nodes[n], motion.component, true, 0, 0});
+          entry_of(m, n, motion.nodes[n], motion.component));
   }
 }
 
@@ -109,10 +123,9 @@ void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep, con
                     scale_.displacement * static_cast<double>(displacement));
   }
   if (entry.is_driven) return;
-  const double mass = context_.body->operators().node_mass[index(entry.node)];
   const double force = amplitude.value * pattern.weight[entry.place];
   // A constant load would be rounded the same way in every kick, so the remainder is carried over.
-  const double change = substep.kick * force / mass / scale_.velocity + entry.remainder;
+  const double change = substep.kick * force * entry.per_impulse + entry.remainder;
   const auto rounded = quantized<Integer>(change, 1, stays_in_range_);
   entry.remainder = change - static_cast<double>(rounded);
   if (__builtin_add_overflow(velocity(entry), rounded, &velocity(entry))) stays_in_range_ = false;

@@ -41,13 +41,14 @@ private:
   using Integer = kernels::Integer<Real>;
 
   struct Entry {
-    std::size_t condition;  // number of the pattern or motion
-    std::size_t place;      // index in its list of nodes
+    std::uint32_t condition;  // number of the pattern or motion
+    std::uint32_t place;      // index in its list of nodes
     std::int32_t node;
-    int component;
-    bool is_driven;    // of a loaded component: it is also prescribed by a motion
-    double remainder;  // of a loaded component: accumulated rounding error of the velocity, in quanta
-    Integer velocity;  // of driven components, before the kick
+    std::int16_t component;
+    bool is_driven;      // of a loaded component: it is also prescribed by a motion
+    Integer velocity;    // of driven components, before the kick
+    double remainder;    // of a loaded component: accumulated rounding error of the velocity, in quanta
+    double per_impulse;  // of a loaded component: change of velocity per impulse [quanta / (N s)]
   };
   struct Block {
     std::vector<Entry> loaded;

@@ -127,35 +127,35 @@ public:
     return overloaded_;
   }
 
-  /// From integer differences, which are exact, so that a translation of the whole body has no effect.
+  /// From integer differences, which are exact, so that a translation of the whole body has no effect. The
+  /// low digits do for an intact tetrahedron; the corners of a broken one may be anywhere.
   mechanics::Symmetric strain(std::int32_t number) const override {
-    return strain_of(
-        number, [&](std::int32_t node) -> const auto& { return force_.nodes()[index(node)].displacement; });
+    if (context_.body->is_broken(number))
+      return strain_of(number, [&](std::int32_t node, std::size_t component) {
+        return state_.whole_displacement(index(node), component);
+      });
+    return strain_of(number, [&](std::int32_t node, std::size_t component) {
+      return force_.nodes()[index(node)].displacement[component];
+    });
   }
 
   mechanics::Symmetric strain_before(std::int32_t number, int n_steps) const override {
-    return strain_of(
-        number, [&](std::int32_t node) -> const auto& {
-          return state_.displacement_before(index(node), n_steps);
-        });
+    return strain_of(number, [&](std::int32_t node, std::size_t component) {
+      return state_.displacement_before(index(node), n_steps)[component];
+    });
   }
 
   void relative_displacements(std::span<const std::int32_t> nodes, int n_steps,
                               std::span<Vector> result) const override {
-    const auto difference = [&](const auto& displacement) {
-      const auto& origin = displacement(nodes.front());
-      for (std::size_t n = 0; n < nodes.size(); ++n) {
-        const auto& place = displacement(nodes[n]);
-        for (std::size_t i = 0; i < 3; ++i)
-          result[n][i] = scale_.displacement * static_cast<double>(kernels::difference(place[i], origin[i]));
-      }
+    const auto displacement = [&](std::int32_t node, std::size_t component) {
+      return n_steps == 0 ? state_.whole_displacement(index(node), component)
+                          : state_.whole_displacement_before(index(node), component, n_steps);
     };
-    if (n_steps == 0)
-      difference([&](std::int32_t node) -> const auto& { return force_.nodes()[index(node)].displacement; });
-    else
-      difference([&](std::int32_t node) -> const auto& {
-        return state_.displacement_before(index(node), n_steps);
-      });
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::int64_t origin = displacement(nodes.front(), i);
+      for (std::size_t n = 0; n < nodes.size(); ++n)
+        result[n][i] = scale_.displacement * static_cast<double>(displacement(nodes[n], i) - origin);
+    }
   }
 
   void release(std::span<const std::int32_t> broken) override {
@@ -364,11 +364,11 @@ private:
   mechanics::Symmetric strain_of(std::int32_t number, const Displacement& displacement) const {
     mechanics::TetrahedronOperator t = context_.body->operators().tetrahedra[index(number)];
     std::array<double, 12> u{};
-    const auto& origin = displacement(t.nodes[0]);
-    for (std::size_t a = 1; a < 4; ++a) {
-      const auto& corner = displacement(t.nodes[a]);
-      for (std::size_t i = 0; i < 3; ++i)
-        u[3 * a + i] = scale_.displacement * static_cast<double>(kernels::difference(corner[i], origin[i]));
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto origin = displacement(t.nodes[0], i);
+      for (std::size_t a = 1; a < 4; ++a)
+        u[3 * a + i] = scale_.displacement *
+                       static_cast<double>(kernels::difference(displacement(t.nodes[a], i), origin));
     }
     t.nodes = {0, 1, 2, 3};
     return context_.body->initial_strain().elastic(number, mechanics::strain(t, u));

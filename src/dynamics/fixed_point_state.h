@@ -60,6 +60,13 @@ public:
     return last + kernels::difference(nodes_[node].displacement[component], low_digits<Real>(last));
   }
 
+  /// The same at the start of the last step (1) or of the one before (2).
+  std::int64_t whole_displacement_before(std::size_t node, std::size_t component, int n_steps) const {
+    return whole_displacement(node, component) -
+           kernels::difference(nodes_[node].displacement[component],
+                               displacement_before(node, n_steps)[component]);
+  }
+
   /// Call before a step moves anything: displacement_before() is then one step further back.
   void begin_step() { std::swap(before_[0], before_[1]); }
   /// Stores the displacements of local nodes [first, last) at the start of a step; required for all nodes in

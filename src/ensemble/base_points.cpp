@@ -17,7 +17,7 @@ namespace crackle::ensemble {
 
 namespace {
 
-constexpr double seconds_per_mother_point = 45e-6;  // on one core; nearly the same for 5e4 and 8e5 points
+constexpr double seconds_per_mother_point = 18e-6;  // on one core; nearly the same for 5e4 and 8e5 points
 constexpr double unnoticed_wait = 5;                // [s]
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "displacement.h"
 #include "face_points.h"
 #include "redraw.h"
-#include "relaxation.h"
 #include "slab_order.h"
 
 #include <fmt/format.h>
@@ -31,7 +30,6 @@ constexpr double surface_margin = 0.5;
 /// differ.
 constexpr double edge_jitter = 0.15;
 
-constexpr int relaxation_rounds = 6;
 constexpr int improving_rounds = 20;
 constexpr int patience = 30;
 constexpr int final_rounds = 200;
@@ -44,18 +42,15 @@ using input::max_mother_points;
 
 enum Stream : std::uint64_t { on_edges, in_faces, in_interior, improving, choosing };
 
-/// Collects points, each with the face that contains it.
 struct Collection {
   const Body& body;
   const SpacingField& spacing;
   MotherPoints points;
-  std::vector<FaceId> face;  ///< for points placed in a face, otherwise -1
 
-  void add(const Point& p, FaceId id) {
+  void add(const Point& p) {
     points.position.push_back(p);
     points.spacing.push_back(spacing(p));
     points.movable.push_back(body.movable(p));
-    face.push_back(id);
   }
   SpacedPoints all() const { return {points.position, points.spacing}; }
 };
@@ -90,15 +85,16 @@ void place_on_edge(Collection& collection, const Edge& edge, RandomStream stream
     const auto upper = std::upper_bound(count.begin(), count.end(), wanted);
     const auto i = static_cast<std::size_t>(upper - count.begin()) - 1;
     const double share = (wanted - count[i]) / (count[i + 1] - count[i]);
-    collection.add(edge.at(step * (static_cast<double>(i) + share)), -1);
+    collection.add(edge.at(step * (static_cast<double>(i) + share)));
   }
 }
 
-/// True if a point is far enough from the outline of a face to be placed in it.
-auto accepts_in_face(const Body& body, FaceId id) {
-  return [&body, id](const Point& p, double spacing) {
-    return body.distance_to_outline(id, p) >= outline_margin * spacing;
-  };
+Room room_in_face(const Body& body, FaceId id) {
+  return {[&body, id](const Point& p) { return body.distance_to_outline(id, p); }, outline_margin};
+}
+
+Room room_inside(const Body& body) {
+  return {[&body](const Point& p) { return body.distance_to_surface(p); }, surface_margin};
 }
 
 void place_in_face(Collection& collection, FaceId id, RandomStream stream) {
@@ -110,34 +106,15 @@ void place_in_face(Collection& collection, FaceId id, RandomStream stream) {
     fixed.spacing.push_back(collection.points.spacing[i]);
   }
   const Patch& patch = body.meshed_face(id).patch;
-  for (const Point& p : blue_noise(collection.spacing, patch, accepts_in_face(body, id), fixed, stream))
-    collection.add(p, id);
+  for (const Point& p : blue_noise(collection.spacing, patch, room_in_face(body, id), fixed, stream))
+    collection.add(p);
 }
 
 void place_in_interior(Collection& collection, RandomStream stream) {
   const Body& body = collection.body;
-  const auto accepts = [&](const Point& p, double spacing) {
-    return body.distance_to_surface(p) >= surface_margin * spacing;
-  };
   for (const Point& p :
-       blue_noise(collection.spacing, Patch{body.bounds()}, accepts, collection.all(), stream))
-    collection.add(p, -1);
-}
-
-void relax(Collection& collection) {
-  const Body& body = collection.body;
-  const auto may_move = [&](std::size_t i, const Point& p) {
-    const double spacing = collection.points.spacing[i];
-    if (norm(p - collection.points.position[i]) > 0.5 * spacing) return false;
-    const FaceId id = collection.face[i];
-    return id < 0 ? body.distance_to_surface(p) >= surface_margin * spacing
-                  : accepts_in_face(body, id)(p, spacing);
-  };
-  for (int round = 0; round < relaxation_rounds; ++round) {
-    relax(body, collection.points, may_move);
-    for (std::size_t i = 0; i < collection.points.size(); ++i)
-      collection.points.spacing[i] = collection.spacing(collection.points.position[i]);
-  }
+       blue_noise(collection.spacing, Patch{body.bounds()}, room_inside(body), collection.all(), stream))
+    collection.add(p);
 }
 
 /// Moves points of bad cells, first towards good shapes as far as possible, then until every cell is
@@ -201,17 +178,16 @@ std::vector<Point> middles(const Body& body, const MotherPoints& points,
   return result;
 }
 
-/// Blue noise on edges, in faces and in the interior, relaxed.
+/// Blue noise on edges, in faces and in the interior.
 void generate(Collection& collection, const RandomStream& stream) {
   const Body& body = collection.body;
-  for (const Point& p : body.corners()) collection.add(p, -1);
+  for (const Point& p : body.corners()) collection.add(p);
   std::uint64_t item = 0;
   for (const Edge& edge : body.edges())
     place_on_edge(collection, edge, stream.substream(on_edges).substream(item++));
   for (std::size_t id = 0; id < body.n_meshed_faces(); ++id)
     place_in_face(collection, static_cast<FaceId>(id), stream.substream(in_faces).substream(id));
   place_in_interior(collection, stream.substream(in_interior));
-  relax(collection);
 }
 
 /// A lower bound on the number of points, in the interior or in one face, from the coarsest spacing there:
@@ -227,6 +203,17 @@ double least_n_points(const Body& body, const SpacingField& spacing) {
   return n;
 }
 
+/// An upper bound, from the finest spacing: most bodies need no count.
+double most_n_points(const Body& body, const SpacingField& spacing) {
+  const double finest = spacing.lower_bound(body.bounds());
+  const Point size = body.size();
+  double n = interior_density * size[0] * size[1] * size[2] / (finest * finest * finest);
+  for (std::size_t id = 0; id < body.n_meshed_faces(); ++id)
+    n += surface_density * body.meshed_face(static_cast<FaceId>(id)).area / (finest * finest);
+  for (const Edge& edge : body.edges()) n += 1 + edge.length() / finest;
+  return n;
+}
+
 }  // namespace
 
 double estimate_n_points(const Body& body, const input::Mesh& mesh) {
@@ -236,13 +223,10 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh) {
   for (const Edge& edge : body.edges()) sum += n_edge_spacings(spacing, edge).back();
   for (std::size_t i = 0; i < body.n_meshed_faces(); ++i) {
     const auto id = static_cast<FaceId>(i);
-    sum += expected_points(spacing, body.meshed_face(id).patch, accepts_in_face(body, id),
-                           max_mother_points - sum);
+    sum +=
+        expected_points(spacing, body.meshed_face(id).patch, room_in_face(body, id), max_mother_points - sum);
   }
-  const auto accepts = [&](const Point& p, double local) {
-    return body.contains(p) && body.distance_to_surface(p) >= surface_margin * local;
-  };
-  return sum + expected_points(spacing, Patch{body.bounds()}, accepts, max_mother_points - sum);
+  return sum + expected_points(spacing, Patch{body.bounds()}, room_inside(body), max_mother_points - sum);
 }
 
 double checked_n_points(const Body& body, const input::Mesh& mesh) {
@@ -263,12 +247,14 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
       mesh.base == input::Base::shared
           ? RandomStream(seed, 0, "mother points")
           : RandomStream(seed, sample, fmt::format("own mother points, attempt {}", attempt));
-  Collection collection{body, spacing, {}, {}};
+  Collection collection{body, spacing, {}};
   if (mesh.points) {
-    for (const Point& p : read_points(*mesh.points, body)) collection.add(p, -1);
+    for (const Point& p : read_points(*mesh.points, body)) collection.add(p);
   } else {
-    const double n_points = checked_n_points(body, mesh);
-    if (expects) expects(n_points);
+    if (expects)
+      expects(checked_n_points(body, mesh));
+    else if (most_n_points(body, spacing) > max_mother_points)
+      checked_n_points(body, mesh);
     generate(collection, stream);
   }
   const double goal = mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality);
@@ -282,7 +268,7 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
         missing_face_points(body, points.position, points.spacing, bad, outline_margin);
     if (added.empty() && !body.inner_faces().empty()) added = middles(body, points, bad);
     if (mesh.points || added.empty() || attempt == max_additions) refuse(body, points, mesh.min_quality, bad);
-    for (const Point& p : added) collection.add(p, -1);
+    for (const Point& p : added) collection.add(p);
   }
 }
 

@@ -26,8 +26,9 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::int32_t, Kernel>;
 
 struct CellInfo {
-  std::int64_t trial = 0;      ///< the last trial that would have replaced the cell
-  Place place = Place::solid;  ///< valid for finite cells
+  double quality = 1;       ///< its third power; valid, as the place is, for finite cells
+  std::uint32_t trial = 0;  ///< the last trial that would have replaced the cell
+  Place place = Place::solid;
 };
 using CellBase = CGAL::Triangulation_cell_base_with_info_3<CellInfo, Kernel>;
 using DataStructure = CGAL::Triangulation_data_structure_3<VertexBase, CellBase>;
@@ -72,7 +73,7 @@ struct Tessellation::Data {
 
   std::int32_t lifted = -1;
   std::vector<std::pair<CellHandle, Rating>> filling;  // cells created by lifting
-  mutable std::int64_t trial = 0;
+  mutable std::uint32_t trial = 0;
   mutable std::vector<Facet> zone_boundary;
   mutable std::vector<CellHandle> zone;
 
@@ -103,6 +104,13 @@ struct Tessellation::Data {
     return {quality >= min_quality_cubed, quality};
   }
 
+  /// The same of a finite cell of the tessellation.
+  bool is_good(CellHandle cell) const {
+    const CellInfo& info = cell->info();
+    return info.place != Place::crossing &&
+           (info.place == Place::cavity || info.quality >= min_quality_cubed);
+  }
+
   /// True if a face parts two materials; only from one of the two cells that have it.
   bool parts_materials(CellHandle cell, CellHandle neighbour, const Triangle& face) const {
     const auto opposite = [&](CellHandle one) {
@@ -122,13 +130,14 @@ struct Tessellation::Data {
     return result;
   }
 
-  /// Records a new cell's place; appends its nodes to `bad` if it is bad.
+  /// Records a new cell's place and quality; appends its nodes to `bad` if it is bad.
   Rating enter(CellHandle cell, std::vector<Tetrahedron>* bad) const {
     cell->info() = CellInfo{};
     if (delaunay.is_infinite(cell)) return {true, 1};
     const Tetrahedron sorted = sorted_nodes(cell);
     cell->info().place = place_of(sorted);
     const Rating rating = rate(sorted, cell->info().place);
+    cell->info().quality = rating.quality;
     if (bad != nullptr && !rating.good) bad->push_back(sorted);
     return rating;
   }
@@ -146,10 +155,7 @@ Tessellation::Tessellation(const Body& body, std::span<const Point> points, doub
   for (const VertexHandle vertex : data_->delaunay.finite_vertex_handles())
     data_->vertices[index(vertex->info())] = vertex;
   for (std::size_t i = 0; i < points.size(); ++i) data_->on_surface[i] = body.movable(points[i]) != 7;
-  for (const CellHandle cell : data_->delaunay.finite_cell_handles()) {
-    cell->info() = CellInfo{};
-    cell->info().place = data_->place_of(data_->nodes(cell));
-  }
+  for (const CellHandle cell : data_->delaunay.finite_cell_handles()) data_->enter(cell, nullptr);
 }
 
 Tessellation::~Tessellation() = default;
@@ -164,10 +170,8 @@ std::span<const Point> Tessellation::points() const {
 
 std::vector<Tetrahedron> Tessellation::bad_cells() const {
   std::vector<Tetrahedron> bad;
-  for (const CellHandle cell : data_->delaunay.finite_cell_handles()) {
-    const Tetrahedron nodes = data_->sorted_nodes(cell);
-    if (!data_->rate(nodes, cell->info().place).good) bad.push_back(nodes);
-  }
+  for (const CellHandle cell : data_->delaunay.finite_cell_handles())
+    if (!data_->is_good(cell)) bad.push_back(data_->sorted_nodes(cell));
   std::sort(bad.begin(), bad.end());
   return bad;
 }

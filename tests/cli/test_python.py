@@ -69,7 +69,7 @@ class Kinds(unittest.TestCase):
         sweep = '[[sweep]]\nkey = "fracture.strength"\nvalues = ["35 MPa", "45 MPa"]\n'
         random = small_input.RANDOM
         # Stiff draws fail: their waves are too fast for the step.
-        failing = small_input.small_input(random, time='step = "150 ns"\n')
+        failing = small_input.small_input(random, time='step = "138 ns"\n')
         inputs = {"plain": small_input.small_input(), "random": small_input.small_input(random),
                   "replicates": small_input.small_input(random, samples=4, ensemble="replicates = 2\n"),
                   "sweep": small_input.small_input(sweep), "one": small_input.small_input(samples=1),

@@ -38,7 +38,7 @@ protected:
     mesh.min_quality = 0.1;
     body = std::make_unique<geometry::ExtrudedPlate>(specimen);
     realization = std::make_unique<geometry::Realization>(
-        geometry::make_realization(*body, geometry::make_mother_points(*body, mesh, 1), mesh, 1, 0));
+        geometry::make_realization(*body, geometry::make_mother_points(*body, mesh, 3), mesh, 3, 0));
     std::printf("%zu nodes, %zu tetrahedra\n", realization->nodes.size(), realization->tetrahedra.size());
   }
   static void TearDownTestSuite() {

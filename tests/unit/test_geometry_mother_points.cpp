@@ -3,6 +3,7 @@
 #include "crackle/common/random.h"
 #include "crackle/geometry/mother_points.h"
 
+#include "geometry/near_pairs.h"
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>
@@ -165,6 +166,51 @@ TEST_F(Plate, NearestNeighboursAreOneSpacingAway) {
   EXPECT_GT(ratio[ratio.size() / 100], 0.6);
   EXPECT_NEAR(ratio[ratio.size() / 2], 0.9, 0.1);
   EXPECT_LT(ratio.back(), 1.3);
+}
+
+// Random points that repel each other must not keep the fluctuations of random numbers over long distances.
+TEST(MotherPoints, NumberInABallHardlyVaries) {
+  const MotherPoints points = make_mother_points(body({5, 5, 5}), mesh(0.4, 0.4), 2012);
+  RandomStream stream(1, 1, "balls");
+  const double radius = 1 * mm;
+  constexpr int n_balls = 400;
+  double sum = 0;
+  double squares = 0;
+  for (int ball = 0; ball < n_balls; ++ball) {
+    const auto coordinate = [&] { return stream.uniform(1.5 * mm, 3.5 * mm); };
+    const Point centre{coordinate(), coordinate(), coordinate()};
+    const auto n = static_cast<double>(std::ranges::count_if(
+        points.position, [&](const Point& p) { return squared_distance(p, centre) < radius * radius; }));
+    sum += n / n_balls;
+    squares += n * n / n_balls;
+  }
+  const double variance = squares - sum * sum;
+  std::printf("%.1f points in a ball, variance %.2f\n", sum, variance);
+  EXPECT_LT(variance, 0.15 * sum) << "Poisson's is the mean";
+}
+
+TEST(NearPairs, AreThoseOfAllPairsOnce) {
+  RandomStream stream(1, 1, "pairs");
+  std::vector<Point> points;
+  std::vector<double> radius;
+  for (int i = 0; i < 600; ++i) {
+    points.push_back({stream.uniform(0, 1), stream.uniform(0, 2), stream.uniform(-1, 3)});
+    radius.push_back(stream.uniform(0.02, 1) * stream.uniform(0.02, 1));
+  }
+  constexpr std::size_t n_movable = 500;
+  std::vector<std::array<std::size_t, 2>> expected, found;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (std::size_t j = 0; j < i && j < n_movable; ++j)
+      if (std::sqrt(squared_distance(points[i], points[j])) < (radius[i] + radius[j]) / 2)
+        expected.push_back({j, i});
+  const NearPairs pairs = near_pairs(points, radius, n_movable);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (std::size_t k = pairs.first[i]; k < pairs.first[i + 1]; ++k)
+      found.push_back({std::min(i, index(pairs.other[k])), std::max(i, index(pairs.other[k]))});
+  std::ranges::sort(expected);
+  std::ranges::sort(found);
+  EXPECT_GT(found.size(), 1000u);
+  EXPECT_EQ(found, expected);
 }
 
 // Slab order: neighbours have nearby numbers, unlike in a random order, where the mean difference is a third

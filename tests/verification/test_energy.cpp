@@ -27,7 +27,7 @@ TEST_P(WholeSample, ClosesTheEnergyAccount) {
   std::tie(parameters.fracture.release, parameters.time.precision) = GetParam();
   parameters.output.frames = 0;
   parameters.mesh.notch_spacing *= 1.5;  // in less time, and still enough breaks
-  const auto mesh = test::realization(parameters, 4);
+  const auto mesh = test::realization(parameters, 5);
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto result = run_sample(self, parameters, test::whole(mesh));
 

@@ -61,9 +61,9 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh);
 /// The same. @throws std::runtime_error also when make_mother_points would refuse this number
 double checked_n_points(const Body& body, const input::Mesh& mesh);
 
-/// Graded blue noise in the body: corners, then edges, surfaces and interior by weighted sample elimination
-/// from random candidates, improved by a few rounds of geometry-preserving optimal Delaunay triangulation,
-/// then by local moves until every tetrahedron of the tessellation has a good shape and conforms to the body.
+/// Graded blue noise in the body: corners, then points on edges, in faces and in the interior at random in
+/// the required density, whose distances a short-range repulsion makes even; improved by local moves until
+/// every tetrahedron of the tessellation has a good shape and conforms to the body.
 ///
 /// Deterministic: depends only on the body, the mesh parameters and the seed and, with mesh.base = "own", on
 /// sample and attempt. With `mesh.points` the points come from that file (read_points), and only points of
