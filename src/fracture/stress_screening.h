@@ -99,7 +99,9 @@ private:
   std::vector<double> deadline_;                              // of each group, on its chunk's clock
   std::vector<Chunk> chunks_;
   std::vector<std::int32_t> always_due_;  // ascending
-  std::vector<std::uint32_t> candidate_groups_;
+  // Of one call: the groups that are due, with one place to spare, and how far each may move.
+  std::vector<std::uint32_t> due_;
+  std::vector<Real> room_;
   std::vector<std::int32_t> candidates_;
 };
 

@@ -137,13 +137,12 @@ struct Kernels {
   /// @param n at least 1
   NodeExtremes<Real> (*update)(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n,
                                const NodeUpdate<Real>& update);
-  /// Checks the groups whose deadline is not after `clock`. A group in which a tetrahedron's equivalent
-  /// stress may exceed the strength is written to `suspects`; others get a new deadline, before which this
-  /// cannot happen as long as the clock counts at least the movement of their corners relative to some common
-  /// motion.
-  /// @return number of suspects
-  std::size_t (*check)(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
-                       StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects);
+  /// For each due group: how far its corners may move, relative to some common motion, before a tetrahedron's
+  /// equivalent stress can exceed the strength; 0 if one may exceed it now. Those far from it have some large
+  /// number.
+  /// @param due numbers of groups
+  void (*check)(const TetrahedronGroup<Real>* groups, const std::uint32_t* due, std::size_t n,
+                const NodeRecord<Real>* nodes, StressBound<Real> bound, Real* room);
   /// The strain energies of the tetrahedra of some groups, each rounded to an integer below 2^100.
   /// @param n at most 4,096
   WideSum (*energy)(const TetrahedronGroup<Real>* groups, const EnergyFactors<Real>* factors, std::size_t n,

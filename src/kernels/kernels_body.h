@@ -346,27 +346,20 @@ struct Strains {
 };
 
 template <class Real>
-std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
-                  StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects) {
+void check(const TetrahedronGroup<Real>* groups, const std::uint32_t* due, std::size_t n,
+           const NodeRecord<Real>* nodes, StressBound<Real> stress, Real* room) {
   constexpr int N = width<Real>();
   using R = typename Lanes<Real, N>::Real;
   // Rounding errors: about 20 operations on terms smaller than sensitivity times the largest distance.
   constexpr Real slack = 128 * (sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53);
   constexpr Real shortened = 1 - 0x1p-10;
-  constexpr std::size_t fetched_ahead = 4;
-  // The due groups are scattered: they are listed first, so that they can be prefetched.
-  std::size_t n_due = 0;
+  // The due groups are scattered over the memory.
+  constexpr std::size_t fetched_ahead = 8;
+  for (std::size_t i = 0; i < n && i < fetched_ahead; ++i) fetch(&groups[due[i]]);
   for (std::size_t i = 0; i < n; ++i) {
-    suspects[n_due] = static_cast<std::uint32_t>(i);
-    n_due += !(deadline[i] > clock);
-  }
-  std::size_t n_suspects = 0;
-  for (std::size_t due = 0; due < n_due; ++due) {
-    if (due + fetched_ahead < n_due) fetch(&groups[suspects[due + fetched_ahead]]);
-    const std::uint32_t i = suspects[due];
-    const TetrahedronGroup<Real>& group = groups[i];
-    bool is_suspect = false;
-    double room = 1e300;
+    if (i + fetched_ahead < n) fetch(&groups[due[i + fetched_ahead]]);
+    const TetrahedronGroup<Real>& group = groups[due[i]];
+    R least = R{} + (Real)1e30;
     for (int half = 0; half < 8 / N; ++half) {
       const Strains<Real, N> strains(group, 4 * half, nodes);
       const R* e = strains.e;
@@ -379,18 +372,14 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
       const R bound = larger(stress.trace[0] * trace, stress.trace[1] * trace) +
                       stress.deviator * square_root(j2) + slack * (strains.largest * sensitivity);
       const R margin = (Real)1 - bound;
-      const R share = margin / sensitivity;
-      for (int k = 0; k < N; ++k) {
-        if (!(margin[k] > 0)) is_suspect = true;
-        if (share[k] < room) room = share[k];
-      }
+      const R share = margin > 0 ? margin / sensitivity : R{};
+      least = share < least ? share : least;
     }
-    if (is_suspect)
-      suspects[n_suspects++] = i;
-    else
-      deadline[i] = clock + room * shortened;
+    Real smallest = least[0];
+    for (int k = 1; k < N; ++k)
+      if (least[k] < smallest) smallest = least[k];
+    room[i] = shortened * smallest;
   }
-  return n_suspects;
 }
 
 template <class Real>

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <numeric>
 #include <vector>
 
@@ -12,24 +13,32 @@ namespace crackle {
 /// so the result does not depend on the order of the joins.
 class DisjointSets {
 public:
+  /// @param size below 2^32
   explicit DisjointSets(std::size_t size) : parent_(size) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+    std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
   }
 
   /// The smallest member of the set that holds i.
   std::size_t smallest(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    // Nearly always the parent is the smallest already, and nothing is written.
+    for (auto parent = parent_[i]; parent != i; parent = parent_[i]) {
+      const auto next = parent_[parent];
+      if (next != parent) parent_[i] = next;
+      i = next;
+    }
     return i;
   }
 
   /// @return the smallest member of the joined set
   std::size_t join(std::size_t a, std::size_t b) {
-    const auto [low, high] = std::minmax({smallest(a), smallest(b)});
-    return parent_[high] = low;
+    const std::size_t one = smallest(a), other = smallest(b);
+    if (one == other) return one;
+    const auto [low, high] = std::minmax(one, other);
+    return parent_[high] = static_cast<std::uint32_t>(low);
   }
 
 private:
-  std::vector<std::size_t> parent_;
+  std::vector<std::uint32_t> parent_;
 };
 
 }  // namespace crackle

@@ -24,13 +24,11 @@ struct TetrahedronOperator {
 struct PdsOperators {
   std::vector<TetrahedronOperator> tetrahedra;  ///< in the subdomain's order
   std::vector<double> node_mass;                ///< M^a = rho sum V/4 of the owned nodes [kg]
+  std::vector<double> node_volume = {};         ///< sum V/4 of the owned nodes [m^3]
 };
 
 /// @param density of each local tetrahedron [kg/m^3]
 PdsOperators make_operators(const geometry::Subdomain& subdomain, const TetrahedronField<double>& density);
-
-/// Volumes of the owned nodes: a quarter of each tetrahedron around them [m^3].
-std::vector<double> node_volumes(const PdsOperators& operators);
 
 /// b^a of a tetrahedron and its volume from the corner coordinates.
 TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
