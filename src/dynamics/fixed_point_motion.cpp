@@ -36,7 +36,7 @@ class FixedPointMotion final : public MovingBody {
   static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
   static constexpr std::int64_t steps_between_unwrapping = 16;
   /// Number of substeps combined in one pass over the body.
-  static constexpr std::size_t forces_per_pass = 2;
+  std::size_t forces_per_pass() const { return context_.group->size() == 1 ? 4 : 2; }
   /// An upper bound on the substeps of any splitting.
   static constexpr std::size_t max_substeps = 32;
   /// State and force may use the integers' range up to this limit; the rest is a safety margin for detecting
@@ -65,6 +65,7 @@ public:
         state_(subdomain_, scale_, force_.nodes(), state),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
+        has_conditions_(blocks_with_conditions(context)),
         dampers_(context),
         initial_force_(*context.body, [this](const auto& forces) { return force_quanta(forces); }),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
@@ -92,7 +93,7 @@ public:
       for (const Substep& substep : substeps) run_substep(substep);
     } else {
       for (std::size_t first = 0, last = 0; first < substeps.size(); first = last) {
-        for (std::size_t n = 0; last < substeps.size() && n + substeps[last].has_force <= forces_per_pass;
+        for (std::size_t n = 0; last < substeps.size() && n + substeps[last].has_force <= forces_per_pass();
              ++last)
           n += substeps[last].has_force;
         run_wavefront(substeps.subspan(first, last - first));
@@ -354,6 +355,17 @@ private:
     return furthest;
   }
 
+  std::vector<std::uint8_t> blocks_with_conditions(const MotionContext& context) const {
+    std::vector<std::uint8_t> has_conditions(index(force_.n_blocks()));
+    const auto mark = [&](const auto& conditions) {
+      for (const auto& condition : conditions)
+        for (const auto node : condition.nodes) has_conditions[index(node / nodes_per_block)] = 1;
+    };
+    mark(context.loads->forces);
+    mark(context.loads->motions);
+    return has_conditions;
+  }
+
   ExternalWork start_work(double load_time, MotionState& state) const {
     state_.read(state);
     return ExternalWork(context_, load_time, state, driven_before_);
@@ -470,30 +482,43 @@ private:
       for (std::size_t k = first; k < first + n; ++k)
         for (std::size_t i = 0; i < 3; ++i)
           add_force(-initial_force_.values()[k][i], force_.nodes()[k].force[i]);
-    if (substep.has_kick) {
+    kernels::NodeUpdate<Real> update{
+        .has_kick = substep.has_kick,
+        .has_drift = substep.has_drift,
+        .keeps_force = substep.keeps_force,
+        .kick = static_cast<Real>(-substep.kick * scale_.force / (scale_.velocity * reference_mass_)),
+        .drift = static_cast<Real>(substep.drift * scale_.velocity / scale_.displacement),
+        .kept = substep.is_first_drift ? state_.kept_displacements(first) : nullptr};
+    kernels::NodeExtremes<Real> extremes{};
+    if (has_conditions_[number] != 0 && substep.has_kick) {
+      // The conditions act between kick and drift.
       boundary_.before_kick(number, substep);
-      const auto factor =
-          static_cast<Real>(-substep.kick * scale_.force / (scale_.velocity * reference_mass_));
-      const Real largest = kernels_.kick(nodes, velocity, n, factor, substep.keeps_force);
-      if (!(static_cast<double>(largest) <= largest_force_)) largest_force_ = static_cast<double>(largest);
+      update.has_drift = false;
+      see_force(kernels_.update(nodes, velocity, n, update).force);
       boundary_.after_kick(number, substep);
+      update.has_kick = false;
+      update.has_drift = substep.has_drift;
     }
-    if (substep.is_first_drift) state_.keep_displacements(first, first + n);
+    if (update.has_kick || update.has_drift) extremes = kernels_.update(nodes, velocity, n, update);
+    if (update.has_kick) see_force(extremes.force);
     if (substep.has_drift) {
-      const auto factor = static_cast<Real>(substep.drift * scale_.velocity / scale_.displacement);
-      const kernels::Movement<Real> way = kernels_.drift(nodes, velocity, n, factor);
       kernels::Movement<double> movement{};
       for (std::size_t c = 0; c < 3; ++c) {
-        movement.low[c] = static_cast<double>(way.low[c]) - 1;
-        movement.high[c] = static_cast<double>(way.high[c]) + 1;
+        movement.low[c] = static_cast<double>(extremes.movement.low[c]) - 1;
+        movement.high[c] = static_cast<double>(extremes.movement.high[c]) + 1;
       }
-      boundary_.after_drift(number, substep, movement);
+      if (has_conditions_[number] != 0) boundary_.after_drift(number, substep, movement);
       if (dampers_.act()) slow_down(first, n, substep, movement);
       for (std::size_t c = 0; c < 3; ++c) {
         movement_[number].low[c] += movement.low[c];
         movement_[number].high[c] += movement.high[c];
       }
     }
+  }
+
+  /// @param force largest magnitude on some nodes, in quanta
+  void see_force(Real force) {
+    if (!(static_cast<double>(force) <= largest_force_)) largest_force_ = static_cast<double>(force);
   }
 
   /// @param movement of the block in the drift; extended by the effect of the dampers
@@ -521,6 +546,7 @@ private:
   FixedPointState<Real> state_;
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
+  std::vector<std::uint8_t> has_conditions_;  // by nodes_per_block owned nodes: some are loaded or driven
   Dampers dampers_;
   bool forces_are_in_range_ = true;
   InitialForce<std::int64_t> initial_force_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/large_vector.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/mechanics/fixed_point_scale.h"
 
@@ -69,11 +70,15 @@ public:
 
   /// Call before a step moves anything: displacement_before() is then one step further back.
   void begin_step() { std::swap(before_[0], before_[1]); }
-  /// Stores the displacements of local nodes [first, last) at the start of a step; required for all nodes in
-  /// every step.
+  /// Stores the displacements of local nodes [first, last) at the start of a step. Required for all nodes in
+  /// every step, by this or by the kernel that moves them.
   void keep_displacements(std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n)
       std::memcpy(before_[0][n].data(), &nodes_[n], sizeof before_[0][n]);
+  }
+  /// Where they are stored, from node `first` on.
+  Integer (*kept_displacements(std::size_t first))[4] {
+    return reinterpret_cast<Integer(*)[4]>(before_[0].data() + first);
   }
   /// Low digits of a local node's displacement at the start of the last step (1) or of the one before (2).
   const std::array<Integer, 4>& displacement_before(std::size_t node, int n_steps) const {
@@ -97,10 +102,10 @@ private:
   const geometry::Subdomain* subdomain_;
   mechanics::FixedPointScale scale_;
   std::span<kernels::NodeRecord<Real>> nodes_;
-  std::vector<kernels::Velocity<Real>> velocity_;
+  LargeVector<kernels::Velocity<Real>> velocity_;
   // Displacements of local nodes at the starts of steps; padded to four numbers so that a copy is a single
   // move.
-  std::array<std::vector<std::array<Integer, 4>>, 2> before_;
+  std::array<LargeVector<std::array<Integer, 4>>, 2> before_;
   std::vector<std::array<std::int64_t, 3>> whole_;  // displacements of local nodes at the last unwrapping
   bool starts_in_range_ = true;
 };

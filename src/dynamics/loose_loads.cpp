@@ -72,7 +72,7 @@ using Pieces = std::set<std::int64_t>;
 /// Loaded pieces large enough not to count as splinters. Collective.
 Pieces sound_pieces(const parallel::Communicator& group, const fracture::BreakableBody& body,
                     const std::vector<std::int64_t>& labels, const std::vector<OnPiece>& all) {
-  const auto volume = mechanics::node_volumes(body.operators());
+  const auto& volume = body.operators().node_volume;
   // Integers make the sums independent of the partition.
   const double scale = std::ldexp(1.0, 48) / parallel::exact_sum(group, volume);
   Pieces sound;

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <map>
 #include <set>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -64,11 +65,23 @@ std::vector<Pieces> face_pieces_of_conditions(const parallel::Communicator& grou
                                               const fracture::BreakableBody& body,
                                               const mechanics::BoundaryLoads& loads) {
   const auto labels = fracture::face_piece_labels(group, body);
-  const auto node_to_cell =
-      parallel::agree(group, [&] { return mechanics::node_tetrahedra(body.subdomain()); });
+  const auto labels_at = parallel::agree(group, [&] {
+    std::unordered_map<std::int32_t, std::vector<std::int64_t>> at;
+    std::vector<std::uint8_t> has_condition(body.subdomain().nodes.size());
+    const auto mark = [&](const auto& conditions) {
+      for (const auto& condition : conditions)
+        for (const auto node : condition.nodes) has_condition[index(node)] = 1;
+    };
+    mark(loads.forces);
+    mark(loads.motions);
+    for (std::size_t t = 0; t < labels.size(); ++t)
+      for (const auto node : body.subdomain().tetrahedra[t])
+        if (has_condition[index(node)] != 0 && labels[t] >= 0) at[node].push_back(labels[t]);
+    return at;
+  });
   return pieces_of_conditions(group, loads, [&](std::int32_t node, const auto& see) {
-    for (const auto t : node_to_cell[node])
-      if (labels[index(t)] >= 0) see(labels[index(t)]);
+    if (const auto found = labels_at.find(node); found != labels_at.end())
+      for (const auto label : found->second) see(label);
   });
 }
 
@@ -114,13 +127,17 @@ bool are_supported(const mechanics::BoundaryLoads& loads, const std::vector<Piec
 /// Volume of the second largest piece, as a share of the body's. Collective.
 double second_largest_share(const parallel::Communicator& group, const fracture::BreakableBody& body,
                             const std::vector<std::int64_t>& labels) {
-  const auto volume = mechanics::node_volumes(body.operators());
+  const auto& volume = body.operators().node_volume;
   const double total = parallel::exact_sum(group, volume);
   // Integers make the sums independent of the partition.
   const double scale = std::ldexp(1.0, 48) / total;
   const auto mine = parallel::agree(group, [&] {
     std::map<std::int64_t, std::int64_t> sums;
-    for (std::size_t n = 0; n < volume.size(); ++n) sums[labels[n]] += std::llrint(volume[n] * scale);
+    std::int64_t* sum = nullptr;  // of the piece of the node before
+    for (std::size_t n = 0; n < volume.size(); ++n) {
+      if (n == 0 || labels[n] != labels[n - 1]) sum = &sums[labels[n]];
+      *sum += std::llrint(volume[n] * scale);
+    }
     std::vector<std::int64_t> flat;
     for (const auto& [piece, sum] : sums) flat.insert(flat.end(), {piece, sum});
     return flat;

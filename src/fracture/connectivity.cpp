@@ -18,6 +18,7 @@ namespace {
 
 /// True if all edges of the face opposite to a corner carry load.
 bool carries_face(mechanics::EdgeSet released, std::size_t corner) {
+  if (released == mechanics::no_edge) return true;
   for (std::size_t k = 0; k < 6; ++k) {
     const auto [a, b] = geometry::dual_facet_nodes[k];
     if (a != corner && b != corner && ((released >> k) & 1) != 0) return false;
@@ -62,8 +63,10 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
   DisjointSets pieces(subdomain.nodes.size());
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
     const auto& nodes = subdomain.tetrahedra[index(t)];
-    for (std::size_t k = 0; k < 6; ++k) {
-      if (((body.residual_stiffness().released(t) >> k) & 1) != 0) continue;
+    const mechanics::EdgeSet released = body.residual_stiffness().released(t);
+    // The first three edges connect all corners.
+    for (std::size_t k = 0; k < (released == mechanics::no_edge ? 3 : 6); ++k) {
+      if (((released >> k) & 1) != 0) continue;
       const auto [a, b] = geometry::dual_facet_nodes[k];
       pieces.join(index(nodes[a]), index(nodes[b]));
     }
@@ -101,15 +104,17 @@ std::vector<std::int64_t> face_piece_labels(const parallel::Communicator& group,
   std::vector<std::int64_t> label = parallel::agree(group, [&] {
     const auto& neighbours = body.face_neighbours();
     DisjointSets pieces(neighbours.size());
+    const auto carries = [&](std::size_t t, std::size_t corner) {
+      return carries_face(stiffness.released(static_cast<std::int32_t>(t)), corner);
+    };
     for (std::size_t t = 0; t < neighbours.size(); ++t) {
       for (std::size_t corner = 0; corner < 4; ++corner) {
         const std::int32_t other = neighbours[t][corner];
-        if (other < 0 || index(other) < t) continue;
-        const auto back = static_cast<std::size_t>(
-            std::ranges::find(neighbours[index(other)], static_cast<std::int32_t>(t)) -
-            neighbours[index(other)].begin());
-        if (carries_face(stiffness.released(static_cast<std::int32_t>(t)), corner) &&
-            carries_face(stiffness.released(other), back))
+        if (other < 0 || index(other) < t || !carries(t, corner)) continue;
+        const auto& back = neighbours[index(other)];
+        if (stiffness.released(other) == mechanics::no_edge ||
+            carries(index(other), static_cast<std::size_t>(
+                                      std::ranges::find(back, static_cast<std::int32_t>(t)) - back.begin())))
           pieces.join(t, index(other));
       }
     }

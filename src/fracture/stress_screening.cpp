@@ -113,7 +113,8 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
     chunk.blocks.erase(std::unique(chunk.blocks.begin(), chunk.blocks.end()), chunk.blocks.end());
     chunks_.push_back(std::move(chunk));
   }
-  candidate_groups_.resize(groups_per_chunk);
+  due_.resize(groups_.size() + 1);
+  room_.resize(groups_.size());
 }
 
 template <class Real>
@@ -142,21 +143,30 @@ std::span<const std::int32_t> StressScreening<Real>::candidates(
     std::span<const kernels::NodeRecord<Real>> nodes, std::span<const kernels::Movement<double>> movement) {
   candidates_.clear();
   const auto& kernels = kernels::kernels<Real>(instruction_set_);
+  // All due groups are listed first, so that they can be fetched ahead.
+  std::size_t n_due = 0;
   for (Chunk& chunk : chunks_) {
     chunk.clock += half_diagonal(movement, chunk.blocks);
     if (chunk.deadline > chunk.clock) continue;
-    const std::size_t n_groups = chunk.last_group - chunk.first_group;
-    const std::size_t n =
-        kernels.check(groups_.data() + chunk.first_group, n_groups, nodes.data(), bound_, chunk.clock,
-                      deadline_.data() + chunk.first_group, candidate_groups_.data());
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto chunk_start = static_cast<std::int32_t>(8 * chunk.first_group);
-      const auto first = chunk_start + static_cast<std::int32_t>(8 * candidate_groups_[i]);
-      for (std::int32_t place = first; place < std::min(first + 8, n_tetrahedra_); ++place)
-        candidates_.push_back(chunk_start + tetrahedron_[index(place)]);
+    chunk.deadline = infinity;
+    for (std::size_t group = chunk.first_group; group < chunk.last_group; ++group) {
+      const bool is_due = !(deadline_[group] > chunk.clock);
+      due_[n_due] = static_cast<std::uint32_t>(group);
+      n_due += is_due ? 1 : 0;
+      chunk.deadline = std::min(chunk.deadline, is_due ? infinity : deadline_[group]);
     }
-    chunk.deadline = *std::min_element(deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.first_group),
-                                       deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.last_group));
+  }
+  kernels.check(groups_.data(), due_.data(), n_due, nodes.data(), bound_, room_.data());
+  for (std::size_t i = 0; i < n_due; ++i) {
+    const std::size_t group = due_[i];
+    Chunk& chunk = chunks_[group / groups_per_chunk];
+    if (room_[i] > 0) deadline_[group] = chunk.clock + static_cast<double>(room_[i]);
+    chunk.deadline = std::min(chunk.deadline, deadline_[group]);
+    if (room_[i] > 0) continue;
+    const auto chunk_start = static_cast<std::int32_t>(8 * chunk.first_group);
+    const auto first = static_cast<std::int32_t>(8 * group);
+    for (std::int32_t place = first; place < std::min(first + 8, n_tetrahedra_); ++place)
+      candidates_.push_back(chunk_start + tetrahedron_[index(place)]);
   }
   candidates_.insert(candidates_.end(), always_due_.begin(), always_due_.end());
   std::ranges::sort(candidates_);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/large_vector.h"
 #include "crackle/fracture/equivalent_stress.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/elasticity.h"
@@ -93,12 +94,14 @@ private:
   // The tetrahedra of a chunk are sorted by decreasing sensitivity, so that few groups are due often.
   std::vector<std::int16_t> tetrahedron_;  // at each place (8 x group + lane): its number in the chunk
   std::vector<std::int16_t> place_;        // of each tetrahedron in its chunk
-  std::vector<kernels::TetrahedronGroup<Real>> groups_;
-  std::vector<kernels::EnergyFactors<Real>> energy_factors_;  // of each group
+  LargeVector<kernels::TetrahedronGroup<Real>> groups_;
+  LargeVector<kernels::EnergyFactors<Real>> energy_factors_;  // of each group
   std::vector<double> deadline_;                              // of each group, on its chunk's clock
   std::vector<Chunk> chunks_;
   std::vector<std::int32_t> always_due_;  // ascending
-  std::vector<std::uint32_t> candidate_groups_;
+  // Of one call: the groups that are due, with one place to spare, and how far each may move.
+  std::vector<std::uint32_t> due_;
+  std::vector<Real> room_;
   std::vector<std::int32_t> candidates_;
 };
 

@@ -49,6 +49,21 @@ struct alignas(4 * sizeof(Real)) Movement {
   Real high[4];
 };
 
+/// A kick v += kick / m * f, after which f = 0 unless kept, and a drift u += drift * v.
+template <class Real>
+struct NodeUpdate {
+  bool has_kick = false, has_drift = false;
+  bool keeps_force = false;
+  Real kick = 0, drift = 0;
+  Integer<Real> (*kept)[4] = nullptr;  ///< receives each u before the drift, and the inverse mass; or nullptr
+};
+
+template <class Real>
+struct NodeExtremes {
+  Real force;               ///< largest |f| in the kick
+  Movement<Real> movement;  ///< bounds on the changes of u in the drift, before rounding
+};
+
 /// Eight edges in two groups of four; each group starts at one owner node. Padding is an edge from its owner
 /// to itself.
 struct EdgeEnds {
@@ -118,22 +133,16 @@ struct Kernels {
   Real (*add_skew_edges)(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric,
                          const EdgeSkew<Real>* skew, std::size_t n, NodeRecord<Real>* nodes);
   Real (*add_general_edges)(const GeneralEdges<Real>* edges, std::size_t n, NodeRecord<Real>* nodes);
-  /// v += factor / m * f, and f = 0 unless kept.
-  /// @return largest |f|
-  Real (*kick)(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n, Real factor,
-               bool keep_force);
-  /// u += factor * v.
+  /// The kick and the drift of an update, in one pass over the nodes.
   /// @param n at least 1
-  /// @return bounds on the changes before rounding
-  Movement<Real> (*drift)(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n,
-                          Real factor);
-  /// Checks the groups whose deadline is not after `clock`. A group in which a tetrahedron's equivalent
-  /// stress may exceed the strength is written to `suspects`; others get a new deadline, before which this
-  /// cannot happen as long as the clock counts at least the movement of their corners relative to some common
-  /// motion.
-  /// @return number of suspects
-  std::size_t (*check)(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
-                       StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects);
+  NodeExtremes<Real> (*update)(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n,
+                               const NodeUpdate<Real>& update);
+  /// For each due group: how far its corners may move, relative to some common motion, before a tetrahedron's
+  /// equivalent stress can exceed the strength; 0 if one may exceed it now. Those far from it have some large
+  /// number.
+  /// @param due numbers of groups
+  void (*check)(const TetrahedronGroup<Real>* groups, const std::uint32_t* due, std::size_t n,
+                const NodeRecord<Real>* nodes, StressBound<Real> bound, Real* room);
   /// The strain energies of the tetrahedra of some groups, each rounded to an integer below 2^100.
   /// @param n at most 4,096
   WideSum (*energy)(const TetrahedronGroup<Real>* groups, const EnergyFactors<Real>* factors, std::size_t n,

@@ -12,9 +12,12 @@ using crackle::kernels::EdgeSkew;
 using crackle::kernels::EdgeSymmetric;
 using crackle::kernels::EnergyFactors;
 using crackle::kernels::GeneralEdges;
+using crackle::kernels::Integer;
 using crackle::kernels::Kernels;
 using crackle::kernels::Movement;
+using crackle::kernels::NodeExtremes;
 using crackle::kernels::NodeRecord;
+using crackle::kernels::NodeUpdate;
 using crackle::kernels::StressBound;
 using crackle::kernels::TetrahedronGroup;
 using crackle::kernels::Velocity;
@@ -43,7 +46,8 @@ inline void store(void* to, Vector v) {
   __builtin_memcpy(to, &v, sizeof(Vector));
 }
 
-/// Rows of nodal numbers (displacement or force): two nodes with 8 lanes, one with 4.
+/// Rows of nodal numbers (displacement or force): two nodes with 8 lanes, one with 4. Those without node
+/// numbers are of the first two nodes or of the first.
 template <class Real, int n>
 struct Rows;
 
@@ -56,6 +60,14 @@ struct Rows<Real, 4> {
   }
   static void add_force(NodeRecord<Real>* nodes, std::int32_t a, std::int32_t, Vector f) {
     store(nodes[a].force, load<One>(nodes[a].force) + f);
+  }
+  static Vector force(const NodeRecord<Real>* nodes) { return load<One>(nodes->force); }
+  static void set_force(NodeRecord<Real>* nodes, Vector f) { store(nodes->force, f); }
+  static void set_displacement(NodeRecord<Real>* nodes, Vector u) { store(nodes->displacement, u); }
+  /// The fourth number of each node, four times.
+  template <class V>
+  static V fourth(V v) {
+    return __builtin_shufflevector(v, v, 3, 3, 3, 3);
   }
 };
 
@@ -71,6 +83,22 @@ struct Rows<Real, 8> {
   static void add_force(NodeRecord<Real>* nodes, std::int32_t a, std::int32_t b, Vector f) {
     store(nodes[a].force, load<One>(nodes[a].force) + __builtin_shufflevector(f, f, 0, 1, 2, 3));
     store(nodes[b].force, load<One>(nodes[b].force) + __builtin_shufflevector(f, f, 4, 5, 6, 7));
+  }
+  static Vector force(const NodeRecord<Real>* nodes) {
+    return __builtin_shufflevector(load<One>(nodes[0].force), load<One>(nodes[1].force), 0, 1, 2, 3, 4, 5, 6,
+                                   7);
+  }
+  static void set_force(NodeRecord<Real>* nodes, Vector f) {
+    store(nodes[0].force, __builtin_shufflevector(f, f, 0, 1, 2, 3));
+    store(nodes[1].force, __builtin_shufflevector(f, f, 4, 5, 6, 7));
+  }
+  static void set_displacement(NodeRecord<Real>* nodes, Vector u) {
+    store(nodes[0].displacement, __builtin_shufflevector(u, u, 0, 1, 2, 3));
+    store(nodes[1].displacement, __builtin_shufflevector(u, u, 4, 5, 6, 7));
+  }
+  template <class V>
+  static V fourth(V v) {
+    return __builtin_shufflevector(v, v, 3, 3, 3, 3, 7, 7, 7, 7);
   }
 };
 
@@ -198,40 +226,78 @@ Real add_general_edges(const GeneralEdges<Real>* edges, std::size_t n, NodeRecor
   return watch.value();
 }
 
-template <class Real>
-Real kick(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n, Real factor, bool keep_force) {
-  using R = typename Lanes<Real, 4>::Real;
-  using I = typename Lanes<Real, 4>::Integer;
-  R largest{};
-  for (std::size_t i = 0; i < n; ++i) {
-    const R force = to_real(load<I>(nodes[i].force));
-    largest = larger(largest, absolute(force));
-    const Real c = factor * nodes[i].inverse_mass;
-    store(velocity[i].value, load<I>(velocity[i].value) + rounded(force * c));
-    if (!keep_force) store(nodes[i].force, I{});
+/// The extremes met in an update by N lanes.
+template <class Real, int N>
+struct Extremes {
+  using R = typename Lanes<Real, N>::Real;
+  R force{};
+  R high = R{} - (Real)__builtin_huge_val(), back = high;  // of the movement, and of its reverse
+
+  void see(R way) {
+    high = larger(high, way);
+    back = larger(back, -way);
   }
-  Watch<Real, R, true> watch;
-  watch.largest = largest;
-  return watch.value();
+};
+
+/// Updates the nodes of one row of N lanes.
+template <class Real, int N, bool has_kick, bool has_drift>
+inline void update_row(NodeRecord<Real>* nodes, Velocity<Real>* velocity, Integer<Real> (*kept)[4],
+                       const NodeUpdate<Real>& update, Extremes<Real, N>& extremes) {
+  using R = typename Lanes<Real, N>::Real;
+  using I = typename Lanes<Real, N>::Integer;
+  using Row = Rows<Real, N>;
+  const I place = Row::displacement(nodes, 0, 1);
+  I v = load<I>(velocity->value);
+  if constexpr (has_kick) {
+    const R force = to_real(Row::force(nodes));
+    extremes.force = larger(extremes.force, absolute(force));
+    v += rounded(force * (update.kick * Row::fourth((R)place)));
+    store(velocity->value, v);
+    if (!update.keeps_force) Row::set_force(nodes, I{});
+  }
+  if constexpr (has_drift) {
+    if (kept != nullptr) store(kept, place);
+    const R way = to_real(v) * update.drift;
+    extremes.see(way);
+    // The fourth number, the inverse mass, is unchanged, since that of the velocity is 0.
+    Row::set_displacement(nodes, place + rounded(way));
+  }
+}
+
+template <class Real, bool has_kick, bool has_drift>
+NodeExtremes<Real> update_rows(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n,
+                               const NodeUpdate<Real>& update) {
+  constexpr int N = width<Real>();
+  constexpr std::size_t nodes_per_row = N / 4;
+  Extremes<Real, 4> extremes;
+  const auto kept = [&](std::size_t i) { return update.kept == nullptr ? nullptr : update.kept + i; };
+  std::size_t i = 0;
+  if constexpr (nodes_per_row > 1) {
+    Extremes<Real, N> of_rows;
+    for (; i + nodes_per_row <= n; i += nodes_per_row)
+      update_row<Real, N, has_kick, has_drift>(nodes + i, velocity + i, kept(i), update, of_rows);
+    const auto larger_half = [](auto v) {
+      return larger(__builtin_shufflevector(v, v, 0, 1, 2, 3), __builtin_shufflevector(v, v, 4, 5, 6, 7));
+    };
+    extremes = {larger_half(of_rows.force), larger_half(of_rows.high), larger_half(of_rows.back)};
+  }
+  for (; i < n; ++i)
+    update_row<Real, 4, has_kick, has_drift>(nodes + i, velocity + i, kept(i), update, extremes);
+  NodeExtremes<Real> result;
+  result.force = 0;
+  for (int k = 0; k < 4; ++k)
+    if (extremes.force[k] > result.force) result.force = extremes.force[k];
+  store(result.movement.low, -extremes.back);
+  store(result.movement.high, extremes.high);
+  return result;
 }
 
 template <class Real>
-Movement<Real> drift(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n, Real factor) {
-  using R = typename Lanes<Real, 4>::Real;
-  using I = typename Lanes<Real, 4>::Integer;
-  R high = to_real(load<I>(velocity[0].value)) * factor;
-  R back = -high;
-  for (std::size_t i = 0; i < n; ++i) {
-    const R way = to_real(load<I>(velocity[i].value)) * factor;
-    high = larger(high, way);
-    back = larger(back, -way);
-    // The fourth number, the inverse mass, is unchanged, since that of the velocity is 0.
-    store(nodes[i].displacement, load<I>(nodes[i].displacement) + rounded(way));
-  }
-  Movement<Real> movement;
-  store(movement.low, -back);
-  store(movement.high, high);
-  return movement;
+NodeExtremes<Real> update(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n,
+                          const NodeUpdate<Real>& update) {
+  if (!update.has_drift) return update_rows<Real, true, false>(nodes, velocity, n, update);
+  if (!update.has_kick) return update_rows<Real, false, true>(nodes, velocity, n, update);
+  return update_rows<Real, true, true>(nodes, velocity, n, update);
 }
 
 /// Prefetches all cache lines of an object.
@@ -280,27 +346,20 @@ struct Strains {
 };
 
 template <class Real>
-std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
-                  StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects) {
+void check(const TetrahedronGroup<Real>* groups, const std::uint32_t* due, std::size_t n,
+           const NodeRecord<Real>* nodes, StressBound<Real> stress, Real* room) {
   constexpr int N = width<Real>();
   using R = typename Lanes<Real, N>::Real;
   // Rounding errors: about 20 operations on terms smaller than sensitivity times the largest distance.
   constexpr Real slack = 128 * (sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53);
   constexpr Real shortened = 1 - 0x1p-10;
-  constexpr std::size_t fetched_ahead = 4;
-  // The due groups are scattered: they are listed first, so that they can be prefetched.
-  std::size_t n_due = 0;
+  // The due groups are scattered over the memory.
+  constexpr std::size_t fetched_ahead = 8;
+  for (std::size_t i = 0; i < n && i < fetched_ahead; ++i) fetch(&groups[due[i]]);
   for (std::size_t i = 0; i < n; ++i) {
-    suspects[n_due] = static_cast<std::uint32_t>(i);
-    n_due += !(deadline[i] > clock);
-  }
-  std::size_t n_suspects = 0;
-  for (std::size_t due = 0; due < n_due; ++due) {
-    if (due + fetched_ahead < n_due) fetch(&groups[suspects[due + fetched_ahead]]);
-    const std::uint32_t i = suspects[due];
-    const TetrahedronGroup<Real>& group = groups[i];
-    bool is_suspect = false;
-    double room = 1e300;
+    if (i + fetched_ahead < n) fetch(&groups[due[i + fetched_ahead]]);
+    const TetrahedronGroup<Real>& group = groups[due[i]];
+    R least = R{} + (Real)1e30;
     for (int half = 0; half < 8 / N; ++half) {
       const Strains<Real, N> strains(group, 4 * half, nodes);
       const R* e = strains.e;
@@ -313,18 +372,14 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
       const R bound = larger(stress.trace[0] * trace, stress.trace[1] * trace) +
                       stress.deviator * square_root(j2) + slack * (strains.largest * sensitivity);
       const R margin = (Real)1 - bound;
-      const R share = margin / sensitivity;
-      for (int k = 0; k < N; ++k) {
-        if (!(margin[k] > 0)) is_suspect = true;
-        if (share[k] < room) room = share[k];
-      }
+      const R share = margin > 0 ? margin / sensitivity : R{};
+      least = share < least ? share : least;
     }
-    if (is_suspect)
-      suspects[n_suspects++] = i;
-    else
-      deadline[i] = clock + room * shortened;
+    Real smallest = least[0];
+    for (int k = 1; k < N; ++k)
+      if (least[k] < smallest) smallest = least[k];
+    room[i] = shortened * smallest;
   }
-  return n_suspects;
 }
 
 template <class Real>
@@ -369,8 +424,7 @@ constexpr Kernels<Real> all_kernels() {
   return {add_symmetric_edges<Real, watches>,
           add_skew_edges<Real, watches>,
           add_general_edges<Real, watches>,
-          kick<Real>,
-          drift<Real>,
+          update<Real>,
           check<Real>,
           energy<Real>};
 }

@@ -92,7 +92,7 @@ void add_body_forces(const parallel::Communicator& group, const input::Parameter
                      BoundaryLoads& loads) {
   for (const BodyLoad& load : parameters.body_forces())
     add_body_force(group, load, subdomain,
-                   load.kind == LoadKind::body_force ? node_volumes(operators) : operators.node_mass, loads);
+                   load.kind == LoadKind::body_force ? operators.node_volume : operators.node_mass, loads);
 }
 
 }  // namespace crackle::mechanics

@@ -8,21 +8,16 @@ namespace crackle::mechanics {
 PdsOperators make_operators(const geometry::Subdomain& subdomain, const TetrahedronField<double>& density) {
   PdsOperators operators{TetrahedronOperators(subdomain), {}};
   operators.node_mass.assign(static_cast<std::size_t>(subdomain.layout.n_owned), 0.0);
+  operators.node_volume.assign(operators.node_mass.size(), 0.0);
   for (std::int32_t number = 0; number < subdomain.n_tetrahedra(); ++number) {
     const TetrahedronOperator t = operators.tetrahedra[index(number)];
     for (const auto node : t.nodes) {
-      if (node < subdomain.layout.n_owned) operators.node_mass[index(node)] += density[number] * t.volume / 4;
+      if (node >= subdomain.layout.n_owned) continue;
+      operators.node_mass[index(node)] += density[number] * t.volume / 4;
+      operators.node_volume[index(node)] += t.volume / 4;
     }
   }
   return operators;
-}
-
-std::vector<double> node_volumes(const PdsOperators& operators) {
-  std::vector<double> volume(operators.node_mass.size());
-  for (const TetrahedronOperator t : operators.tetrahedra)
-    for (const auto node : t.nodes)
-      if (index(node) < volume.size()) volume[index(node)] += t.volume / 4;
-  return volume;
 }
 
 double stiffness_bound(const PdsOperators& operators, const ElasticityField& elasticity) {

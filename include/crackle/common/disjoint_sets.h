@@ -20,13 +20,20 @@ public:
 
   /// The smallest member of the set that holds i.
   std::size_t smallest(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    // Nearly always the parent is the smallest already, and nothing is written.
+    for (auto parent = parent_[i]; parent != i; parent = parent_[i]) {
+      const auto next = parent_[parent];
+      if (next != parent) parent_[i] = next;
+      i = next;
+    }
     return i;
   }
 
   /// @return the smallest member of the joined set
   std::size_t join(std::size_t a, std::size_t b) {
-    const auto [low, high] = std::minmax({smallest(a), smallest(b)});
+    const std::size_t one = smallest(a), other = smallest(b);
+    if (one == other) return one;
+    const auto [low, high] = std::minmax(one, other);
     parent_[high] = static_cast<std::uint32_t>(low);
     return low;
   }

@@ -101,15 +101,13 @@ private:
 /// Time-independent operators on a subdomain: paper section 2, on the barycentric dual.
 struct PdsOperators {
   TetrahedronOperators tetrahedra;
-  std::vector<double> node_mass;  ///< M^a = rho sum V/4 of the owned nodes [kg]
+  std::vector<double> node_mass;         ///< M^a = rho sum V/4 of the owned nodes [kg]
+  std::vector<double> node_volume = {};  ///< sum V/4 of the owned nodes [m^3]
 };
 
 /// @param subdomain must outlive the operators
 /// @param density of each local tetrahedron [kg/m^3]
 PdsOperators make_operators(const geometry::Subdomain& subdomain, const TetrahedronField<double>& density);
-
-/// Volumes of the owned nodes: a quarter of each tetrahedron around them [m^3].
-std::vector<double> node_volumes(const PdsOperators& operators);
 
 /// An upper bound on the entries of every tetrahedron's stiffness matrix [N/m].
 double stiffness_bound(const PdsOperators& operators, const ElasticityField& elasticity);
