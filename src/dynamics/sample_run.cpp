@@ -143,6 +143,8 @@ private:
           result_.counts.dynamic_phases + 1));
       MotionState state = at_rest();
       state.displacement.assign(loading.displacement());
+      loading.rest();
+      release_freed_memory();
       const PhaseResult phase = move(loading.time(), patience, state);
       watch = Stopwatch();
       if (phase.suspended) return;

@@ -182,7 +182,7 @@ void BreakableBody::restore(const Releases& releases, const RemainingShare& rema
 std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() const {
   std::vector<std::int32_t> edges;
   for (std::size_t i = n_checked_; i < order_.size(); ++i)
-    for (const auto edge : edges_.of_tetrahedron[static_cast<std::size_t>(order_[i])])
+    for (const auto edge : edges_.of_tetrahedron(subdomain_->tetrahedra[static_cast<std::size_t>(order_[i])]))
       if (edge >= 0) edges.push_back(edge);
   std::ranges::sort(edges);
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
@@ -192,7 +192,7 @@ std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() co
     std::vector<BridgingEdge> here;
     for (const auto t : edges_.round(edge)) {
       const auto index = static_cast<std::size_t>(t);
-      const auto& of_tetrahedron = edges_.of_tetrahedron[index];
+      const auto of_tetrahedron = edges_.of_tetrahedron(subdomain_->tetrahedra[index]);
       const auto k = std::ranges::find(of_tetrahedron, edge) - of_tetrahedron.begin();
       all_broken = all_broken && broken_[index] != 0;
       here.push_back({subdomain_->tetrahedron_number[index], k});

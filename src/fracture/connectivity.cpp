@@ -114,6 +114,7 @@ std::vector<std::int64_t> face_piece_labels(const parallel::Communicator& group,
       }
     }
     std::vector<std::int64_t> labels;
+    labels.reserve(neighbours.size());
     for (std::size_t t = 0; t < neighbours.size(); ++t)
       labels.push_back(stiffness.carries(static_cast<std::int32_t>(t))
                            ? subdomain.tetrahedron_number[pieces.smallest(t)]

@@ -91,8 +91,7 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
   sort_chunks(sensitivities);
   for (std::int32_t t = 0; t < n_tetrahedra_; ++t) {
     auto& group = groups_[place(t) / 8];
-    for (std::size_t a = 0; a < 4; ++a)
-      group.corner[a][place(t) % 8] = operators.tetrahedra[index(t)].nodes[a];
+    for (std::size_t a = 0; a < 4; ++a) group.corner[a][place(t) % 8] = subdomain.tetrahedra[index(t)][a];
     const double scale = strain_scale(t, strength[index(t)]);
     if (subdomain.counted[index(t)] != 0 && scale < largest_scale && scale > 1 / largest_scale)
       set_energy(t, scale);
@@ -109,7 +108,7 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
     Chunk chunk{first, std::min(first + groups_per_chunk, groups_.size()), {}};
     for (std::size_t t = 8 * chunk.first_group;
          t < std::min(8 * chunk.last_group, operators.tetrahedra.size()); ++t)
-      for (const auto node : operators.tetrahedra[t].nodes) chunk.blocks.push_back(block_of(node));
+      for (const auto node : subdomain.tetrahedra[t]) chunk.blocks.push_back(block_of(node));
     std::ranges::sort(chunk.blocks);
     chunk.blocks.erase(std::unique(chunk.blocks.begin(), chunk.blocks.end()), chunk.blocks.end());
     chunks_.push_back(std::move(chunk));

@@ -42,6 +42,13 @@ bool subdivide(const SpacingField& spacing, const Patch& patch, const Box& regio
   return subdivide(spacing, patch, first, visit) && subdivide(spacing, patch, second, visit);
 }
 
+/// True if a box is known to lie in the room, from the clearance of its middle.
+bool has_room_everywhere(const SpacingField& spacing, const Patch& patch, const Room& room, const Box& cell) {
+  const double clearance = room.clearance(patch.at(cell.lower + (cell.upper - cell.lower) / 2));
+  return clearance - norm(cell.upper - cell.lower) / 2 >=
+         room.margin * spacing.upper_bound(patch.bounds(cell));
+}
+
 /// Random points of the required density. Their number in a part of the patch is that required there, nearly
 /// without scatter: every time that the sum over the candidates of the number of points that each stands for
 /// passes an integer, the candidate is taken.
@@ -53,6 +60,7 @@ SpacedPoints start(const SpacingField& spacing, const Patch& patch, const Room& 
   double number = stream.uniform();
   subdivide(spacing, patch, patch.domain, [&](const Box& cell) {
     const double finest = spacing.lower_bound(patch.bounds(cell));
+    const bool is_inside = has_room_everywhere(spacing, patch, room, cell);
     remainder += density * measure(cell) / power(finest, flat);
     for (; remainder >= 1; --remainder) {
       Point own = cell.lower;
@@ -60,7 +68,7 @@ SpacedPoints start(const SpacingField& spacing, const Patch& patch, const Room& 
         if (cell.upper[i] > cell.lower[i]) own[i] = stream.uniform(cell.lower[i], cell.upper[i]);
       const Point p = patch.at(own);
       const double local = spacing(p);
-      if (room.clearance(p) < room.margin * local) continue;
+      if (!is_inside && room.clearance(p) < room.margin * local) continue;
       number += power(finest, flat) / (power(local, flat) * candidates_per_point);
       if (number < 1) continue;
       --number;
@@ -88,9 +96,7 @@ double expected_points(const SpacingField& spacing, const Patch& patch, const Ro
   subdivide(spacing, patch, patch.domain, [&](const Box& cell) {
     // The midpoints of 2 x 2 x 2 parts of the cell or, near the borders, of 4 x 4 x 4; 2 x 2 or 4 x 4 if
     // flat.
-    const double clearance = room.clearance(patch.at(cell.lower + (cell.upper - cell.lower) / 2));
-    const bool is_inside = clearance - norm(cell.upper - cell.lower) / 2 >=
-                           room.margin * spacing.upper_bound(patch.bounds(cell));
+    const bool is_inside = has_room_everywhere(spacing, patch, room, cell);
     const unsigned n_along = is_inside ? 2 : 4;
     const unsigned n_parts = flat ? n_along * n_along : n_along * n_along * n_along;
     double mean = 0;

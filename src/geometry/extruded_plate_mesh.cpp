@@ -50,7 +50,8 @@ Directions ExtrudedPlate::directions(const Point& p, std::uint8_t movable) const
 }
 
 double ExtrudedPlate::distance_to_surface(const Point& p) const {
-  return std::min({p[0], thickness() - p[0], contains(p) ? index_.distance(in_plane(p)) : 0.0});
+  const double along_x = std::min(p[0], thickness() - p[0]);
+  return std::min(along_x, contains(p) ? index_.distance(in_plane(p), along_x) : 0.0);
 }
 
 double ExtrudedPlate::distance_to_outline(FaceId face, const Point& p) const {

@@ -29,6 +29,7 @@ public:
   void fill(std::span<const Point> points, std::span<const double> radius,
             std::span<const std::int32_t> members) {
     begin_.assign(mask_ + 2, 0);
+    for (const std::int32_t i : members) largest_ = std::max(largest_, radius[index(i)]);
     std::vector<std::size_t> slot(members.size());
     for (std::size_t k = 0; k < members.size(); ++k) {
       slot[k] = slot_of(cell_of(points[index(members[k])]));
@@ -50,17 +51,26 @@ public:
   template <class Visit>
   void around(const Sphere& other, bool each_pair_once, const Visit& visit) const {
     const Cell centre = cell_of(other.position);
+    // Squared distances, along each axis, to the neighbours before, at and after the own cell: most of the
+    // outer cells are farther away than any sphere that could reach.
+    const double reach = (largest_ + other.radius) / 2;
+    const double limit = reach * reach * (1 + 1e-12);
+    std::array<std::array<double, 3>, 3> gap{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double before = other.position[i] - origin_[i] - static_cast<double>(centre[i]) * width_;
+      gap[i] = {before * before, 0, (width_ - before) * (width_ - before)};
+    }
     const std::int64_t first = each_pair_once ? 0 : -1;
     for (std::int64_t x = first; x <= 1; ++x)
       for (std::int64_t y = x == 0 ? first : -1; y <= 1; ++y) {
+        const double beside = gap[0][index(x + 1)] + gap[1][index(y + 1)];
+        if (beside >= limit) continue;
         const bool is_own = each_pair_once && x == 0 && y == 0;
-        const Cell lowest{centre[0] + x, centre[1] + y, centre[2] - 1};
-        if (!is_own) {
-          scan(lowest, 3, other, -1, visit);
-          continue;
-        }
-        scan(centre, 1, other, other.number, visit);
-        scan({centre[0], centre[1], centre[2] + 1}, 1, other, -1, visit);
+        if (is_own) scan(centre, 1, other, other.number, visit);
+        const std::int64_t from = is_own ? 1 : beside + gap[2][0] < limit ? -1 : 0;
+        const std::int64_t to = beside + gap[2][2] < limit ? 1 : 0;
+        if (from <= to)
+          scan({centre[0] + x, centre[1] + y, centre[2] + from}, index(to - from + 1), other, -1, visit);
       }
   }
 
@@ -103,6 +113,7 @@ private:
 
   Point origin_;
   double width_;
+  double largest_ = 0;              ///< radius
   std::size_t mask_;                ///< number of slots - 1
   std::vector<std::size_t> begin_;  ///< by slot
   std::vector<Sphere> spheres_;     ///< by slot

@@ -3,6 +3,7 @@
 #include "crackle/geometry/interface_numbers.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/common/freed_memory.h"
 #include "crackle/common/index.h"
 #include "crackle/geometry/centroid.h"
 #include "crackle/geometry/symmetry.h"
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <utility>
 
 namespace crackle::geometry {
@@ -90,9 +92,9 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
   realization.nodes.resize(base.size());
   for (std::size_t i = 0; i < base.size(); ++i) realization.nodes[i] = draw(i, 0, 1);
 
-  Tessellation tessellation(body, realization.nodes, mesh.min_quality);
+  auto tessellation = std::make_unique<Tessellation>(body, realization.nodes, mesh.min_quality);
   const RedrawOutcome outcome =
-      redraw(tessellation, base.movable,
+      redraw(*tessellation, base.movable,
              [&](std::int32_t node, std::int32_t number, double amplitude) {
                return draw(index(node), number, amplitude);
              },
@@ -103,8 +105,10 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
         "beyond the body",
         sample, outcome.rounds, outcome.remaining.size(), mesh.min_quality);
 
-  realization.nodes.assign(tessellation.points().begin(), tessellation.points().end());
-  TessellationContent content = tessellation.content();
+  std::ranges::copy(tessellation->points(), realization.nodes.begin());
+  TessellationContent content = tessellation->content();
+  tessellation.reset();  // takes six times the memory of its content
+  release_freed_memory();
   const Symmetry symmetry = chosen_symmetry(body, mesh, seed, sample);
   apply(symmetry, realization.nodes, content);
   realization.report.symmetry = symmetry.code;

@@ -36,13 +36,16 @@ public:
   Relaxation(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
              const SpacedPoints& points)
       : spacing_(spacing), patch_(patch), room_(room), n_(points.position.size()) {
+    const std::size_t n_all = n_ + fixed.position.size();
+    place_.reserve(n_all);
+    local_.reserve(n_all);
     for (const SpacedPoints* each : {&points, &fixed}) {
       for (const Point& p : each->position) place_.push_back(own(p));
       local_.insert(local_.end(), each->spacing.begin(), each->spacing.end());
     }
     velocity_.assign(n_, Vector{});
     headroom_.assign(n_, 0);
-    force_.resize(place_.size());
+    force_.resize(n_all);
   }
 
   void run() {

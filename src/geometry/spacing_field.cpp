@@ -61,7 +61,13 @@ SpacingField::SpacingField(const Body& body, const input::Mesh& mesh)
 
 double SpacingField::operator()(const Point& p) const {
   double spacing = far_;
-  for (const SpacingSource& source : sources_) spacing = std::min(spacing, source.at(p));
+  for (const SpacingSource& source : sources_) {
+    // A bound without a square root, which nearly all sources fail.
+    double gap = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      gap = std::max({gap, source.region.lower[i] - p[i], p[i] - source.region.upper[i]});
+    if (source.spacing + source.growth * gap < spacing) spacing = std::min(spacing, source.at(p));
+  }
   return spacing;
 }
 

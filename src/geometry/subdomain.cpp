@@ -10,6 +10,7 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <utility>
 
 namespace crackle::geometry {
 
@@ -28,6 +29,16 @@ void for_owning_parts(std::span<const std::int32_t> nodes, const std::vector<std
     parts[n_parts++] = part;
     visit(part);
   }
+}
+
+/// Makes room for a number of tetrahedra with their properties.
+void reserve(Subdomain& part, std::size_t n_tetrahedra, const Realization& realization) {
+  part.tetrahedra.reserve(n_tetrahedra);
+  part.tetrahedron_number.reserve(n_tetrahedra);
+  part.counted.reserve(n_tetrahedra);
+  if (!realization.material.empty()) part.material.reserve(n_tetrahedra);
+  if (!realization.map_factor.empty()) part.map_factor.reserve(n_tetrahedra);
+  if (!realization.interface.empty()) part.interface.reserve(n_tetrahedra);
 }
 
 /// Collects the nodes of a subdomain, whose tetrahedra and triangles still have the realization's node
@@ -83,22 +94,30 @@ std::vector<Subdomain> split(const Realization& realization, const Partition& pa
 
   std::optional<Halo> halos;
   if (halo > 0 && partition.n_parts > 1) halos.emplace(realization, partition, halo);
-  for (std::size_t i = 0; i < realization.tetrahedra.size(); ++i) {
-    const Tetrahedron& t = realization.tetrahedra[i];
-    const auto add_to = [&](std::int32_t number) {
-      Subdomain& part = parts[index(number)];
-      if (!part.tetrahedron_number.empty() && part.tetrahedron_number.back() == static_cast<std::int64_t>(i))
-        return;
-      part.tetrahedra.push_back(t);
-      part.tetrahedron_number.push_back(static_cast<std::int64_t>(i));
-      part.counted.push_back(number == node_part[index(t[0])]);
-      if (!realization.material.empty()) part.material.push_back(realization.material[i]);
-      if (!realization.map_factor.empty()) part.map_factor.push_back(realization.map_factor[i]);
-      if (!realization.interface.empty()) part.interface.push_back(realization.interface[i]);
-    };
-    for_owning_parts(t, node_part, add_to);
-    if (halos) std::ranges::for_each(halos->parts_near(centroid(realization.nodes, t)), add_to);
-  }
+  const auto for_parts_with_tetrahedra = [&](const auto& visit) {
+    std::vector<std::size_t> last(parts.size(), realization.tetrahedra.size());
+    for (std::size_t i = 0; i < realization.tetrahedra.size(); ++i) {
+      const Tetrahedron& t = realization.tetrahedra[i];
+      const auto visit_once = [&](std::int32_t number) {
+        if (std::exchange(last[index(number)], i) != i) visit(number, i);
+      };
+      for_owning_parts(t, node_part, visit_once);
+      if (halos) std::ranges::for_each(halos->parts_near(centroid(realization.nodes, t)), visit_once);
+    }
+  };
+  std::vector<std::size_t> n_tetrahedra(parts.size(), 0);
+  for_parts_with_tetrahedra([&](std::int32_t number, std::size_t) { ++n_tetrahedra[index(number)]; });
+  for (std::size_t number = 0; number < parts.size(); ++number)
+    reserve(parts[number], n_tetrahedra[number], realization);
+  for_parts_with_tetrahedra([&](std::int32_t number, std::size_t i) {
+    Subdomain& part = parts[index(number)];
+    part.tetrahedra.push_back(realization.tetrahedra[i]);
+    part.tetrahedron_number.push_back(static_cast<std::int64_t>(i));
+    part.counted.push_back(number == node_part[index(realization.tetrahedra[i][0])]);
+    if (!realization.material.empty()) part.material.push_back(realization.material[i]);
+    if (!realization.map_factor.empty()) part.map_factor.push_back(realization.map_factor[i]);
+    if (!realization.interface.empty()) part.interface.push_back(realization.interface[i]);
+  });
   for (std::size_t i = 0; i < realization.boundary.size(); ++i) {
     const BoundaryTriangle& triangle = realization.boundary[i];
     for_owning_parts(triangle.nodes, node_part, [&](std::int32_t number) {

@@ -17,12 +17,19 @@ struct Side {
   std::int32_t place;  // 6 x tetrahedron + number of the side
 };
 
+/// The edge of two nodes, or -1.
+std::int32_t between(const Edges& edges, std::int32_t one, std::int32_t other) {
+  const auto [a, b] = std::minmax(one, other);
+  const std::array<std::int32_t, 2> pair{a, b};
+  const auto place = std::ranges::lower_bound(edges.nodes, pair);
+  return place != edges.nodes.end() && *place == pair ? static_cast<std::int32_t>(place - edges.nodes.begin())
+                                                      : -1;
+}
+
 }  // namespace
 
 Edges make_edges(const geometry::Subdomain& subdomain) {
   Edges edges;
-  edges.of_tetrahedron.assign(subdomain.tetrahedra.size(), {-1, -1, -1, -1, -1, -1});
-
   // Bucket by the smaller node, then sort the few sides of each bucket.
   std::vector<std::int32_t> begin(subdomain.nodes.size() + 1, 0);
   const auto for_sides = [&](const auto& visit) {
@@ -54,8 +61,6 @@ Edges make_edges(const geometry::Subdomain& subdomain) {
         edges.nodes.push_back({a, side->larger});
       }
       edges.tetrahedron.push_back(side->place / 6);
-      edges.of_tetrahedron[index(side->place / 6)][index(side->place % 6)] =
-          static_cast<std::int32_t>(edges.nodes.size()) - 1;
     }
   }
   if (!edges.nodes.empty()) edges.offset.push_back(static_cast<std::int32_t>(edges.tetrahedron.size()));
@@ -65,14 +70,20 @@ Edges make_edges(const geometry::Subdomain& subdomain) {
   edges.is_inner.assign(edges.size(), 1);
   for (const auto& triangle : subdomain.boundary) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto [a, b] = std::minmax(triangle.nodes[k], triangle.nodes[(k + 1) % 3]);
-      const std::array<std::int32_t, 2> pair{a, b};
-      const auto place = std::ranges::lower_bound(edges.nodes, pair);
-      if (place != edges.nodes.end() && *place == pair)
-        edges.is_inner[index(place - edges.nodes.begin())] = 0;
+      const std::int32_t edge = between(edges, triangle.nodes[k], triangle.nodes[(k + 1) % 3]);
+      if (edge >= 0) edges.is_inner[index(edge)] = 0;
     }
   }
   return edges;
+}
+
+std::array<std::int32_t, 6> Edges::of_tetrahedron(const geometry::Tetrahedron& corners) const {
+  std::array<std::int32_t, 6> result{};
+  for (std::size_t k = 0; k < 6; ++k) {
+    const auto [i, j] = geometry::dual_facet_nodes[k];
+    result[k] = between(*this, corners[i], corners[j]);
+  }
+  return result;
 }
 
 bool Edges::is_symmetric(std::int32_t edge, const ElasticityField& elasticity) const {
@@ -82,15 +93,14 @@ bool Edges::is_symmetric(std::int32_t edge, const ElasticityField& elasticity) c
          std::ranges::all_of(ring, [&](std::int32_t t) { return elasticity[t] == elasticity[ring.front()]; });
 }
 
-EdgeCoupling edge_coupling(const PdsOperators& operators, const ElasticityField& elasticity,
-                           const Edges& edges, const ResidualStiffness& residual_stiffness,
-                           std::int32_t edge) {
+EdgeCoupling edge_coupling(RecentOperators& operators, const ElasticityField& elasticity, const Edges& edges,
+                           const ResidualStiffness& residual_stiffness, std::int32_t edge) {
   EdgeCoupling k;
   const auto [first, second] = edges.nodes[index(edge)];
   bool is_whole = edges.is_symmetric(edge, elasticity);
   for (const auto number : edges.round(edge)) {
     const auto& [lambda, mu] = elasticity[number];
-    const auto& t = operators.tetrahedra[index(number)];
+    const TetrahedronOperator& t = operators[number];
     const auto corner = [&](std::int32_t node) {
       return static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());
     };

@@ -17,6 +17,8 @@ using kernels::NodeRecord;
 
 namespace {
 
+constexpr std::int32_t unplaced = std::numeric_limits<std::int32_t>::min();
+
 /// Assigns each edge to one of its nodes such that nearly all nodes own a multiple of four: a node keeps as
 /// many edges to later nodes as that allows and leaves the rest to them.
 /// @return the edges of each owned node
@@ -55,7 +57,7 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
                                        std::span<const double> inverse_mass, const FixedPointScale& scale,
                                        InstructionSet instruction_set, bool watches, std::int32_t pair_reach)
     : subdomain_(&subdomain),
-      operators_(&operators),
+      operators_(operators.tetrahedra),
       elasticity_(&elasticity),
       edges_(&edges),
       residual_stiffness_(&residual_stiffness),
@@ -64,9 +66,7 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
       nodes_(subdomain.nodes.size(), NodeRecord<Real>{}),
       blocks_((index(subdomain.layout.n_owned) + nodes_per_block - 1) / nodes_per_block),
       block_number_(blocks_.size()),
-      block_of_edge_(edges.size(), 0),
-      pair_place_(edges.size(), -1),
-      general_place_(edges.size(), -1) {
+      place_(edges.size(), unplaced) {
   for (std::size_t i = 0; i < inverse_mass.size(); ++i)
     nodes_[i].inverse_mass = static_cast<Real>(inverse_mass[i]);
   number_blocks();
@@ -96,11 +96,8 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
   symmetric_.resize(ends_.size(), EdgeSymmetric<Real>{});
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const auto edge = static_cast<std::int32_t>(e);
-    if (pair_place_[e] < 0) {
-      block_of_edge_[e] = block_of(edges.nodes[e][0]);
-      append_general(edge);
-    }
-    set_coefficients(edge, scaled(edge_coupling(operators, elasticity, edges, residual_stiffness, edge)));
+    if (place_[e] == unplaced) append_general(edge, block_of(edges.nodes[e][0]));
+    set_coefficients(edge, scaled(edge_coupling(operators_, elasticity, edges, residual_stiffness, edge)));
   }
   find_reach();
 }
@@ -153,8 +150,7 @@ void FixedPointForce<Real>::lay_out_pairs(std::int32_t block,
       if (lane == 0) ends_.push_back({owner, 0, {}});
       if (lane == 4) ends_.back().second_owner = static_cast<std::int16_t>(owner - ends_.back().owner);
       const auto [a, other] = edges_->nodes[index(edges[i])];
-      pair_place_[index(edges[i])] = static_cast<std::int32_t>(8 * (ends_.size() - 1) + lane);
-      block_of_edge_[index(edges[i])] = block;
+      place_[index(edges[i])] = static_cast<std::int32_t>(8 * (ends_.size() - 1) + lane);
       put(a == owner ? other : a);
       while (i + 1 == edges.size() && lane % 4 != 0) put(owner);
       lane %= 8;
@@ -164,8 +160,8 @@ void FixedPointForce<Real>::lay_out_pairs(std::int32_t block,
 }
 
 template <class Real>
-void FixedPointForce<Real>::append_general(std::int32_t edge) {
-  Block& block = blocks_[index(block_of_edge_[index(edge)])];
+void FixedPointForce<Real>::append_general(std::int32_t edge, std::int32_t number) {
+  Block& block = blocks_[index(number)];
   const auto lane = index(block.n_general % 8);
   if (lane == 0) {
     // Free slots are filled with edges from a node to itself.
@@ -175,7 +171,14 @@ void FixedPointForce<Real>::append_general(std::int32_t edge) {
   }
   block.general.back().first[lane] = edges_->nodes[index(edge)][0];
   block.general.back().second[lane] = edges_->nodes[index(edge)][1];
-  general_place_[index(edge)] = block.n_general++;
+  place_[index(edge)] = -1 - static_cast<std::int32_t>(general_places_.size());
+  general_places_.push_back({number, block.n_general++});
+}
+
+template <class Real>
+std::int32_t FixedPointForce<Real>::block_of_edge(std::int32_t edge) const {
+  if (is_general(edge)) return general_place(edge).block;
+  return block_of(ends_[index(place_[index(edge)] / 8)].owner);
 }
 
 template <class Real>
@@ -189,9 +192,9 @@ auto FixedPointForce<Real>::scaled(const EdgeCoupling& coupling) const -> Coeffi
 
 template <class Real>
 auto FixedPointForce<Real>::pair_place(std::int32_t edge) -> PairPlace {
-  const Block& block = blocks_[index(block_of_edge_[index(edge)])];
-  const auto pair = index(pair_place_[index(edge)] / 8);
-  const auto lane = index(pair_place_[index(edge)] % 8);
+  const Block& block = blocks_[index(block_of_edge(edge))];
+  const auto pair = index(place_[index(edge)] / 8);
+  const auto lane = index(place_[index(edge)] % 8);
   const EdgeEnds& ends = ends_[pair];
   const std::int32_t owner = ends.owner + (lane < 4 ? 0 : ends.second_owner);
   const bool has_skew = pair >= block.first_skew_pair;
@@ -202,10 +205,11 @@ auto FixedPointForce<Real>::pair_place(std::int32_t edge) -> PairPlace {
 template <class Real>
 auto FixedPointForce<Real>::coefficients(std::int32_t edge) -> Coefficients {
   Coefficients values{};
-  if (const auto place = general_place_[index(edge)]; place >= 0) {
-    const auto& group = blocks_[index(block_of_edge_[index(edge)])].general[index(place / 8)];
-    for (std::size_t i = 0; i < 6; ++i) values[i] = group.s[i][place % 8];
-    for (std::size_t i = 0; i < 3; ++i) values[6 + i] = group.w[i][place % 8];
+  if (is_general(edge)) {
+    const auto [block, number] = general_place(edge);
+    const auto& group = blocks_[index(block)].general[index(number / 8)];
+    for (std::size_t i = 0; i < 6; ++i) values[i] = group.s[i][number % 8];
+    for (std::size_t i = 0; i < 3; ++i) values[6 + i] = group.w[i][number % 8];
   } else {
     const PairPlace at = pair_place(edge);
     for (std::size_t i = 0; i < 6; ++i) values[i] = at.symmetric->s[i][at.lane];
@@ -217,10 +221,11 @@ auto FixedPointForce<Real>::coefficients(std::int32_t edge) -> Coefficients {
 
 template <class Real>
 void FixedPointForce<Real>::set_coefficients(std::int32_t edge, const Coefficients& values) {
-  if (const auto place = general_place_[index(edge)]; place >= 0) {
-    auto& group = blocks_[index(block_of_edge_[index(edge)])].general[index(place / 8)];
-    for (std::size_t i = 0; i < 6; ++i) group.s[i][place % 8] = values[i];
-    for (std::size_t i = 0; i < 3; ++i) group.w[i][place % 8] = values[6 + i];
+  if (is_general(edge)) {
+    const auto [block, number] = general_place(edge);
+    auto& group = blocks_[index(block)].general[index(number / 8)];
+    for (std::size_t i = 0; i < 6; ++i) group.s[i][number % 8] = values[i];
+    for (std::size_t i = 0; i < 3; ++i) group.w[i][number % 8] = values[6 + i];
   } else {
     const PairPlace at = pair_place(edge);
     for (std::size_t i = 0; i < 6; ++i) at.symmetric->s[i][at.lane] = values[i];
@@ -236,7 +241,7 @@ void FixedPointForce<Real>::find_reach() {
     blocks_[index(b)].last_contributor = b;
   }
   for (std::size_t e = 0; e < edges_->size(); ++e) {
-    const std::int32_t toucher = block_of_edge_[e];
+    const std::int32_t toucher = block_of_edge(static_cast<std::int32_t>(e));
     auto& reach = blocks_[index(toucher)].reach;
     for (const std::int32_t node : edges_->nodes[e]) {
       if (node >= subdomain_->layout.n_owned) {
@@ -283,7 +288,7 @@ template <class Real>
 void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, bool force_is_current) {
   std::vector<std::int32_t> changed;
   for (const auto t : tetrahedra)
-    for (const auto edge : edges_->of_tetrahedron[index(t)])
+    for (const auto edge : edges_->of_tetrahedron(subdomain_->tetrahedra[index(t)]))
       if (edge >= 0) changed.push_back(edge);
   std::ranges::sort(changed);
   changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
@@ -306,12 +311,12 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
   };
   hand_on(-1);
   for (const auto edge : changed) {
-    if (general_place_[index(edge)] < 0 && pair_place(edge).skew == nullptr) {
+    if (!is_general(edge) && pair_place(edge).skew == nullptr) {
       set_coefficients(edge, {});
-      append_general(edge);
+      append_general(edge, block_of_edge(edge));
     }
     set_coefficients(edge,
-                     scaled(edge_coupling(*operators_, *elasticity_, *edges_, *residual_stiffness_, edge)));
+                     scaled(edge_coupling(operators_, *elasticity_, *edges_, *residual_stiffness_, edge)));
   }
   hand_on(1);
 }
@@ -327,7 +332,7 @@ std::int64_t FixedPointForce<Real>::bytes_per_sweep() const {
 template <class Real>
 double FixedPointForce<Real>::padding() const {
   const auto n_edges =
-      static_cast<double>(std::ranges::count_if(pair_place_, [](auto place) { return place >= 0; }));
+      static_cast<double>(std::ranges::count_if(place_, [](auto place) { return place >= 0; }));
   return n_edges > 0 ? 8 * static_cast<double>(ends_.size()) / n_edges - 1 : 0;
 }
 

@@ -107,6 +107,11 @@ private:
     Reach reach{};
     std::int32_t last_contributor = 0;
   };
+  /// Place among the general edges of a block.
+  struct GeneralPlace {
+    std::int32_t block;
+    std::int32_t number;  // 8 x group + lane
+  };
   static constexpr Real contribution_limit = sizeof(Real) == 4 ? Real(1) : Real(0x1p50);
 
   using Coefficients = std::array<Real, 9>;  // S, then w
@@ -114,7 +119,12 @@ private:
   void number_blocks();
   void lay_out_pairs(std::int32_t block, std::span<const std::vector<std::int32_t>> owned_edges);
   void find_reach();
-  void append_general(std::int32_t edge);
+  void append_general(std::int32_t edge, std::int32_t block);
+  bool is_general(std::int32_t edge) const { return place_[index(edge)] < 0; }
+  const GeneralPlace& general_place(std::int32_t edge) const {
+    return general_places_[index(-1 - place_[index(edge)])];
+  }
+  std::int32_t block_of_edge(std::int32_t edge) const;
   Coefficients scaled(const EdgeCoupling& coupling) const;
   Coefficients coefficients(std::int32_t edge);
   void set_coefficients(std::int32_t edge, const Coefficients& values);
@@ -132,7 +142,7 @@ private:
   }
 
   const geometry::Subdomain* subdomain_;
-  const PdsOperators* operators_;
+  RecentOperators operators_;
   const ElasticityField* elasticity_;
   const Edges* edges_;
   const ResidualStiffness* residual_stiffness_;
@@ -144,9 +154,9 @@ private:
   std::vector<kernels::EdgeSkew<Real>> skew_;
   std::vector<Block> blocks_;
   std::vector<std::int32_t> block_number_;  // per nodes_per_block owned nodes
-  std::vector<std::int32_t> block_of_edge_;
-  std::vector<std::int32_t> pair_place_;     // 8 x pair + lane, or -1
-  std::vector<std::int32_t> general_place_;  // 8 x number + lane in the block's general edges, or -1
+  // By edge: 8 x pair + lane; or -1 - its number in general_places_.
+  std::vector<std::int32_t> place_;
+  std::vector<GeneralPlace> general_places_;
   Real largest_contribution_ = 0;
 };
 

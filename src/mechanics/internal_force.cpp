@@ -21,7 +21,9 @@ void InternalForce::evaluate(std::span<const std::int32_t> tetrahedra, std::span
 
 void InternalForce::evaluate_strains(std::span<const Symmetric> strain, std::span<double> force) const {
   std::ranges::fill(force, 0.0);
-  for (std::size_t t = 0; t < strain.size(); ++t) add_strain(static_cast<std::int32_t>(t), strain[t], force);
+  for (std::size_t t = 0; t < strain.size(); ++t)
+    if (const auto number = static_cast<std::int32_t>(t); carries(number))
+      add_strain(number, operators_->tetrahedra[t], strain[t], force);
 }
 
 bool InternalForce::carries(std::int32_t tetrahedron) const {
@@ -31,15 +33,14 @@ bool InternalForce::carries(std::int32_t tetrahedron) const {
 void InternalForce::add(std::int32_t tetrahedron, std::span<const double> displacement,
                         std::span<double> force) const {
   if (!carries(tetrahedron)) return;
-  const Symmetric total = strain(operators_->tetrahedra[index(tetrahedron)], displacement);
-  add_strain(tetrahedron, initial_strain_ != nullptr ? initial_strain_->elastic(tetrahedron, total) : total,
-             force);
+  const TetrahedronOperator t = operators_->tetrahedra[index(tetrahedron)];
+  const Symmetric total = strain(t, displacement);
+  add_strain(tetrahedron, t,
+             initial_strain_ != nullptr ? initial_strain_->elastic(tetrahedron, total) : total, force);
 }
 
-void InternalForce::add_strain(std::int32_t tetrahedron, const Symmetric& strain,
-                               std::span<double> force) const {
-  if (!carries(tetrahedron)) return;
-  const auto& t = operators_->tetrahedra[index(tetrahedron)];
+void InternalForce::add_strain(std::int32_t tetrahedron, const TetrahedronOperator& t,
+                               const Symmetric& strain, std::span<double> force) const {
   const Symmetric sigma = residual_stiffness_->stress(tetrahedron, strain);
   for (std::size_t a = 0; a < 4; ++a) {
     const Vector traction = apply(sigma, t.gradient[a]);

@@ -5,33 +5,12 @@
 
 namespace crackle::mechanics {
 
-TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
-                                         const std::array<geometry::Point, 4>& x) {
-  const Vector d1 = x[1] - x[0];
-  const Vector d2 = x[2] - x[0];
-  const Vector d3 = x[3] - x[0];
-  const Vector n1 = cross(d2, d3);
-  const Vector n2 = cross(d3, d1);
-  const Vector n3 = cross(d1, d2);
-  const double six_volumes = dot(d1, n1);
-  TetrahedronOperator t{nodes, {}, six_volumes / 6};
-  t.gradient[1] = n1 / six_volumes;
-  t.gradient[2] = n2 / six_volumes;
-  t.gradient[3] = n3 / six_volumes;
-  t.gradient[0] = -1 * (t.gradient[1] + t.gradient[2] + t.gradient[3]);
-  return t;
-}
-
 PdsOperators make_operators(const geometry::Subdomain& subdomain, const TetrahedronField<double>& density) {
-  PdsOperators operators;
-  operators.tetrahedra.reserve(subdomain.tetrahedra.size());
+  PdsOperators operators{TetrahedronOperators(subdomain), {}};
   operators.node_mass.assign(static_cast<std::size_t>(subdomain.layout.n_owned), 0.0);
   for (std::int32_t number = 0; number < subdomain.n_tetrahedra(); ++number) {
-    const geometry::Tetrahedron& nodes = subdomain.tetrahedra[index(number)];
-    std::array<geometry::Point, 4> x{};
-    for (std::size_t a = 0; a < 4; ++a) x[a] = subdomain.nodes[index(nodes[a])];
-    const auto& t = operators.tetrahedra.emplace_back(tetrahedron_operator(nodes, x));
-    for (const auto node : nodes) {
+    const TetrahedronOperator t = operators.tetrahedra[index(number)];
+    for (const auto node : t.nodes) {
       if (node < subdomain.layout.n_owned) operators.node_mass[index(node)] += density[number] * t.volume / 4;
     }
   }
@@ -40,7 +19,7 @@ PdsOperators make_operators(const geometry::Subdomain& subdomain, const Tetrahed
 
 std::vector<double> node_volumes(const PdsOperators& operators) {
   std::vector<double> volume(operators.node_mass.size());
-  for (const TetrahedronOperator& t : operators.tetrahedra)
+  for (const TetrahedronOperator t : operators.tetrahedra)
     for (const auto node : t.nodes)
       if (index(node) < volume.size()) volume[index(node)] += t.volume / 4;
   return volume;

@@ -91,6 +91,7 @@ public:
   void release(std::span<const std::int32_t> tetrahedra) {
     product_.update(tetrahedra);
     fast_product_.update(tetrahedra);
+    if (node_to_cell_.offset.empty()) node_to_cell_ = node_tetrahedra(*subdomain_);
     for (const auto t : tetrahedra)
       for (const auto node : subdomain_->tetrahedra[index(t)])
         if (node < subdomain_->layout.n_owned) update_block(node);
@@ -98,7 +99,15 @@ public:
 
   double residual() const { return final_residual_; }
 
+  void rest() {
+    product_.rest();
+    fast_product_.rest();
+    node_to_cell_ = {};
+  }
+
   int solve(std::span<const double> force, parallel::NodeField& displacement, const Accuracy& accuracy) {
+    product_.resume();
+    fast_product_.resume();
     refresh_coarse();
     // From here on ranks wait for each other's messages, so none may allocate.
     parallel::agree(*group_);
@@ -284,6 +293,10 @@ StaticSolver::~StaticSolver() = default;
 
 void StaticSolver::release(std::span<const std::int32_t> tetrahedra) {
   problem_->release(tetrahedra);
+}
+
+void StaticSolver::rest() {
+  problem_->rest();
 }
 
 double StaticSolver::residual() const {

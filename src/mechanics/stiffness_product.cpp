@@ -64,10 +64,22 @@ StiffnessProduct<Real>::StiffnessProduct(const parallel::Communicator& group,
                                          const ElasticityField& elasticity, const Edges& edges,
                                          const ResidualStiffness& residual_stiffness)
     : group_(&group),
-      unit_(std::ldexp(1.0, std::ilogb(stiffest(group, operators, elasticity)) + Exponents<Real>::unit)),
-      force_(subdomain, operators, elasticity, edges, residual_stiffness,
-             std::vector<double>(static_cast<std::size_t>(subdomain.layout.n_owned), 1.0),
-             FixedPointScale{1, 1, unit_}, best_instruction_set(), true) {}
+      subdomain_(&subdomain),
+      operators_(&operators),
+      elasticity_(&elasticity),
+      edges_(&edges),
+      residual_stiffness_(&residual_stiffness),
+      unit_(std::ldexp(1.0, std::ilogb(stiffest(group, operators, elasticity)) + Exponents<Real>::unit)) {
+  resume();
+}
+
+template <class Real>
+void StiffnessProduct<Real>::resume() {
+  if (force_) return;
+  force_.emplace(*subdomain_, *operators_, *elasticity_, *edges_, *residual_stiffness_,
+                 std::vector<double>(static_cast<std::size_t>(subdomain_->layout.n_owned), 1.0),
+                 FixedPointScale{1, 1, unit_}, best_instruction_set(), true);
+}
 
 template <class Real>
 double StiffnessProduct<Real>::apply(std::span<const Real> displacement, std::span<Real> force) {
@@ -81,7 +93,7 @@ double StiffnessProduct<Real>::apply(std::span<const Real> displacement, std::sp
     return 0;
   }
   const int size_exponent = std::ilogb(size) + 1;
-  const auto nodes = force_.nodes();
+  const auto nodes = force_->nodes();
   // Exponent of the displacements' integers.
   int top = gain_exponent_ ? std::min(Exponents::aimed - *gain_exponent_, Exponents::displacement)
                            : Exponents::safe;
@@ -94,11 +106,11 @@ double StiffnessProduct<Real>::apply(std::span<const Real> displacement, std::sp
             static_cast<Integer>(std::llrint(static_cast<double>(displacement[3 * n + i]) * scale));
       std::ranges::fill(nodes[n].force, Integer(0));
     }
-    for (std::int32_t b = 0; b < force_.n_blocks(); ++b) force_.add_block(b);
+    for (std::int32_t b = 0; b < force_->n_blocks(); ++b) force_->add_block(b);
     // If all contributions fit, the largest is that of an edge of the body, bitwise equal on every rank that
     // has the edge, in either direction. If one does not fit, the resulting number depends on the direction
     // and hence on the partition: then only the overflow itself is used.
-    const double contribution = parallel::largest_of_all(*group_, force_.take_largest_contribution());
+    const double contribution = parallel::largest_of_all(*group_, force_->take_largest_contribution());
     if (!(contribution < std::ldexp(1.0, Exponents::converted))) {
       gain_exponent_.reset();
       if (Exponents::is_known_when_too_large && std::isfinite(contribution))

@@ -26,17 +26,29 @@ public:
   /// @param displacement 3 n_local, ghosts up to date
   /// @param force of the owned nodes, 3 n_owned [N]
   /// @return displacement . force of all ranks, of the displacement as the format rounds it [N m]
-  /// Collective.
+  /// Collective. @pre not at rest
   /// @throws std::runtime_error on every rank when the operand is not finite
   double apply(std::span<const Real> displacement, std::span<Real> force);
 
   /// Updates the coefficients after tetrahedra have broken. Local.
-  void update(std::span<const std::int32_t> tetrahedra) { force_.update(tetrahedra, false); }
+  void update(std::span<const std::int32_t> tetrahedra) {
+    if (force_) force_->update(tetrahedra, false);
+  }
+
+  /// Frees the coefficients, which are most of the memory. Local.
+  void rest() { force_.reset(); }
+  /// Computes them again, with the current stiffness, if they have been freed. Local.
+  void resume();
 
 private:
   const parallel::Communicator* group_;
+  const geometry::Subdomain* subdomain_;
+  const PdsOperators* operators_;
+  const ElasticityField* elasticity_;
+  const Edges* edges_;
+  const ResidualStiffness* residual_stiffness_;
   double unit_ = 0;  // force quantum per displacement quantum [N/m]
-  FixedPointForce<Real> force_;
+  std::optional<FixedPointForce<Real>> force_;
   // Exponent of largest contribution over largest displacement in the last product; empty if unknown.
   std::optional<int> gain_exponent_;
 };

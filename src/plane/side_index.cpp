@@ -77,7 +77,7 @@ SideIndex::SideIndex(std::vector<Side> sides, const Bounds& bounds, double toler
 
 SideIndex::Cell SideIndex::cell_of(const Point& p) const {
   const auto clamped = [&](std::size_t i) {
-    const double cell = std::floor((p[i] - bounds_.lower[i]) / cell_size_);
+    const double cell = (p[i] - bounds_.lower[i]) / cell_size_;
     return static_cast<std::size_t>(std::clamp(cell, 0.0, static_cast<double>(n_[i] - 1)));
   };
   return {clamped(0), clamped(1)};
@@ -104,7 +104,7 @@ bool SideIndex::contains(const Point& p) const {
   return contains_open(p);
 }
 
-double SideIndex::distance(const Point& p) const {
+double SideIndex::distance(const Point& p, double limit) const {
   if (sides_.empty()) return infinity;
   const Cell cell = cell_of(p);
   double nearest = infinity;
@@ -117,7 +117,7 @@ double SideIndex::distance(const Point& p) const {
   // Search rings of cells until those farther out cannot be closer.
   const std::size_t most = std::max(n_[0], n_[1]);
   for (std::size_t ring = 0; ring <= most; ++ring) {
-    if (ring > 0 && nearest <= (static_cast<double>(ring) - 1) * cell_size_) break;
+    if (ring > 0 && std::min(nearest, limit) <= (static_cast<double>(ring) - 1) * cell_size_) break;
     const std::size_t top = cell.row + ring;
     const std::size_t right = cell.column + ring;
     const std::size_t left = cell.column >= ring ? cell.column - ring : 0;

@@ -105,7 +105,8 @@ TEST(Operators, FacetFormEqualsGradientForm) {
 
 TEST(Operators, MassAddsUpToDensityTimesVolume) {
   const auto mesh = disturbed_box();
-  const auto operators = make_operators(test::whole(mesh), 1180);
+  const auto subdomain = test::whole(mesh);
+  const auto operators = make_operators(subdomain, 1180);
   double mass = 0;
   for (const double m : operators.node_mass) mass += m;
   EXPECT_NEAR(mass, 1180 * 0.005 * 0.01 * 0.02, 1e-13 * mass);

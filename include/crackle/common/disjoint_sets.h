@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <numeric>
 #include <vector>
 
@@ -12,8 +13,9 @@ namespace crackle {
 /// so the result does not depend on the order of the joins.
 class DisjointSets {
 public:
+  /// @param size below 2^32
   explicit DisjointSets(std::size_t size) : parent_(size) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+    std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
   }
 
   /// The smallest member of the set that holds i.
@@ -25,11 +27,12 @@ public:
   /// @return the smallest member of the joined set
   std::size_t join(std::size_t a, std::size_t b) {
     const auto [low, high] = std::minmax({smallest(a), smallest(b)});
-    return parent_[high] = low;
+    parent_[high] = static_cast<std::uint32_t>(low);
+    return low;
   }
 
 private:
-  std::vector<std::size_t> parent_;
+  std::vector<std::uint32_t> parent_;
 };
 
 }  // namespace crackle

@@ -67,6 +67,9 @@ public:
   QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& must_suspend = {},
                          const std::function<void(const LoadState& loads)>& on_equilibrium = {});
 
+  /// Frees most of the solver's memory until resume(). Local.
+  void rest() { solver_.rest(); }
+
   /// Continues at `time` from a body that came to rest after the dynamic state `displacement`, including its
   /// new breaks: solves for the equilibrium and updates the energy account. Collective.
   /// @return false when the body no longer carries any load

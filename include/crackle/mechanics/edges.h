@@ -20,10 +20,11 @@ struct Edges {
   std::vector<std::int32_t> offset;                ///< n_edges + 1, into `tetrahedron`
   std::vector<std::int32_t> tetrahedron;           ///< around each edge, ascending
   std::vector<std::uint8_t> is_inner;              ///< 1 if the tetrahedra form a closed ring around the edge
-  /// The edges of each tetrahedron, in the order of geometry::dual_facet_nodes; -1 for a pair of ghosts.
-  std::vector<std::array<std::int32_t, 6>> of_tetrahedron;
 
   std::size_t size() const { return nodes.size(); }
+  /// The edges of a tetrahedron, in the order of geometry::dual_facet_nodes; -1 for a pair of ghosts. Looked
+  /// up by bisection.
+  std::array<std::int32_t, 6> of_tetrahedron(const geometry::Tetrahedron& corners) const;
   /// True if the antisymmetric parts of the couplings cancel as long as all tetrahedra around the edge are
   /// intact: these form a closed ring of one stiffness.
   bool is_symmetric(std::int32_t edge, const ElasticityField& elasticity) const;
@@ -47,8 +48,7 @@ struct EdgeCoupling {
 
 /// Sum over the stiffness still carried by the tetrahedra around an edge, in ascending order: bitwise equal
 /// on every rank. `w` is exactly 0 if the edge is_symmetric() and all tetrahedra around it are intact.
-EdgeCoupling edge_coupling(const PdsOperators& operators, const ElasticityField& elasticity,
-                           const Edges& edges, const ResidualStiffness& residual_stiffness,
-                           std::int32_t edge);
+EdgeCoupling edge_coupling(RecentOperators& operators, const ElasticityField& elasticity, const Edges& edges,
+                           const ResidualStiffness& residual_stiffness, std::int32_t edge);
 
 }  // namespace crackle::mechanics

@@ -36,7 +36,8 @@ public:
 
 private:
   void add(std::int32_t tetrahedron, std::span<const double> displacement, std::span<double> force) const;
-  void add_strain(std::int32_t tetrahedron, const Symmetric& strain, std::span<double> force) const;
+  void add_strain(std::int32_t tetrahedron, const TetrahedronOperator& t, const Symmetric& strain,
+                  std::span<double> force) const;
   bool carries(std::int32_t tetrahedron) const;
 
   const PdsOperators* operators_;

@@ -61,6 +61,9 @@ public:
   /// it holds.
   void release(std::span<const std::int32_t> tetrahedra);
 
+  /// Frees most of the memory until the next solve, which computes the coefficients again. Local.
+  void rest();
+
   /// Solves for the free displacements; constrained components of `displacement` are prescribed. On entry
   /// `displacement` is the initial guess; on return ghosts are up to date. After an exception it contains the
   /// last iterate. Collective.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/plane/shape.h"
 
 #include <array>
@@ -49,8 +50,10 @@ public:
   const std::vector<Side>& sides() const { return sides_; }
   double tolerance() const { return tolerance_; }
 
-  bool contains(const Point& p) const;    ///< in the figure or on a side
-  double distance(const Point& p) const;  ///< to the nearest side, infinite without sides [m]
+  bool contains(const Point& p) const;  ///< in the figure or on a side
+  /// To the nearest side, infinite without sides [m].
+  /// @param limit larger distances are not exact: the result is then some value above it
+  double distance(const Point& p, double limit = infinity) const;
   Cover cover(const std::array<Point, 4>& points) const;
   /// @param points at most 8
   Cover cover(std::span<const Point> points) const;
