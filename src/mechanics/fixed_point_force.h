@@ -2,7 +2,6 @@
 #pragma once
 
 #include "crackle/common/index.h"
-#include "crackle/common/large_vector.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/edges.h"
 #include "crackle/mechanics/fixed_point_scale.h"
@@ -149,13 +148,13 @@ private:
   const ResidualStiffness* residual_stiffness_;
   FixedPointScale scale_;
   const kernels::Kernels<Real>* kernels_;
-  LargeVector<kernels::NodeRecord<Real>> nodes_;
-  LargeVector<kernels::EdgeEnds> ends_;
-  LargeVector<kernels::EdgeSymmetric<Real>> symmetric_;
-  LargeVector<kernels::EdgeSkew<Real>> skew_;
+  std::vector<kernels::NodeRecord<Real>> nodes_;
+  std::vector<kernels::EdgeEnds> ends_;
+  std::vector<kernels::EdgeSymmetric<Real>> symmetric_;
+  std::vector<kernels::EdgeSkew<Real>> skew_;
   std::vector<Block> blocks_;
   std::vector<std::int32_t> block_number_;  // per nodes_per_block owned nodes
-  // Of each edge: 8 x pair + lane; or -1 - its number in general_places_.
+  // By edge: 8 x pair + lane; or -1 - its number in general_places_.
   std::vector<std::int32_t> place_;
   std::vector<GeneralPlace> general_places_;
   Real largest_contribution_ = 0;

@@ -20,9 +20,11 @@
 namespace crackle::mechanics {
 namespace {
 
+constexpr std::array<geometry::Point, 4> some_corners{
+    {{0, 0, 0}, {1e-3, 1e-4, 0}, {2e-4, 9e-4, -1e-4}, {3e-4, 2e-4, 8e-4}}};
+
 TetrahedronOperator some_tetrahedron() {
-  return tetrahedron_operator({0, 1, 2, 3},
-                              {{{0, 0, 0}, {1e-3, 1e-4, 0}, {2e-4, 9e-4, -1e-4}, {3e-4, 2e-4, 8e-4}}});
+  return tetrahedron_operator({0, 1, 2, 3}, some_corners);
 }
 
 Symmetric random_strain(RandomStream& stream) {
@@ -234,8 +236,10 @@ TEST_F(FacetBody, GradualReleaseUnderWayIsRestored) {
 }
 
 TEST(GradualRelease, ContactGrowsAsTheStiffnessFalls) {
-  const auto t = some_tetrahedron();
-  const PdsOperators operators{{t}, {}};
+  geometry::Subdomain subdomain;
+  subdomain.nodes.assign(some_corners.begin(), some_corners.end());
+  subdomain.tetrahedra = {{0, 1, 2, 3}};
+  const PdsOperators operators = make_operators(subdomain, 1);
   const ElasticityField elasticity{IsotropicElasticity(test::epoxy())};
   RandomStream stream(3, 0, "strain");
   for (int i = 0; i < 50; ++i) {
