@@ -4,6 +4,8 @@
 #include "crackle/parallel/communicator.h"
 #include "fixed_point_force.h"
 
+#include "kernels/cell_kernels.h"
+
 #include <optional>
 #include <span>
 
@@ -34,9 +36,15 @@ public:
   void update(std::span<const std::int32_t> tetrahedra) { force_.update(tetrahedra, false); }
 
 private:
+  /// To the nodes, in quanta of 1 / scale; the forces become 0.
+  void set_displacements(std::span<const Real> displacement, double scale);
+  /// From the nodes, in quanta. @return displacement . force, in quanta
+  __int128 get_forces(double quantum, std::span<Real> force);
+
   const parallel::Communicator* group_;
   double unit_ = 0;  // force quantum per displacement quantum [N/m]
   FixedPointForce<Real> force_;
+  const kernels::CellKernels* cell_kernels_;
   // Exponent of largest contribution over largest displacement in the last product; empty if unknown.
   std::optional<int> gain_exponent_;
 };
