@@ -29,11 +29,10 @@ inline Double4 widened(Float4 v) {
   return __builtin_convertvector(v, Double4);
 }
 /// a x b of the first three numbers.
-inline Double4 cross_product(Double4 a, Double4 b) {
-  const Double4 a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3),
-                a2 = __builtin_shufflevector(a, a, 2, 0, 1, 3);
-  const Double4 b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3),
-                b2 = __builtin_shufflevector(b, b, 2, 0, 1, 3);
+template <class Vector>
+inline Vector cross_product(Vector a, Vector b) {
+  const Vector a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), a2 = __builtin_shufflevector(a, a, 2, 0, 1, 3);
+  const Vector b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3), b2 = __builtin_shufflevector(b, b, 2, 0, 1, 3);
   return a1 * b2 - a2 * b1;
 }
 
@@ -83,22 +82,21 @@ std::int32_t add_motions(NodesInCells nodes, const float* load, const float* blo
   Int4 largest{};
   const NodeInCells* node = nodes.nodes;
   for (std::size_t g = 0; g < nodes.n_groups; ++g) {
-    Double8 of_cell[n_shares];
+    Float8 of_cell[n_shares];
     for (std::size_t s = 0; s < n_shares; ++s)
-      of_cell[s] = ::load<Double8>(motion[nodes.groups[g].cell[s]].value);
+      of_cell[s] = __builtin_convertvector(::load<Double8>(motion[nodes.groups[g].cell[s]].value), Float8);
     for (const NodeInCells* last = node + nodes.groups[g].n_nodes; node != last; ++node, block += 6) {
-      const Double4 weight = widened(::load<Float4>(node->weight));
-      Double8 c = weight[0] * of_cell[0];
-      for (std::size_t s = 1; s < n_shares; ++s) c += weight[s] * of_cell[s];
-      const Double4 translation = __builtin_shufflevector(c, c, 0, 1, 2, 3);
-      const Double4 rotation = __builtin_shufflevector(c, c, 4, 5, 6, 7);
-      const Double4 rigid = translation + cross_product(rotation, widened(load_three(node->place)));
+      Float8 c = node->weight[0] * of_cell[0];
+      for (std::size_t s = 1; s < n_shares; ++s) c += node->weight[s] * of_cell[s];
+      const Float4 translation = __builtin_shufflevector(c, c, 0, 1, 2, 3);
+      const Float4 rotation = __builtin_shufflevector(c, c, 4, 5, 6, 7);
+      const Float4 rigid = translation + cross_product(rotation, load_three(node->place));
       const float* r = load + 3 * node->node;
       const Float4 low = ::load<Float4>(block), high = ::load<Float4>(block + 2);
       const Float4 own = r[0] * __builtin_shufflevector(low, high, 0, 7, 6, 6) +
                          r[1] * __builtin_shufflevector(low, high, 7, 1, 3, 3) +
                          r[2] * __builtin_shufflevector(high, high, 2, 1, 0, 0);
-      const Float4 z = own + __builtin_convertvector(rigid, Float4);
+      const Float4 z = own + rigid;
       store_three(result + 3 * node->node, z);
       const Int4 bits = (Int4)absolute(z) & Int4{-1, -1, -1, 0};
       largest = bits > largest ? bits : largest;
