@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The hot loops of the static solver's preconditioner. Compiled once for each instruction set; the results
-// are bitwise equal.
+// The hot loops of the static solver besides those over edges. Compiled once for each instruction set; the
+// results are bitwise equal.
 #pragma once
 
 #include "crackle/common/instruction_set.h"
+
+#include "kernels.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -50,6 +52,11 @@ struct CornerShare {
 };
 
 struct CellKernels {
+  /// Sets the displacements of n nodes to scale times u, rounded to integers, and the forces to 0.
+  void (*set_displacements)(NodeRecord<float>* nodes, std::size_t n, const float* u, double scale);
+  /// force = quantum times the nodes' forces.
+  /// @return displacement . force, in quanta
+  __int128 (*get_forces)(const NodeRecord<float>* nodes, std::size_t n, double quantum, float* force);
   /// sums[cell] += weight (r, place x r) over the nodes, with each of the six numbers rounded to an integer.
   /// @param load r = scale times it, three numbers of each node
   void (*add_loads)(NodesInCells nodes, const float* load, double scale, CellNumbers* sums);

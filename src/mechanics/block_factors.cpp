@@ -5,32 +5,26 @@
 
 #include <Eigen/LU>
 #include <Eigen/OrderingMethods>
-#include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
+#include <utility>
 
 namespace crackle::mechanics {
 
 namespace {
 
-using SparseMatrix = Eigen::SparseMatrix<double>;
-using Triplets = std::vector<Eigen::Triplet<double>>;
-
-SparseMatrix assemble(Eigen::Index size, const Triplets& entries) {
-  SparseMatrix matrix(size, size);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
 /// An elimination order that keeps the blocks together.
 std::vector<std::int32_t> elimination_order(std::int32_t n_rows,
                                             std::span<const PlacedBlock> lower_triangle) {
-  Triplets entries;
+  std::vector<Eigen::Triplet<double>> entries;
   for (const auto& placed : lower_triangle) entries.emplace_back(placed.row, placed.column, 1);
+  Eigen::SparseMatrix<double> pattern(n_rows, n_rows);
+  pattern.setFromTriplets(entries.begin(), entries.end());
   Eigen::AMDOrdering<int>::PermutationType order;
-  Eigen::AMDOrdering<int>()(SparseMatrix(assemble(n_rows, entries).selfadjointView<Eigen::Lower>()), order);
+  Eigen::AMDOrdering<int>()(Eigen::SparseMatrix<double>(pattern.selfadjointView<Eigen::Lower>()), order);
   const Eigen::AMDOrdering<int>::PermutationType place = order.inverse();
   return {place.indices().data(), place.indices().data() + n_rows};
 }
@@ -41,56 +35,58 @@ BlockFactors::BlockFactors(std::int32_t n_rows) : n_rows_(n_rows), permuted_(6 *
 
 void BlockFactors::factorize(std::span<const PlacedBlock> lower_triangle) {
   place_ = elimination_order(n_rows_, lower_triangle);
-  Triplets entries;
-  for (const auto& placed : lower_triangle) {
-    const std::int32_t row = place_[index(placed.row)], column = place_[index(placed.column)];
-    for (int i = 0; i < 6; ++i) {
-      for (int j = 0; j < 6; ++j) {
-        // Each pair of entries once: a diagonal block holds both.
-        if (row == column && j > i) continue;
-        const bool is_below = row > column || (row == column && i >= j);
-        const int m = 6 * row + i, n = 6 * column + j;
-        entries.emplace_back(is_below ? m : n, is_below ? n : m, placed.block(i, j));
-      }
-    }
-  }
-  const Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower, Eigen::NaturalOrdering<int>> solver(
-      assemble(6 * n_rows_, entries));
-  if (solver.info() != Eigen::Success)
-    throw std::runtime_error("static solver: the coarse matrix could not be factorized");
+  std::vector<std::vector<const PlacedBlock*>> entries(index(n_rows_));  // of each column
+  for (const auto& placed : lower_triangle)
+    entries[index(std::min(place_[index(placed.row)], place_[index(placed.column)]))].push_back(&placed);
 
-  const SparseMatrix lower = solver.matrixL();
-  const auto diagonal = solver.vectorD();
   first_.assign(1, 0);
   row_of_block_.clear();
   block_.clear();
   inverse_diagonal_.clear();
-  for (std::int32_t column = 0; column < n_rows_; ++column) {
-    Block on_diagonal = Block::Identity();
-    const auto first = block_.size();
-    for (int j = 0; j < 6; ++j) {
-      for (SparseMatrix::InnerIterator entry(lower, 6 * column + j); entry; ++entry) {
-        const auto row = static_cast<std::int32_t>(entry.row() / 6);
-        const auto i = entry.row() % 6;
-        if (row == column) {
-          on_diagonal(i, j) = entry.value();
-          continue;
-        }
-        const auto known = std::span(row_of_block_).subspan(first);
-        const auto place = first + index(std::ranges::lower_bound(known, row) - known.begin());
-        if (place == block_.size() || row_of_block_[place] != row) {
-          row_of_block_.insert(row_of_block_.begin() + static_cast<std::ptrdiff_t>(place), row);
-          block_.insert(block_.begin() + static_cast<std::ptrdiff_t>(place), Block::Zero());
-        }
-        block_[place](i, j) = entry.value();
-      }
+  std::vector<Block> diagonal;                                // D
+  std::vector<Block> sums(index(n_rows_));                    // the current column of L D
+  std::vector<std::int32_t> rows;                             // of its blocks
+  std::vector<std::int32_t> last_column(index(n_rows_), -1);  // with a block in the row
+  const auto sum = [&](std::int32_t row, std::int32_t column) -> Block& {
+    if (std::exchange(last_column[index(row)], column) != column) {
+      sums[index(row)].setZero();
+      rows.push_back(row);
     }
-    // Scales L to identity diagonal blocks and moves the scaling into D.
-    const Block inverse = on_diagonal.inverse();
-    for (std::size_t b = first; b < block_.size(); ++b) block_[b] = (block_[b] * inverse).eval();
-    const auto own = diagonal.segment<6>(6 * column);
-    inverse_diagonal_.push_back(inverse.transpose() * own.cwiseInverse().asDiagonal() * inverse);
+    return sums[index(row)];
+  };
+  // Earlier columns by the row of their next block, and its place.
+  std::vector<std::vector<std::array<std::int32_t, 2>>> next_blocks(index(n_rows_));
+  const auto wait = [&](std::int32_t column, std::int32_t place) {
+    if (place < first_[index(column) + 1])
+      next_blocks[index(row_of_block_[index(place)])].push_back({column, place});
+  };
+  for (std::int32_t column = 0; column < n_rows_; ++column) {
+    rows.clear();
+    for (const auto* entry : entries[index(column)]) {
+      const std::int32_t row = place_[index(entry->row)], other = place_[index(entry->column)];
+      if (row >= other)
+        sum(row, column) += entry->block;
+      else
+        sum(other, column) += entry->block.transpose();
+    }
+    for (const auto [earlier, place] : next_blocks[index(column)]) {
+      const Block factor = diagonal[index(earlier)] * block_[index(place)].transpose();
+      for (auto b = place; b < first_[index(earlier) + 1]; ++b)
+        sum(row_of_block_[index(b)], column).noalias() -= block_[index(b)] * factor;
+      wait(earlier, place + 1);
+    }
+    std::ranges::sort(rows);
+    diagonal.emplace_back(sum(column, column).selfadjointView<Eigen::Lower>());
+    inverse_diagonal_.emplace_back(diagonal.back().inverse());
+    if (!inverse_diagonal_.back().allFinite())
+      throw std::runtime_error("static solver: the coarse matrix could not be factorized");
+    for (const auto row : rows) {
+      if (row == column) continue;
+      row_of_block_.push_back(row);
+      block_.emplace_back(sums[index(row)] * inverse_diagonal_.back());
+    }
     first_.push_back(static_cast<std::int32_t>(block_.size()));
+    wait(column, first_[index(column)]);
   }
 }
 

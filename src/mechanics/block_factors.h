@@ -16,8 +16,9 @@ struct PlacedBlock {
   Block block = Block::Zero();
 };
 
-/// The L D L^T factorization of a sparse symmetric matrix of 6 x 6 blocks. Computed by Eigen and stored by
-/// block, which makes solves several times faster.
+/// The L D L^T factorization of a sparse symmetric matrix of 6 x 6 blocks, by block: several times faster
+/// than Eigen's, which works number by number. Libraries that work by block call a BLAS, whose bits depend on
+/// the machine.
 class BlockFactors {
 public:
   explicit BlockFactors(std::int32_t n_rows);
@@ -37,7 +38,7 @@ private:
   std::vector<std::int32_t> place_;  // of each row in the elimination order
   std::vector<std::int32_t> first_;  // per column, its first block below the diagonal
   std::vector<std::int32_t> row_of_block_;
-  std::vector<Block> block_;             // of L, with identity diagonal blocks
+  std::vector<Block> block_;             // of L below the diagonal, on which L is the identity
   std::vector<Block> inverse_diagonal_;  // of D
   std::vector<double> permuted_;
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/common/index.h"
+#include "crackle/common/large_vector.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/edges.h"
 #include "crackle/mechanics/fixed_point_scale.h"
@@ -148,10 +149,10 @@ private:
   const ResidualStiffness* residual_stiffness_;
   FixedPointScale scale_;
   const kernels::Kernels<Real>* kernels_;
-  std::vector<kernels::NodeRecord<Real>> nodes_;
-  std::vector<kernels::EdgeEnds> ends_;
-  std::vector<kernels::EdgeSymmetric<Real>> symmetric_;
-  std::vector<kernels::EdgeSkew<Real>> skew_;
+  LargeVector<kernels::NodeRecord<Real>> nodes_;
+  LargeVector<kernels::EdgeEnds> ends_;
+  LargeVector<kernels::EdgeSymmetric<Real>> symmetric_;
+  LargeVector<kernels::EdgeSkew<Real>> skew_;
   std::vector<Block> blocks_;
   std::vector<std::int32_t> block_number_;  // per nodes_per_block owned nodes
   // By edge: 8 x pair + lane; or -1 - its number in general_places_.

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace crackle::mechanics {
 
@@ -22,9 +23,9 @@ constexpr std::int64_t usual_cells = 2000;
 /// Maximum number of bisections of the bounding box.
 constexpr int max_depth = 20;
 /// Number of times that a node takes the mean of its neighbours' shares, for cells of the usual size.
-constexpr double usual_smoothings = 3;
+constexpr double usual_smoothings = 8;
 /// Shares below one part in this number are dropped.
-constexpr std::int64_t smallest_share = 20;
+constexpr std::int32_t smallest_share = 20;
 
 using Shares = NodeCells::Shares;
 
@@ -90,9 +91,33 @@ Division divide(const parallel::Communicator& group, const geometry::Subdomain& 
   return division;
 }
 
-/// Sums of integer weights by cell, reduced to the largest ones and normalized.
-Shares shares_of(std::vector<std::pair<std::int64_t, std::int32_t>>& sums) {
-  std::int64_t total = 0;
+/// Sums of weights by cell.
+class ShareSums {
+public:
+  explicit ShareSums(std::int32_t n_cells) : weight_(index(n_cells)) {}
+
+  void add(const Shares& shares) {
+    for (std::size_t s = 0; s < kernels::n_shares && shares.weight[s] > 0; ++s) {
+      std::int32_t& weight = weight_[index(shares.cell[s])];
+      if (weight == 0) cells_.push_back(shares.cell[s]);
+      weight += shares.weight[s];
+    }
+  }
+  /// Reduces the sums to the largest ones and normalizes them; starts anew.
+  Shares take();
+
+private:
+  std::vector<std::int32_t> weight_;                         // of each cell
+  std::vector<std::int32_t> cells_;                          // with weight
+  std::vector<std::pair<std::int32_t, std::int32_t>> sums_;  // weight and cell
+};
+
+Shares ShareSums::take() {
+  auto& sums = sums_;
+  sums.clear();
+  for (const auto cell : cells_) sums.emplace_back(std::exchange(weight_[index(cell)], 0), cell);
+  cells_.clear();
+  std::int32_t total = 0;
   for (const auto& [weight, cell] : sums) total += weight;
   // The heaviest first; the lower cell if equal.
   std::ranges::sort(sums, [](const auto& a, const auto& b) {
@@ -192,25 +217,15 @@ NodeCells make_node_cells(const parallel::Communicator& group, const geometry::S
   }
   const Neighbours neighbours = neighbours_of(subdomain, edges);
   parallel::GhostExchange<Shares> exchange(group, subdomain.layout);
+  ShareSums sums(division.n_cells);
+  auto before = shares;
   for (int smoothing = 0; smoothing < division.n_smoothings; ++smoothing) {
-    const auto before = shares;
-    std::vector<std::pair<std::int64_t, std::int32_t>> sums;
-    const auto add = [&](const Shares& of_node) {
-      for (std::size_t s = 0; s < kernels::n_shares && of_node.weight[s] > 0; ++s) {
-        const auto place =
-            std::ranges::find(sums, of_node.cell[s], [](const auto& sum) { return sum.second; });
-        if (place == sums.end())
-          sums.emplace_back(of_node.weight[s], of_node.cell[s]);
-        else
-          place->first += of_node.weight[s];
-      }
-    };
+    before = shares;
     for (std::size_t n = 0; n < n_owned; ++n) {
-      sums.clear();
-      add(before[n]);
+      sums.add(before[n]);
       for (auto i = neighbours.first[n]; i < neighbours.first[n + 1]; ++i)
-        add(before[index(neighbours.nodes[index(i)])]);
-      shares[n] = shares_of(sums);
+        sums.add(before[index(neighbours.nodes[index(i)])]);
+      shares[n] = sums.take();
     }
     parallel::agree(group);
     exchange.update(shares);

@@ -16,9 +16,9 @@ namespace crackle::mechanics {
 /// Overlapping cells of nodes: a node's shares in the cells around it add up to one.
 ///
 /// The body's bounding box is bisected until each cell has few nodes; then the shares are smoothed by
-/// averaging over neighbours a few times, dropping the smallest. Thus a function that is smooth in every cell
-/// is smooth in the body, without jumps between cells but with jumps across a notch. Cells and shares depend
-/// on positions and edges only, and are bitwise equal for every partition.
+/// averaging over neighbours several times, dropping the smallest. Thus a function that is smooth in every
+/// cell is smooth in the body, without jumps between cells but with jumps across a notch. Cells and shares
+/// depend on positions and edges only, and are bitwise equal for every partition.
 struct NodeCells {
   static constexpr std::int32_t whole = 64;
   /// Cells in ascending order; unused entries have zero weight.

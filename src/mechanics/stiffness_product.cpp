@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <type_traits>
 
 namespace crackle::mechanics {
 
@@ -69,7 +68,8 @@ StiffnessProduct<Real>::StiffnessProduct(const parallel::Communicator& group,
       elasticity_(&elasticity),
       edges_(&edges),
       residual_stiffness_(&residual_stiffness),
-      unit_(std::ldexp(1.0, std::ilogb(stiffest(group, operators, elasticity)) + Exponents<Real>::unit)) {
+      unit_(std::ldexp(1.0, std::ilogb(stiffest(group, operators, elasticity)) + Exponents<Real>::unit)),
+      cell_kernels_(&kernels::cell_kernels(best_instruction_set())) {
   resume();
 }
 
@@ -84,8 +84,6 @@ void StiffnessProduct<Real>::resume() {
 template <class Real>
 double StiffnessProduct<Real>::apply(std::span<const Real> displacement, std::span<Real> force) {
   using Exponents = Exponents<Real>;
-  using Integer = kernels::Integer<Real>;
-  using Product = std::conditional_t<sizeof(Real) == 4, std::int64_t, __int128>;
   const double size = parallel::largest_magnitude(*group_, displacement.first(force.size()));
   if (!std::isfinite(size)) throw std::runtime_error("stiffness product: the operand is not finite");
   if (size == 0) {
@@ -93,19 +91,13 @@ double StiffnessProduct<Real>::apply(std::span<const Real> displacement, std::sp
     return 0;
   }
   const int size_exponent = std::ilogb(size) + 1;
-  const auto nodes = force_->nodes();
   // Exponent of the displacements' integers.
   int top = gain_exponent_ ? std::min(Exponents::aimed - *gain_exponent_, Exponents::displacement)
                            : Exponents::safe;
   for (bool is_first = true;; is_first = false) {
     const int exponent = top - size_exponent;
     const double scale = std::ldexp(1.0, exponent);
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-      for (std::size_t i = 0; i < 3; ++i)
-        nodes[n].displacement[i] =
-            static_cast<Integer>(std::llrint(static_cast<double>(displacement[3 * n + i]) * scale));
-      std::ranges::fill(nodes[n].force, Integer(0));
-    }
+    set_displacements(displacement, scale);
     for (std::int32_t b = 0; b < force_->n_blocks(); ++b) force_->add_block(b);
     // If all contributions fit, the largest is that of an edge of the body, bitwise equal on every rank that
     // has the edge, in either direction. If one does not fit, the resulting number depends on the direction
@@ -128,14 +120,38 @@ double StiffnessProduct<Real>::apply(std::span<const Real> displacement, std::sp
       continue;
     }
     const double quantum = unit_ / scale;
+    return quantum / scale * parallel::integer_sum(*group_, get_forces(quantum, force));
+  }
+}
+
+template <class Real>
+void StiffnessProduct<Real>::set_displacements(std::span<const Real> displacement, double scale) {
+  const auto nodes = force_->nodes();
+  if constexpr (sizeof(Real) == 4) {
+    cell_kernels_->set_displacements(nodes.data(), nodes.size(), displacement.data(), scale);
+  } else {
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      for (std::size_t i = 0; i < 3; ++i)
+        nodes[n].displacement[i] = std::llrint(displacement[3 * n + i] * scale);
+      std::ranges::fill(nodes[n].force, 0);
+    }
+  }
+}
+
+template <class Real>
+__int128 StiffnessProduct<Real>::get_forces(double quantum, std::span<Real> force) {
+  const auto nodes = force_->nodes().first(force.size() / 3);
+  if constexpr (sizeof(Real) == 4) {
+    return cell_kernels_->get_forces(nodes.data(), nodes.size(), quantum, force.data());
+  } else {
     __int128 work = 0;
-    for (std::size_t n = 0; n < force.size() / 3; ++n) {
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
       for (std::size_t i = 0; i < 3; ++i) {
-        work += static_cast<Product>(nodes[n].displacement[i]) * nodes[n].force[i];
-        force[3 * n + i] = static_cast<Real>(quantum * static_cast<double>(nodes[n].force[i]));
+        work += static_cast<__int128>(nodes[n].displacement[i]) * nodes[n].force[i];
+        force[3 * n + i] = quantum * static_cast<double>(nodes[n].force[i]);
       }
     }
-    return quantum / scale * parallel::integer_sum(*group_, work);
+    return work;
   }
 }
 

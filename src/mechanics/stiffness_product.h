@@ -4,6 +4,8 @@
 #include "crackle/parallel/communicator.h"
 #include "fixed_point_force.h"
 
+#include "kernels/cell_kernels.h"
+
 #include <optional>
 #include <span>
 
@@ -41,6 +43,11 @@ public:
   void resume();
 
 private:
+  /// To the nodes, in quanta of 1 / scale; the forces become 0.
+  void set_displacements(std::span<const Real> displacement, double scale);
+  /// From the nodes, in quanta. @return displacement . force, in quanta
+  __int128 get_forces(double quantum, std::span<Real> force);
+
   const parallel::Communicator* group_;
   const geometry::Subdomain* subdomain_;
   const PdsOperators* operators_;
@@ -49,6 +56,7 @@ private:
   const ResidualStiffness* residual_stiffness_;
   double unit_ = 0;  // force quantum per displacement quantum [N/m]
   std::optional<FixedPointForce<Real>> force_;
+  const kernels::CellKernels* cell_kernels_;
   // Exponent of largest contribution over largest displacement in the last product; empty if unknown.
   std::optional<int> gain_exponent_;
 };

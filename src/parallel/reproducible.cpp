@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 
 namespace crackle::parallel {
 
@@ -35,28 +36,29 @@ std::array<std::int64_t, 2> sum_parts(std::span<const Real> a, std::span<const R
 }
 
 /// The largest magnitude passed to see() by each(see). The bits of magnitudes are ordered like the
-/// magnitudes, with NaN above infinity: unlike a comparison of doubles, this never loses a NaN, here or
+/// magnitudes, with NaN above infinity: unlike a comparison of numbers, this never loses a NaN, here or
 /// between ranks.
-template <class Each>
-double largest_of(const Each& each) {
-  std::int64_t largest = 0;
-  each([&](double x) { largest = std::max(largest, std::bit_cast<std::int64_t>(std::abs(x))); });
-  return std::bit_cast<double>(largest);
+template <class Real, class Each>
+Real largest_of(const Each& each) {
+  using Bits = std::conditional_t<sizeof(Real) == 4, std::int32_t, std::int64_t>;
+  Bits largest = 0;
+  each([&](Real x) { largest = std::max(largest, std::bit_cast<Bits>(std::abs(x))); });
+  return std::bit_cast<Real>(largest);
 }
 
 template <class Real>
 double largest_product(std::span<const Real> a, std::span<const Real> b) {
-  return largest_of([&](const auto& see) {
+  return largest_of<double>([&](const auto& see) {
     for (std::size_t i = 0; i < a.size(); ++i) see(static_cast<double>(a[i]) * static_cast<double>(b[i]));
   });
 }
 
 template <class Real>
 double largest_number(const Communicator& group, std::span<const Real> numbers) {
-  const double largest = largest_of([&](const auto& see) {
-    for (const Real x : numbers) see(static_cast<double>(x));
+  const Real largest = largest_of<Real>([&](const auto& see) {
+    for (const Real x : numbers) see(x);
   });
-  return largest_of_all(group, std::isnan(largest) ? infinity : largest);
+  return largest_of_all(group, std::isnan(largest) ? infinity : static_cast<double>(largest));
 }
 
 template <class Real>

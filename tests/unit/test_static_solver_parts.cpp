@@ -13,6 +13,7 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <random>
@@ -184,6 +185,39 @@ TEST(CellKernels, GiveTheSameBitsWithEveryInstructionSet) {
     EXPECT_TRUE(same(found.stress, expected.stress)) << to_string(set);
     EXPECT_TRUE(same(found.energies, expected.energies)) << to_string(set);
     EXPECT_EQ(found.largest, expected.largest) << to_string(set);
+  }
+}
+
+TEST(CellKernels, ConvertDisplacementsAndForcesOfNodes) {
+  using namespace kernels;
+  Numbers number;
+  constexpr std::size_t n_nodes = 101;
+  constexpr double scale = 0x1p29, quantum = 0x1p-12;
+  std::vector<float> displacement;
+  std::vector<std::int32_t> forces;
+  for (std::size_t i = 0; i < 3 * n_nodes; ++i) {
+    displacement.push_back(static_cast<float>(number()));
+    forces.push_back(static_cast<std::int32_t>(0x1p31 * number()));
+  }
+  for (const auto set : available_instruction_sets()) {
+    const CellKernels& kernels = cell_kernels(set);
+    std::vector<NodeRecord<float>> nodes(n_nodes, NodeRecord<float>{{}, 0.25F, {1, 2, 3, 0}});
+    kernels.set_displacements(nodes.data(), n_nodes, displacement.data(), scale);
+    __int128 work = 0;
+    for (std::size_t n = 0; n < n_nodes; ++n) {
+      EXPECT_EQ(nodes[n].inverse_mass, 0.25F);
+      for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(nodes[n].displacement[i],
+                  std::llrint(scale * static_cast<double>(displacement[3 * n + i])));
+        EXPECT_EQ(nodes[n].force[i], 0);
+        nodes[n].force[i] = forces[3 * n + i];
+        work += static_cast<__int128>(nodes[n].displacement[i]) * forces[3 * n + i];
+      }
+    }
+    std::vector<float> result(3 * n_nodes);
+    EXPECT_TRUE(kernels.get_forces(nodes.data(), n_nodes, quantum, result.data()) == work) << to_string(set);
+    for (std::size_t i = 0; i < result.size(); ++i)
+      EXPECT_EQ(result[i], static_cast<float>(quantum * forces[i])) << to_string(set);
   }
 }
 
