@@ -35,7 +35,8 @@ class FixedPointMotion final : public MovingBody {
   using ForceQuanta = InitialForce<std::int64_t>::OfNode;
   static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
   static constexpr std::int64_t steps_between_unwrapping = 16;
-  /// Number of substeps combined in one pass over the body.
+  /// Number of forces computed in one pass over the body. Several ranks take more passes, as messages between
+  /// substeps are hidden behind the next pass only.
   std::size_t forces_per_pass() const { return context_.group->size() == 1 ? 4 : 2; }
   /// An upper bound on the substeps of any splitting.
   static constexpr std::size_t max_substeps = 32;
