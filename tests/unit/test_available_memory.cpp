@@ -82,8 +82,8 @@ TEST(MemoryDemand, MakingAMeshTakesNoFramesAndNoOtherRanks) {
   parameters.output.frames = 100000;
   const double mesh = expected_mesh_memory(parameters, body);
   EXPECT_LT(mesh, 1e-3 * expected_memory_demand(parameters, body, one_group(1)).root);
-  // 270 bytes for each of 5.5 tetrahedra per node.
-  EXPECT_NEAR(mesh, 50e6 + 270 * 5.5 * geometry::estimate_n_points(body, parameters.mesh), 1e3);
+  // 180 bytes for each of 5.5 tetrahedra per node.
+  EXPECT_NEAR(mesh, 50e6 + 180 * 5.5 * geometry::estimate_n_points(body, parameters.mesh), 1e3);
 }
 
 TEST(MemoryDemand, FollowsTheLayout) {
