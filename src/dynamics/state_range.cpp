@@ -23,7 +23,7 @@ constexpr double load_concentration = 8;
 /// Strain of an edge in a body that is still intact.
 constexpr double largest_strain = 0.05;
 /// Small fragments, which have the shortest edges, rotate by radians while they fly away.
-constexpr double largest_turn = 4;
+constexpr double largest_turn = 16;
 constexpr double velocity_room = 32;
 constexpr double force_room = 4;
 

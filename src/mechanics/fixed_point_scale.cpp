@@ -21,7 +21,7 @@ FixedPointScale fixed_point_scale<float>(const StateRange& range) {
 
 template <>
 FixedPointScale fixed_point_scale<double>(const StateRange& range) {
-  return {quantum(range.stretch, 40), quantum(range.velocity, 46), quantum(range.force, 46)};
+  return {quantum(range.stretch, 42), quantum(range.velocity, 46), quantum(range.force, 46)};
 }
 
 }  // namespace crackle::mechanics
