@@ -21,6 +21,11 @@ public:
   BoundaryNodes(const MotionContext& context, const mechanics::FixedPointScale& scale,
                 std::int32_t nodes_per_block, FixedPointState<Real>& state, ExternalWork& work);
 
+  /// True if some of a block's nodes are loaded or driven.
+  bool acts_on(std::size_t block) const {
+    return !blocks_[block].loaded.empty() || !blocks_[block].driven.empty();
+  }
+
   /// Saves the driven velocities, which the kick must not change.
   void before_kick(std::size_t block, const Substep& substep);
   /// Restores them, and applies the kicks of the loads.

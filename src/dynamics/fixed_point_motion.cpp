@@ -66,7 +66,6 @@ public:
         state_(subdomain_, scale_, force_.nodes(), state),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
-        has_conditions_(blocks_with_conditions(context)),
         dampers_(context),
         initial_force_(*context.body, [this](const auto& forces) { return force_quanta(forces); }),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
@@ -356,17 +355,6 @@ private:
     return furthest;
   }
 
-  std::vector<std::uint8_t> blocks_with_conditions(const MotionContext& context) const {
-    std::vector<std::uint8_t> has_conditions(index(force_.n_blocks()));
-    const auto mark = [&](const auto& conditions) {
-      for (const auto& condition : conditions)
-        for (const auto node : condition.nodes) has_conditions[index(node / nodes_per_block)] = 1;
-    };
-    mark(context.loads->forces);
-    mark(context.loads->motions);
-    return has_conditions;
-  }
-
   ExternalWork start_work(double load_time, MotionState& state) const {
     state_.read(state);
     return ExternalWork(context_, load_time, state, driven_before_);
@@ -491,7 +479,7 @@ private:
         .drift = static_cast<Real>(substep.drift * scale_.velocity / scale_.displacement),
         .kept = substep.is_first_drift ? state_.kept_displacements(first) : nullptr};
     kernels::NodeExtremes<Real> extremes{};
-    if (has_conditions_[number] != 0 && substep.has_kick) {
+    if (boundary_.acts_on(number) && substep.has_kick) {
       // The conditions act between kick and drift.
       boundary_.before_kick(number, substep);
       update.has_drift = false;
@@ -508,7 +496,7 @@ private:
         movement.low[c] = static_cast<double>(extremes.movement.low[c]) - 1;
         movement.high[c] = static_cast<double>(extremes.movement.high[c]) + 1;
       }
-      if (has_conditions_[number] != 0) boundary_.after_drift(number, substep, movement);
+      if (boundary_.acts_on(number)) boundary_.after_drift(number, substep, movement);
       if (dampers_.act()) slow_down(first, n, substep, movement);
       for (std::size_t c = 0; c < 3; ++c) {
         movement_[number].low[c] += movement.low[c];
@@ -547,7 +535,6 @@ private:
   FixedPointState<Real> state_;
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
-  std::vector<std::uint8_t> has_conditions_;  // by nodes_per_block owned nodes: some are loaded or driven
   Dampers dampers_;
   bool forces_are_in_range_ = true;
   InitialForce<std::int64_t> initial_force_;

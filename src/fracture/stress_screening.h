@@ -99,7 +99,7 @@ private:
   std::vector<double> deadline_;                              // of each group, on its chunk's clock
   std::vector<Chunk> chunks_;
   std::vector<std::int32_t> always_due_;  // ascending
-  // Of one call: the groups that are due, with one place to spare, and how far each may move.
+  // The groups that are due in a call, with one place to spare, and how far each may move.
   std::vector<std::uint32_t> due_;
   std::vector<Real> room_;
   std::vector<std::int32_t> candidates_;
