@@ -13,7 +13,7 @@
 #include <cstdio>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BodyLoad;
 using input::BoundaryKind;
@@ -88,5 +88,5 @@ TEST(BodyLoads, HaveTheSameBitsOnAnyNumberOfRanksAndAfterAnInterruption) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

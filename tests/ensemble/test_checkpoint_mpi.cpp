@@ -17,7 +17,7 @@
 #include <string>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -368,5 +368,5 @@ TEST_F(Checkpoints, ThatCannotBeKeptDoNotEndTheSample) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

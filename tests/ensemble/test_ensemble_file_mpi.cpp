@@ -18,7 +18,7 @@
 #include <optional>
 
 namespace crackle::io {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 namespace fs = std::filesystem;
 using analysis::SampleStatus;
@@ -310,5 +310,5 @@ TEST_F(EnsembleFile, RowsOfAllRanksAreGatheredInOrder) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::io

@@ -23,14 +23,14 @@
 #include <thread>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 namespace fs = std::filesystem;
 using analysis::SampleStatus;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
 
 /// Expects ensemble.h5 and all sample files to be equal except for times and provenance.
 void expect_same_ensemble(const fs::path& a, const fs::path& b, std::uint64_t n_samples) {
@@ -549,5 +549,5 @@ TEST_F(EnsembleRun, SingleSampleThatFailsOrDoesNotExist) {
   EXPECT_FALSE(fs::exists(root_ / "two"));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

@@ -18,7 +18,7 @@
 #include <tuple>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -149,5 +149,5 @@ INSTANTIATE_TEST_SUITE_P(Releases, FailingRank,
                                           testing::Values(input::Engine::fixed_point, input::Engine::petsc)),
                          case_name);
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -32,7 +32,7 @@
 #include <vector>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 namespace fs = std::filesystem;
 
@@ -252,5 +252,5 @@ TEST_F(FailingStages, FailOneSampleAndEndNothingElse) {
                 group_size());
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

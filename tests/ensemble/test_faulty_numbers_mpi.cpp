@@ -23,7 +23,7 @@
 #include <vector>
 
 namespace crackle {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -171,5 +171,5 @@ TEST_F(FaultyNumbers, ConjugateGradientsEnd) {
   EXPECT_FALSE(solve(4, std::numeric_limits<float>::infinity()).has_converged);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle

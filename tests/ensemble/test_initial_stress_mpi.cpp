@@ -12,7 +12,7 @@
 #include <cstdio>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -62,5 +62,5 @@ TEST(InitialStress, HasTheSameBitsOnAnyNumberOfRanksAndAfterAnInterruption) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -15,7 +15,7 @@
 #include <cstdio>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -142,5 +142,5 @@ TEST_F(LooseLoads, LeaveTheRestOfTheLoadingToTheBody) {
   EXPECT_LT(result.energy_error, 1e-5);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -16,10 +16,10 @@
 #include <thread>
 
 namespace crackle {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using namespace std::chrono_literals;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 TEST(Message, ArraysArriveWholeInPiecesOfAnySize) {
   const parallel::Communicator world(MPI_COMM_WORLD);
@@ -190,5 +190,5 @@ TEST(Agreement, TextOfTheRootIsShared) {
   EXPECT_EQ(parallel::share(world, std::string(world.is_root() ? "" : "other")), "");
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle

@@ -27,7 +27,7 @@
 #include <vector>
 
 namespace crackle {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 using input::BoundaryKind;
@@ -399,5 +399,5 @@ TEST_F(PartitionBits, RangesOfManyMaterials) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle

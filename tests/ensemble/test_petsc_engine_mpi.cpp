@@ -25,7 +25,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Engine;
@@ -313,5 +313,5 @@ TEST_F(PetscEngine, EndsOnAllRanksWhenANumberIsNotFinite) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -10,7 +10,7 @@
 #include <thread>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using namespace std::chrono_literals;
 
@@ -142,5 +142,5 @@ TEST(RealizationQueue, EndsBeforeItsSamplesDo) {
   EXPECT_LT(n_made, 500) << "the queue has room";
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

@@ -23,7 +23,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -435,5 +435,5 @@ INSTANTIATE_TEST_SUITE_P(Precisions, SampleOnManyRanks,
                            return info.param == input::Precision::mixed ? "Mixed" : "Double";
                          });
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 TEST_F(Schedule, SampleThatFailsOnAllRanksFailsAlone) {
   for (const int ranks_per_sample : {1, 2, 3}) {
@@ -122,5 +122,5 @@ TEST_F(Schedule, FailureThatCannotBeWrittenIsReportedAllTheSame) {
   for (const auto& [sample, report] : reports_) EXPECT_FALSE(report.stored) << sample;
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

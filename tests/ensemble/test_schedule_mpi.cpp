@@ -9,7 +9,7 @@
 #include <thread>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using namespace std::chrono_literals;
 
@@ -163,5 +163,5 @@ TEST_F(Schedule, WhoWaitsSleeps) {
   EXPECT_LT(used, 0.2 * wall);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

@@ -18,7 +18,7 @@
 #include <vector>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 
@@ -309,5 +309,5 @@ TEST_F(MadeBranches, DISABLED_Table) {
     for (const Row& row : *rows) count(row.made, 200);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 using test::StructuredMesh;
@@ -105,5 +105,5 @@ TEST_F(Histories, OfABodyThatNeverRanGrowWithTheLoad) {
     EXPECT_NEAR(found.length[2 * i], 500 * result.history[i].load_time, 1.2) << i;
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -21,7 +21,7 @@
 #include <vector>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::CrackStart;
 using geometry::Point;
@@ -348,5 +348,5 @@ TEST(CrackStarts, TheFreeSurfaceHasWhatTouchesNoOtherOne) {
   EXPECT_FALSE(any.claims(0, any.tip));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

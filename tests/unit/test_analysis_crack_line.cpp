@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 using test::StructuredMesh;
@@ -165,5 +165,5 @@ TEST_F(Lines, NothingWithoutCracks) {
   EXPECT_TRUE(crack_lines(mesh.body(), {}, {}).empty());
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

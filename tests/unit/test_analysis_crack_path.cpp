@@ -13,7 +13,7 @@
 #include <utility>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 using test::StructuredMesh;
@@ -622,5 +622,5 @@ TEST(CrackPathAtOneZFace, HasAPatternAndASpeed) {
   EXPECT_NEAR(max_crack_speed(mesh.body(), cracks), 1, accuracy);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -12,7 +12,7 @@
 #include <set>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using fracture::Break;
 using geometry::Point;
@@ -246,5 +246,5 @@ TEST_F(CrackOrigin, CracksOfTwoNotchesStayApartAndTheRunningOneTakesTheMeetingPl
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -21,7 +21,7 @@
 #include <vector>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 using test::direction;
@@ -226,5 +226,5 @@ TEST(CrackWays, ACrackTooShortForAWayHasALengthAndNoSpeed) {
   EXPECT_TRUE(std::isnan(found.speed_at(50)));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -16,7 +16,7 @@
 #include <memory>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 
@@ -130,5 +130,5 @@ TEST_F(CrackOnRealization, TwoRoughCracksAreThePatternOfTwo) {
   EXPECT_EQ(classify(*body, surface), Pattern::two_cracks);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -10,7 +10,7 @@
 #include <cmath>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 
@@ -140,5 +140,5 @@ TEST(SampleSummary, ARowWithoutResultsHasItsShape) {
   EXPECT_EQ(row.outcome, -1);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -13,7 +13,7 @@
 #include <stdexcept>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 
@@ -110,5 +110,5 @@ TEST_F(Turned, SectionsCutAcrossTheLigament) {
   EXPECT_TRUE(std::isnan(crossings[2].position));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -12,7 +12,7 @@
 #include <fstream>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::HasSubstr;
 
@@ -103,5 +103,5 @@ TEST(MemoryDemand, FollowsTheLayout) {
   EXPECT_GT(alone.master, alone.member);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

@@ -8,7 +8,7 @@
 #include <string>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 TEST(BasePoints, LongWaitIsTold) {
   EXPECT_EQ(waiting_notice(763e3), "generating about 0.76 million mother points takes about 14 s");
@@ -76,5 +76,5 @@ TEST(BasePoints, NoWaitIsToldOfWhatIsRefused) {
   EXPECT_EQ(heard, "");
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

@@ -13,7 +13,7 @@
 #include <stdexcept>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::HasSubstr;
 
@@ -119,5 +119,5 @@ TEST(Bases, WhatAreNotSeveralBasesIsRefused) {
   refused(other, "mesh.base is \"own\"");
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

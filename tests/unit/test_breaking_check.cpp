@@ -17,7 +17,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 constexpr double strength = 35e6, stable_step = 6e-8;
 constexpr std::int32_t loaded = 2;
@@ -159,5 +159,5 @@ TEST_F(ScriptedBreaking, IsNotForAStressThatStaysBelowTheStrength) {
   EXPECT_EQ(run(stress, 5.4e-8, 1000).break_time, INFINITY);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -8,7 +8,7 @@
 #include <cstdio>
 
 namespace crackle::experiment {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::HasSubstr;
 
@@ -283,5 +283,5 @@ TEST(Calibration, ObservedMeansCountWhatEachExperimentHas) {
   EXPECT_TRUE(observed.contrasts.row(0).isApprox(Eigen::RowVectorXd{{std::sqrt(2.0), 2 * std::sqrt(2.0)}}));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::experiment

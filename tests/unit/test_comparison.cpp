@@ -14,7 +14,7 @@
 #include <string>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 TEST(Comparison, PermutationsOfAFewValuesByHand) {
   // Among the 20 ways to choose three of six values, these two have the largest difference.
@@ -437,5 +437,5 @@ TEST(Comparison, PathsAreComparedInTheSameBodyAtTheSameSections) {
   EXPECT_THAT(other_sections.note, ::testing::HasSubstr("sections differ"));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

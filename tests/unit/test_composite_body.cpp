@@ -19,7 +19,7 @@
 #include <numbers>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
@@ -347,5 +347,5 @@ TEST(MaterialRegions, MistakesAreReported) {
   EXPECT_THAT(with("z = [\"2 mm\", \"4 mm\"]"), ::testing::IsEmpty());
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

@@ -14,7 +14,7 @@
 #include <numbers>
 
 namespace crackle::mechanics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using test::PlateText;
 using ::testing::HasSubstr;
@@ -289,5 +289,5 @@ radius = "10 mm")",
               HasSubstr("boundary[1]: its region contains no part of \"x-max\""));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::mechanics

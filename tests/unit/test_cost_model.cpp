@@ -9,7 +9,7 @@
 #include <cstdio>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 const geometry::Realization& bar() {
   static const auto mesh =
@@ -130,5 +130,5 @@ TEST(CostModel, SlowNetworksMakeGroupsSmaller) {
   EXPECT_LT(recommended(plans(17, 1, slow)).work.ranks, 16);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

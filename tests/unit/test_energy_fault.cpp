@@ -7,7 +7,7 @@
 #include <limits>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 EnergyRow row(double time, double kinetic, double external) {
   return {time, kinetic, 0, external, 0, 0, 0};
@@ -45,5 +45,5 @@ TEST(EnergyFault, RoundingOfABodyThatIsHardlyLoaded) {
   EXPECT_TRUE(energy_fault(rows, 200, 1e-12));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -8,7 +8,7 @@
 #include <cstdio>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -115,5 +115,5 @@ TEST(Estimate, OutputGrowsWithFramesNodesAndTetrahedra) {
   EXPECT_NEAR(ensemble_file_size(parameters, 54695), 1.91e6, 0.25 * 1.91e6);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace crackle::parallel {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 double sum_of(const std::vector<double>& terms) {
   ExactSum sum;
@@ -67,5 +67,5 @@ TEST(ExactSum, RefusesTermsThatAreNotFinite) {
   EXPECT_THROW(exact_sum(self, std::vector<double>{1, std::nan("")}), AgreedError);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::parallel

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::HasSubstr;
 
@@ -61,5 +61,5 @@ TEST(Exceedance, SaysWhatTheShareLeavesOut) {
                         "of them; with them it lies between 37.5 and 100.0 %"));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

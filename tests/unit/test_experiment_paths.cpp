@@ -15,7 +15,7 @@
 #include <numbers>
 
 namespace crackle::experiment {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using plane::Point;
 using ::testing::Contains;
@@ -342,5 +342,5 @@ TEST(Observation, SamplesAreSorted) {
   EXPECT_THAT(sorted.undecided, ElementsAre(3));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::experiment

@@ -12,7 +12,7 @@
 #include <numbers>
 
 namespace crackle::experiment {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::Each;
 using ::testing::ElementsAre;
@@ -247,5 +247,5 @@ TEST(ValidScatter, IntervalsCoverTheTruth) {
   EXPECT_NEAR(n_shift / static_cast<double>(n_trials), 0.9, tolerance);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::experiment

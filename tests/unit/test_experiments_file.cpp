@@ -11,7 +11,7 @@
 #include <sstream>
 
 namespace crackle::experiment {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::AllOf;
 using ::testing::DoubleNear;
@@ -266,5 +266,5 @@ TEST_F(ExperimentsFile, ThePageNamesEveryKey) {
     EXPECT_THAT(page, HasSubstr("`" + key.substr(key.rfind('.') + 1) + "`")) << key;
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::experiment

@@ -20,7 +20,7 @@
 #include <numbers>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using test::PlateText;
 using ::testing::HasSubstr;
@@ -283,5 +283,5 @@ TEST(PlateFamily, EveryPlateConformsOrIsRefusedForATrueReason) {
   EXPECT_GE(n_refused, static_cast<int>(n_plates / 20));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

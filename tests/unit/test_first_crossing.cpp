@@ -15,7 +15,7 @@
 #include <vector>
 
 namespace crackle::fracture {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double strength = 35e6;
@@ -114,5 +114,5 @@ TEST(FirstCrossing, TakesTheSmallestNumberOfEqualOnes) {
   EXPECT_NEAR(first.value(), 340, 1e-9);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::fracture

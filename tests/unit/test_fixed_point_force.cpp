@@ -15,7 +15,7 @@
 #include <numeric>
 
 namespace crackle::mechanics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 /// A perturbed block with some broken tetrahedra, under small strain and far from its initial position.
 class FixedPointForceTest : public ::testing::Test {
@@ -231,5 +231,5 @@ TEST_F(FixedPointForceTest, OwnersHaveGroupsOfFourWithLittlePadding) {
   EXPECT_LT(padding, 0.15);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::mechanics

@@ -19,10 +19,10 @@
 #include <string>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
-using testing::HasSubstr;
-using testing::Optional;
+using ::testing::HasSubstr;
+using ::testing::Optional;
 
 constexpr double just_touched = 5;
 constexpr double forgotten = LockFile::lifetime + 1;
@@ -226,5 +226,5 @@ TEST(WholeNumber, IsAllOfTheText) {
     EXPECT_EQ(whole_number<std::uint64_t>(text), std::nullopt) << text;
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

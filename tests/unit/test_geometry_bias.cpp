@@ -12,7 +12,7 @@
 #include <map>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 OrientationMoments moments_in(const Realization& realization, const Box& region) {
   return orientation_moments(realization, [&](const Point& p) { return region.contains(p); });
@@ -180,5 +180,5 @@ TEST(DualFacets, SurfaceSharesItsPoints) {
   EXPECT_EQ(surface.tetrahedron.back(), static_cast<std::int32_t>(n_tetrahedra - 1));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

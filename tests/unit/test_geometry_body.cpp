@@ -12,7 +12,7 @@
 #include <numbers>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::Face;
 using testing::body;
@@ -326,5 +326,5 @@ TEST(Quality, CornerOfACube) {
   for (std::size_t i = 3; i < 6; ++i) EXPECT_NEAR(angles[i], std::acos(1 / std::sqrt(3.0)), 1e-14);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

@@ -21,7 +21,7 @@
 #include <stdexcept>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using testing::MeshProblem;
 
@@ -142,5 +142,5 @@ TEST(Family, EveryBodyConformsOrIsRefusedForATrueReason) {
   EXPECT_GE(n_refused, static_cast<int>(n_bodies / 20));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

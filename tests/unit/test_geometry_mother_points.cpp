@@ -18,7 +18,7 @@
 #include <string>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::Face;
 using ::testing::AllOf;
@@ -368,5 +368,5 @@ TEST_F(PointFile, MakesTheBase) {
     EXPECT_LT(squared_distance(read.position[i], made.position[i]), 1e-24);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

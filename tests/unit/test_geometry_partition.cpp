@@ -17,7 +17,7 @@
 #include <vector>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 std::size_t index(std::int64_t i) {
   return static_cast<std::size_t>(i);
@@ -235,5 +235,5 @@ TEST(Subdomain, EachTetrahedronCountsOnceAndOwnedNodesSeeAllOfTheirs) {
   for (const int n_parts : {2, 5, 100}) check_split(few(), n_parts);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

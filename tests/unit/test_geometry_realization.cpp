@@ -16,7 +16,7 @@
 #include <vector>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::Face;
 using testing::body;
@@ -387,5 +387,5 @@ TEST_F(PlateRealization, DisplacementsAreUnbiased) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

@@ -12,7 +12,7 @@
 #include <set>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 class SurveyOfPlate : public ::testing::Test {
 protected:
@@ -95,5 +95,5 @@ TEST_F(SurveyOfPlate, PlainTessellationHasTheSameTetrahedra) {
   for (const Tetrahedron& t : made.tetrahedra) ASSERT_TRUE(cells.contains(corners(made.nodes, t)));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

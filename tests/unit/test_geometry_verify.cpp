@@ -11,7 +11,7 @@
 #include <cmath>
 
 namespace crackle::geometry {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
@@ -162,5 +162,5 @@ TEST_F(Verify, AnotherBody) {
   EXPECT_THROW(verify(broken, without, 0.2), std::runtime_error);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::geometry

@@ -21,7 +21,7 @@
 #include <string>
 
 namespace crackle::io {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -185,5 +185,5 @@ TEST_F(VtkFile, FailuresNameTheFileAndLeaveNothing) {
   EXPECT_EQ(n_files(), 1u);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::io

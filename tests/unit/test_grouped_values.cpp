@@ -9,7 +9,7 @@
 #include <cstdio>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 TEST(GroupedValues, VarianceComponentsByHand) {
   // Group means 2 and 6, within squares 2 and 2: mean square within 2, between 2 * (4 + 4) = 16.
@@ -104,5 +104,5 @@ TEST(GroupedValues, IntervalsOfMediansOfFewDrawsAreNotReversed) {
   std::printf("\n");
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace crackle {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using namespace std::chrono_literals;
 using ::testing::IsEmpty;
@@ -95,5 +95,5 @@ TEST(Heartbeat, NeedsNobodyToTalkTo) {
   heartbeat.say("nobody hears this");
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle

@@ -10,7 +10,7 @@
 #include <fstream>
 
 namespace crackle::test {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -411,5 +411,5 @@ TEST(Input, OtherLineEndsAndByteOrderMarkAreText) {
   EXPECT_EQ(input::parse(windows, "test.toml").ensemble.samples, 3);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::test

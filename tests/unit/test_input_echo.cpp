@@ -17,7 +17,7 @@
 #include <sstream>
 
 namespace crackle::test {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 /// An input with all keys except those of [ensemble.stop] and the points file.
 std::vector<InputTable> full_tables() {
@@ -431,5 +431,5 @@ TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
   EXPECT_EQ(shown, declared);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::test

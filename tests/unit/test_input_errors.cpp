@@ -11,7 +11,7 @@
 #include <fstream>
 
 namespace crackle::test {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -243,5 +243,5 @@ TEST(InputErrors, SyntaxErrorsAreOneLine) {
   EXPECT_EQ(errors[0].find('\n'), std::string::npos);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::test

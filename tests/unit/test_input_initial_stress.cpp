@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace crackle::test {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -132,5 +132,5 @@ TEST(InitialStress, MayBeRandomAndSwept) {
   EXPECT_DOUBLE_EQ(drawn.initial_stresses[0].surface, -90e6);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::test

@@ -9,7 +9,7 @@
 #include <numbers>
 
 namespace crackle {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -194,5 +194,5 @@ TEST(InputFactor, ExplainsMistakes) {
               ElementsAre(HasSubstr("boundary[1].factor: fix has no value to multiply; leave it out")));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle

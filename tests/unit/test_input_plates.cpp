@@ -10,7 +10,7 @@
 #include <numbers>
 
 namespace crackle::input {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::DoubleNear;
 using ::testing::ElementsAre;
@@ -140,5 +140,5 @@ TEST(InputPlates, ConflictsAreFoundByWall) {
             0u);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::input

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 
 namespace crackle::test {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -116,5 +116,5 @@ TEST(FractureToughness, MayBeRandomAndFollowsARandomModulus) {
   EXPECT_NEAR(own.fracture.toughness, k * k * (1 - 0.38 * 0.38) / modulus, 1e-9 * own.fracture.toughness);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::test

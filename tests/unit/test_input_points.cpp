@@ -8,7 +8,7 @@
 #include <fstream>
 
 namespace crackle::input {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 TEST(InputPoints, DigestFollowsTheContentNotTheName) {
   const test::TemporaryFolder folder;
@@ -45,5 +45,5 @@ TEST(InputPoints, DigestFollowsTheContentNotTheName) {
   EXPECT_EQ(elsewhere.mesh.points_digest, first) << "no file is needed where its digest is known";
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::input

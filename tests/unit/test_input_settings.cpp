@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 
 namespace crackle::input {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -160,5 +160,5 @@ values = ["6 mm", "30 mm"]
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::input

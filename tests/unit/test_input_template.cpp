@@ -12,10 +12,10 @@
 #include <string>
 
 namespace crackle::input {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string text_of(const std::string& job) {
   std::ifstream file(std::filesystem::path(CRACKLE_SOURCE_DIR) / "jobs" / job);
@@ -64,5 +64,5 @@ TEST(InputTemplate, KeepsWhatTheInputSays) {
   EXPECT_THAT(text, HasSubstr("\n#[[specimen.hole]]\n"));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::input

@@ -15,7 +15,7 @@
 #include <numeric>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using crackle::testing::body;
 using crackle::testing::mm;
@@ -472,5 +472,5 @@ TEST(LeaderStatistics, TheTextTellsRanksApart) {
   EXPECT_THAT(text, ::testing::HasSubstr(interval_scope(input::Base::shared)));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

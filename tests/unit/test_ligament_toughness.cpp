@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 namespace crackle::fracture {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 Range along_ligaments(const input::Parameters& parameters) {
   return toughness_along_ligaments(parameters, geometry::ExtrudedPlate(parameters.specimen),
@@ -45,5 +45,5 @@ TEST(LigamentToughness, EndsAtTheNextNotch) {
       toughness_along_ligaments(parameters, geometry::ExtrudedPlate(parameters.specimen), 35e6).has_value());
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::fracture

@@ -18,7 +18,7 @@
 #include <vector>
 
 namespace crackle::test {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -245,5 +245,5 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   EXPECT_THAT(problem_with(other), HasSubstr("has other contents than the checksum in [material.map] says"));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::test

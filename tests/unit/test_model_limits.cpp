@@ -15,12 +15,12 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 struct Plate {
   std::string size = R"(["2 mm", "20 mm", "40 mm"])";
@@ -176,5 +176,5 @@ TEST(ModelLimits, NothingIsSaidOfTheJobs) {
   EXPECT_GT(n_read, 15);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

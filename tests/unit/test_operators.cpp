@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace crackle::mechanics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 
@@ -201,5 +201,5 @@ TEST_F(Forces, TotalForceAndMomentVanishForAnyDisplacementAndBrokenSet) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::mechanics

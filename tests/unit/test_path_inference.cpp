@@ -11,7 +11,7 @@
 #include <cstdio>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -154,5 +154,5 @@ TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
   EXPECT_THAT(text, HasSubstr("+- band"));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

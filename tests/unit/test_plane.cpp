@@ -13,7 +13,7 @@
 #include <numbers>
 
 namespace crackle::plane {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::Each;
 using ::testing::ElementsAre;
@@ -250,5 +250,5 @@ TEST(SideIndex, HullsThatTouchOrLieOnASide) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::plane

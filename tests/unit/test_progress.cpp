@@ -21,7 +21,7 @@
 #include <vector>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -321,5 +321,5 @@ TEST(GroupLayout, TooFewRanksAreRefusedWithTheNumberNeeded) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

@@ -6,7 +6,7 @@
 #include <limits>
 
 namespace crackle {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 TEST(QuantityText, HasThePrefixThatItsSizeAsksFor) {
   EXPECT_EQ(quantity_text(160.04, "N"), "160 N");
@@ -46,5 +46,5 @@ TEST(ShownUnit, HasTheFactorOfItsName) {
   EXPECT_EQ(shown_unit({"%", 100}, "1", 1e-6).name, "%");
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle

@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace crackle::parallel {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using Counter = std::array<std::uint32_t, 4>;
 
@@ -96,5 +96,5 @@ TEST(RandomStream, UniformInAnInterval) {
   for (int i = 0; i < 100; ++i) EXPECT_DOUBLE_EQ(stream.uniform(-3, 5), -3 + 8 * same.uniform());
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::parallel

@@ -18,7 +18,7 @@
 #include <set>
 
 namespace crackle::uncertainty {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::HasSubstr;
 
@@ -293,5 +293,5 @@ upper = "26 mm"
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::uncertainty

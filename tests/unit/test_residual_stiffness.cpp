@@ -18,7 +18,7 @@
 #include <cstdio>
 
 namespace crackle::mechanics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 constexpr std::array<geometry::Point, 4> some_corners{
     {{0, 0, 0}, {1e-3, 1e-4, 0}, {2e-4, 9e-4, -1e-4}, {3e-4, 2e-4, 8e-4}}};
@@ -282,5 +282,5 @@ TEST_F(FacetBody, CrackRightThroughCarriesNothing) {
       ASSERT_FALSE(labels[n] == labels[m] && is_upper(subdomain_.nodes[n]) != is_upper(subdomain_.nodes[m]));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::mechanics

@@ -25,7 +25,7 @@
 #include <tuple>
 
 namespace crackle::io {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 namespace fs = std::filesystem;
 using analysis::SampleStatus;
@@ -44,7 +44,7 @@ std::ptrdiff_t n_entries(const fs::path& folder) {
   return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
 }
 
-class SampleFile : public testing::Test {
+class SampleFile : public ::testing::Test {
 protected:
   SampleFile() {
     parameters.text = "[ensemble]\nsamples = 5  # stress of 35 MPa, 20 µm\n";
@@ -121,16 +121,16 @@ TEST_F(SampleFile, IsTheSameForTheSameContentExceptTimingAndProvenance) {
   summary.wall_time = 99;
   result.timings.dynamic = 100;
   write(b);
-  EXPECT_THAT(differences(a, b), testing::IsEmpty());
+  EXPECT_THAT(differences(a, b), ::testing::IsEmpty());
 
   result.energy[1].strain = std::nextafter(0.5, 1);
   summary.onset_time = 0;
   summary.position[2] = 1;
   write(b, 4);
-  EXPECT_THAT(differences(a, b),
-              testing::ElementsAre("/@sample", "/energy/strain", "/summary/onset_time", "/summary/position"));
+  EXPECT_THAT(differences(a, b), ::testing::ElementsAre("/@sample", "/energy/strain", "/summary/onset_time",
+                                                        "/summary/position"));
   write_failed_sample(b, parameters, 3, summary);
-  EXPECT_THAT(differences(a, b), testing::Contains("/mesh/nodes"));
+  EXPECT_THAT(differences(a, b), ::testing::Contains("/mesh/nodes"));
   EXPECT_THROW(differences(a, folder.path() / "missing.h5"), std::runtime_error);
 }
 
@@ -163,12 +163,13 @@ TEST_F(SampleFile, HoldsBridgeReleasesWithReleaseByFacets) {
   write(elements);
   parameters.fracture.release = input::Release::facet;
   write(facets);
-  EXPECT_THAT(differences(elements, facets),
-              testing::ElementsAre("/@input_identity", "/bridge_releases", "/bridge_releases/edges",
-                                   "/bridge_releases/load_time", "/bridge_releases/load_time@units",
-                                   "/bridge_releases/phase_time", "/bridge_releases/phase_time@units",
-                                   "/bridge_releases/released_energy",
-                                   "/bridge_releases/released_energy@units", "/bridge_releases/tetrahedron"));
+  EXPECT_THAT(
+      differences(elements, facets),
+      ::testing::ElementsAre("/@input_identity", "/bridge_releases", "/bridge_releases/edges",
+                             "/bridge_releases/load_time", "/bridge_releases/load_time@units",
+                             "/bridge_releases/phase_time", "/bridge_releases/phase_time@units",
+                             "/bridge_releases/released_energy", "/bridge_releases/released_energy@units",
+                             "/bridge_releases/tetrahedron"));
   EXPECT_EQ(to_bytes(read_summary(facets, parameters, 3)), to_bytes(summary));
 }
 
@@ -180,7 +181,7 @@ TEST_F(SampleFile, HoldsTheTeethWithSoftening) {
   parameters.fracture.release = input::Release::softening;
   write(softening);
   EXPECT_THAT(differences(elements, softening),
-              testing::ElementsAre(
+              ::testing::ElementsAre(
                   "/@input_identity", "/softening", "/softening/load_time", "/softening/load_time@units",
                   "/softening/phase_time", "/softening/phase_time@units", "/softening/released_energy",
                   "/softening/released_energy@units", "/softening/share", "/softening/tetrahedron"));
@@ -302,7 +303,7 @@ TEST_F(SampleFile, SamplesWithoutResultHaveNoCrackSurface) {
   write(sample_path(folder.path(), 3), 2);  // contains another number
   const StoredSample refused = read_stored_sample(folder.path(), parameters, 3);
   EXPECT_EQ(refused.summary.status, SampleStatus::pending);
-  EXPECT_THAT(refused.summary.error, testing::HasSubstr("holds sample 2 instead of 3"));
+  EXPECT_THAT(refused.summary.error, ::testing::HasSubstr("holds sample 2 instead of 3"));
 }
 
 TEST_F(SampleFile, AFailedSampleKeepsItsReason) {
@@ -330,33 +331,33 @@ TEST_F(SampleFile, EmptyTablesAreWritten) {
 
 TEST_F(SampleFile, ForeignFilesAreRefusedWithTheReason) {
   const fs::path file = folder.path() / "a.h5";
-  EXPECT_THAT(refusal(file), testing::HasSubstr("No such file"));
+  EXPECT_THAT(refusal(file), ::testing::HasSubstr("No such file"));
   put_bytes(file, "no HDF5 here");
-  EXPECT_THAT(refusal(file), testing::HasSubstr("no checksum at its end"));
+  EXPECT_THAT(refusal(file), ::testing::HasSubstr("no checksum at its end"));
   write_ensemble(parallel::Communicator(MPI_COMM_SELF), file, parameters, {},
                  analysis::make_statistics(
                      std::vector(5, analysis::empty_summary(2, 3, SampleStatus::pending)), parameters),
                  {});
-  EXPECT_THAT(refusal(file), testing::HasSubstr("no checksum at its end"));
+  EXPECT_THAT(refusal(file), ::testing::HasSubstr("no checksum at its end"));
   const std::string ensemble = bytes_of(file);
   const auto bytes = std::as_bytes(std::span(ensemble));
   write_checked_file(file, {bytes.begin(), bytes.end()});
-  EXPECT_THAT(refusal(file), testing::HasSubstr("not a crackle sample file"));
+  EXPECT_THAT(refusal(file), ::testing::HasSubstr("not a crackle sample file"));
   write(file);
   EXPECT_EQ(refusal(file), "not refused");
-  EXPECT_THAT(refusal(file, 4), testing::HasSubstr("holds sample 3 instead of 4"));
+  EXPECT_THAT(refusal(file, 4), ::testing::HasSubstr("holds sample 3 instead of 4"));
   parameters.text += " ";
   parameters.ensemble.samples = 7;
   EXPECT_EQ(refusal(file), "not refused") << "the same sample of a larger ensemble";
   parameters.mesh.growth = 0.1 * (1 + 1e-14);
-  EXPECT_THAT(refusal(file), testing::AllOf(testing::HasSubstr(file.string()),
-                                            testing::HasSubstr("made from another input")));
+  EXPECT_THAT(refusal(file), ::testing::AllOf(::testing::HasSubstr(file.string()),
+                                              ::testing::HasSubstr("made from another input")));
   write(file);
   parameters.mesh.points_digest = "2 bytes, FNV-1a 07";
-  EXPECT_THAT(refusal(file), testing::HasSubstr("made from other points (none, not 2 bytes, FNV-1a 07)"));
+  EXPECT_THAT(refusal(file), ::testing::HasSubstr("made from other points (none, not 2 bytes, FNV-1a 07)"));
   write(file);
   parameters.sections.y.pop_back();
-  EXPECT_THAT(refusal(file), testing::HasSubstr("made from another input"));
+  EXPECT_THAT(refusal(file), ::testing::HasSubstr("made from another input"));
 }
 
 TEST(Schema, IsRaisedWithTheColumns) {
@@ -425,8 +426,8 @@ TEST_F(SampleFile, UnwritablePlacesAreErrorsThatNameTheFile) {
     ADD_FAILURE() << "no error";
   } catch (const std::runtime_error& error) {
     std::printf("%s\n", error.what());
-    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("'" + file.string() + "'"),
-                                             testing::HasSubstr("Not a directory")));
+    EXPECT_THAT(error.what(), ::testing::AllOf(::testing::HasSubstr("'" + file.string() + "'"),
+                                               ::testing::HasSubstr("Not a directory")));
   }
 }
 
@@ -448,7 +449,7 @@ TEST_F(SampleFile, AFullDiskLeavesTheOldFileAndNoPart) {
   setrlimit(RLIMIT_FSIZE, &old_limit);
   std::signal(SIGXFSZ, old_handler);
   std::printf("%s\n", message.c_str());
-  EXPECT_THAT(message, testing::HasSubstr("File too large"));
+  EXPECT_THAT(message, ::testing::HasSubstr("File too large"));
   EXPECT_EQ(n_entries(folder.path()), 1);
   EXPECT_EQ(read_summary(file, parameters, 3).error, "old");
 }
@@ -471,10 +472,10 @@ TEST_F(SampleFile, SummariesOfAFolderAreCompleteWithPendingRows) {
   EXPECT_EQ(rows[1].status, SampleStatus::failed);
   EXPECT_EQ(rows[1].error, "reason");
   EXPECT_EQ(rows[2].status, SampleStatus::pending);
-  EXPECT_THAT(rows[2].error, testing::HasSubstr("holds sample 2 instead of 3"));
+  EXPECT_THAT(rows[2].error, ::testing::HasSubstr("holds sample 2 instead of 3"));
   EXPECT_EQ(rows[3].status, SampleStatus::pending);
   EXPECT_EQ(rows[3].error, "");
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::io

@@ -19,7 +19,7 @@
 #include <numbers>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using ::testing::HasSubstr;
 
@@ -229,5 +229,5 @@ TEST(Sensitivity, NeedsDrawsAndRandomInputs) {
   EXPECT_EQ(to_text(sensitivities(certain, {}), certain), "");
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

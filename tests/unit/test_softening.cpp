@@ -17,7 +17,7 @@
 #include <vector>
 
 namespace crackle::fracture {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::SofteningCurve;
 using mechanics::Symmetric;
@@ -179,5 +179,5 @@ TEST_F(OneTetrahedron, GivesWayWithoutDelayOnceItHasBegunTo) {
   EXPECT_EQ(criterion_.time_to_failure(0, 1.49 * strength), infinity);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::fracture

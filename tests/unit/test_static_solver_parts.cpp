@@ -20,7 +20,7 @@
 #include <vector>
 
 namespace crackle::mechanics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 class Numbers {
 public:
@@ -221,5 +221,5 @@ TEST(CellKernels, ConvertDisplacementsAndForcesOfNodes) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::mechanics

@@ -10,7 +10,7 @@
 #include <limits>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
@@ -275,5 +275,5 @@ TEST(Statistics, ReplicatesCountByWholeDraws) {
               ::testing::Not(::testing::HasSubstr(" independent samples")));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -15,7 +15,7 @@
 #include <numeric>
 
 namespace crackle::analysis {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
@@ -213,5 +213,5 @@ TEST(StopRule, LookingAfterEverySampleWithoutCorrectionWouldNot) {
   EXPECT_GT(together, 0.95 - 2.5 * std::sqrt(0.95 * 0.05 / trials));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -15,7 +15,7 @@
 #include <vector>
 
 namespace crackle::fracture {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using mechanics::Symmetric;
 
@@ -187,5 +187,5 @@ TEST_F(Block, BreaksTheMostStressedForItsStrength) {
   EXPECT_LE(value(average_(centre, stress)), largest);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::fracture

@@ -10,7 +10,7 @@
 #include <utility>
 
 namespace crackle::fracture {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 constexpr double least = input::least_measured_poisson_ratio;
 constexpr double greatest = input::greatest_measured_poisson_ratio;
@@ -58,5 +58,5 @@ TEST(ToughnessFactor, OfAnAverageIsThatOfALengthOfItsOwn) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::fracture

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace crackle::fracture {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 input::Fracture epoxy_fracture(input::Accumulation accumulation = input::Accumulation::cumulative) {
   return {.strength = 35e6, .exponent = 2, .impulse = 1e4, .accumulation = accumulation};  // 1e-8 MPa^2 s
@@ -228,5 +228,5 @@ TEST(BreakableBody, RecordsEnergyAndStressOfABreak) {
   EXPECT_NEAR(strain_energy + record.released_energy, 0.5 * 3.3e6 * 1e-3, 1e-8);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::fracture

@@ -15,7 +15,7 @@
 #include <numbers>
 
 namespace crackle::fracture {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::Distribution;
 using input::Varies;
@@ -242,5 +242,5 @@ TEST(StiffnessVariation, DependsOnTheTetrahedronNotOnThePart) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::fracture

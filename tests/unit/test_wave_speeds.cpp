@@ -7,7 +7,7 @@
 #include <cmath>
 
 namespace crackle::mechanics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 TEST(WaveSpeeds, AreThoseOfTheTextbook) {
   // Steel, common table values: 5.9 and 3.2 km/s, Rayleigh wave at 0.926 of the latter.
@@ -31,5 +31,5 @@ TEST(WaveSpeeds, ArrestWindowIsABarWavesWayAlongTheLongestExtent) {
   EXPECT_EQ(dynamics::arrest_window(parameters), 3e-6);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::mechanics

@@ -20,7 +20,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BodyLoad;
 using input::BoundaryKind;
@@ -378,5 +378,5 @@ TEST(Factor, OfADisplacementTurnsAnEndAndDoesItsWork) {
   });
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

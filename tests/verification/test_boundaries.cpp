@@ -16,7 +16,7 @@
 #include <utility>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -264,5 +264,5 @@ TEST(Displacement, ThatIsThereFromTheStartIsWork) {
       1e-3);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -26,7 +26,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -226,5 +226,5 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   EXPECT_LT(worst, 1e-2 * largest);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

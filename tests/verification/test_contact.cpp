@@ -16,7 +16,7 @@
 #include <cstdio>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Contact;
@@ -89,5 +89,5 @@ TEST(Contact, OfABrokenBarCarriesCompressionOnly) {
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -18,7 +18,7 @@
 #include <utility>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -286,5 +286,5 @@ TEST_P(ReflectionOverTheAngle, ConvergesToThatOfTheDashpots) {
 INSTANTIATE_TEST_SUITE_P(AbsorbingFace, ReflectionOverTheAngle, testing::Values(false, true),
                          [](const auto& info) { return info.param ? "S" : "P"; });
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

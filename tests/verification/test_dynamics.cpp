@@ -18,7 +18,7 @@
 #include <string>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -254,5 +254,5 @@ TEST(Dynamics, WaveInASlenderBarArrivesWithTheBarSpeed) {
   EXPECT_LT(result.energy_error, 1e-2);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -13,7 +13,7 @@
 #include <tuple>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 double imbalance(const EnergyRow& row) {
   return row.external - row.kinetic - row.strain - row.released - row.dissipated;
@@ -61,5 +61,5 @@ INSTANTIATE_TEST_SUITE_P(Demo, WholeSample,
                                             ::testing::Values(input::Precision::mixed,
                                                               input::Precision::double_)));
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

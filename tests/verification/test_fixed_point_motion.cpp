@@ -23,7 +23,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::Integrator;
 using input::Precision;
@@ -513,5 +513,5 @@ TEST(FixedPointNumbers, WhatTheTypeCannotHoldIsFlagged) {
   EXPECT_FALSE(in_range) << "a number that fits does not take it back";
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

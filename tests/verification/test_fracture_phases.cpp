@@ -10,7 +10,7 @@
 #include <optional>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -149,5 +149,5 @@ TEST(Separation, IsRecognizedDuringQuasiStaticLoading) {
   EXPECT_LT(result.energy_error, 1e-6);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

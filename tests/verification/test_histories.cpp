@@ -12,7 +12,7 @@
 #include <cstdio>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -182,5 +182,5 @@ TEST_F(HistoryOfABar, TellsEveryPhaseAndTheLoadBetween) {
   EXPECT_EQ(last, result.counts.dynamic_phases);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -18,7 +18,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -295,5 +295,5 @@ TEST(Quench, GoesOnAfterADynamicPhaseWithTheEnergyAccountClosed) {
   EXPECT_LT(result.energy_error, 1e-4);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

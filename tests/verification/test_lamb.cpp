@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -159,5 +159,5 @@ TEST(LambsProblem, SurfaceMovesAsInTheClosedForm) {
   EXPECT_LT(errors[1], 0.6 * errors[0]) << "order 1.9 is left near the end";
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -15,7 +15,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 constexpr double strength = 35e6;  // [Pa]
 
@@ -107,5 +107,5 @@ TEST(Laws, BreaksByAnAveragedStressAttachToTheCrack) {
   EXPECT_LE(n_inside, static_cast<int>(result.breaks.size()) / 100);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -184,5 +184,5 @@ TEST_F(PulledBar, HasThePressureTimesItsAreaForALoad) {
   EXPECT_GT(row.load_displacement, 0);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -20,7 +20,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 /// A box of a matrix and an insert.
 input::Parameters two_materials(const std::string& size, const std::string& region, const std::string& mesh,
@@ -225,5 +225,5 @@ TEST(TwoMaterials, HaveTheirStrengthsAndThatOfTheirInterface) {
   EXPECT_GT(std::ranges::min(n), 50);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

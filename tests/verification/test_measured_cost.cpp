@@ -10,7 +10,7 @@
 #include <cmath>
 
 namespace crackle::ensemble {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -84,5 +84,5 @@ TEST(MeasuredCost, OfABodyThatStartsAtRestHasNoSolves) {
   EXPECT_GT(cost.step, 0);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::ensemble

@@ -15,7 +15,7 @@
 #include <cstdio>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -151,5 +151,5 @@ TEST(Nucleation, BreaksAreNotFasterThanWaves) {
   EXPECT_LT(fastest, 1.5 * wave);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -18,11 +18,11 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr std::array<bool, 3> all{true, true, true};
 constexpr std::array<bool, 3> along{false, false, true};
@@ -307,5 +307,5 @@ TEST(Separation, CountsPiecesByTheirVolume) {
   EXPECT_TRUE(cut_at(0.0062)) << "only one end is loaded, but half of the body came off";
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -13,7 +13,7 @@
 #include <numbers>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using std::numbers::pi;
 
@@ -197,5 +197,5 @@ symmetry = "none")";
   }
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -8,7 +8,7 @@
 #include <cstdio>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 test::PlateText crooked() {
   test::PlateText plate{R"(thickness = "3 mm"
@@ -146,5 +146,5 @@ spacing = "{} mm")",
   EXPECT_LT(std::abs(errors[1]), 0.7 * std::abs(errors[0]));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -17,7 +17,7 @@
 #include <set>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -267,5 +267,5 @@ TEST_F(DamagedBar, HasAnEquilibriumWithTetrahedraThatHangByAnEdgeOrACorner) {
   EXPECT_LT(damaged, 1.5 * intact);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -17,7 +17,7 @@
 #include <vector>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -240,5 +240,5 @@ TEST(Static, LoadThatStaysTooSmallBreaksNothing) {
   EXPECT_TRUE(body.breaks().empty());
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

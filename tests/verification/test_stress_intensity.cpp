@@ -14,7 +14,7 @@
 #include <numbers>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 constexpr double shorter = 7.5e-3, longer = 8.5e-3;  // notch depths [m]
 
@@ -62,5 +62,5 @@ TEST(StressIntensity, OfANotchedStripIsTheHandbooksAtThreeSpacings) {
   EXPECT_LT(std::abs(found[2] - 1), std::abs(found[0] - 1));
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

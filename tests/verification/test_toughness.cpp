@@ -13,7 +13,7 @@
 #include <cstdio>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -119,5 +119,5 @@ TEST(Rayleigh, SpeedOfTheGlassPlateIsThatOfTheLiterature) {
   EXPECT_NEAR(mechanics::rayleigh_speed({32e9, 0.2, 2450}), 2125, 5);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

@@ -9,7 +9,7 @@
 #include <numbers>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Face;
@@ -96,5 +96,5 @@ TEST_P(PlaneWave, ConvergesWithOrderTwoInSpace) {
 INSTANTIATE_TEST_SUITE_P(Waves, PlaneWave, ::testing::Values(2, 0),
                          [](const auto& info) { return info.param == 2 ? "P" : "S"; });
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics

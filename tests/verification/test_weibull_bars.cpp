@@ -15,7 +15,7 @@
 #include <cstdio>
 
 namespace crackle::dynamics {
-namespace {
+namespace CRACKLE_TEST_FILE {
 
 constexpr double strength = 35e6;          // [Pa]
 constexpr double reference_volume = 1e-9;  // [m^3]
@@ -119,5 +119,5 @@ TEST(WeibullBars, FailAtTheLoadsOfTheLawWhereNeighboursDifferLittle) {
   check("modulus 8, correlation length 50 mm, fracture", 8, 0.05);
 }
 
-}  // namespace
+}  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::dynamics
