@@ -35,9 +35,10 @@ class FixedPointMotion final : public MovingBody {
   using ForceQuanta = InitialForce<std::int64_t>::OfNode;
   static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
   static constexpr std::int64_t steps_between_unwrapping = 16;
-  /// Number of forces computed in one pass over the body. Several ranks take more passes, as messages between
-  /// substeps are hidden behind the next pass only.
-  std::size_t forces_per_pass() const { return context_.group->size() == 1 ? 4 : 2; }
+  /// Number of forces computed in one pass over the body.
+  static constexpr std::size_t forces_per_pass = 4;
+  /// Blocks computed while new values of ghosts travel: some 30 us of work, which stays in the cache.
+  static constexpr std::int32_t blocks_in_between = 32;
   /// An upper bound on the substeps of any splitting.
   static constexpr std::size_t max_substeps = 32;
   /// State and force may use the integers' range up to this limit; the rest is a safety margin for detecting
@@ -93,7 +94,7 @@ public:
       for (const Substep& substep : substeps) run_substep(substep);
     } else {
       for (std::size_t first = 0, last = 0; first < substeps.size(); first = last) {
-        for (std::size_t n = 0; last < substeps.size() && n + substeps[last].has_force <= forces_per_pass();
+        for (std::size_t n = 0; last < substeps.size() && n + substeps[last].has_force <= forces_per_pass;
              ++last)
           n += substeps[last].has_force;
         run_wavefront(substeps.subspan(first, last - first));
@@ -396,8 +397,8 @@ private:
       if (r == 0) return true;
       if (reach.last_owned >= next_update[r - 1]) return false;
       // A block with ghost neighbours has nodes that are ghosts elsewhere, so the previous substep no longer
-      // needs the ghosts' former values.
-      return !reach.has_ghosts || next_update[r - 1] >= sent_blocks_;
+      // needs the ghosts' former values. The blocks in between are computed while their new values travel.
+      return !reach.has_ghosts || next_update[r - 1] >= std::min(sent_blocks_ + blocks_in_between, n);
     };
     const auto update = [&](std::size_t r) {
       update_nodes(next_update[r]++, substeps[r]);
