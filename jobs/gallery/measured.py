@@ -45,15 +45,21 @@ def measured(problem: str) -> Problem:
     return PROBLEMS[problem]
 
 
-def _path(form: Callable[[Any], str]) -> Callable[[Ensemble], str]:
-    """A text made from the path's row in the match."""
-    return lambda ensemble: form(ensemble.match(measured("semicircular-bend").experiments_file).loc[("photographed", "path")])
+def _path_figures(problem: str) -> tuple[Figure, ...]:
+    """What the match says about the one path of the experiments."""
+    def of_row(form: Callable[[Any], str]) -> Callable[[Ensemble], str]:
+        return lambda ensemble: form(ensemble.match(measured(problem).experiments_file).xs("path", level=1).iloc[0])
+    return (Figure("p of the measured path among the samples", of_row(lambda row: f"{row.p_value:.3f}"), always("above 0.05")),
+            Figure("its offset from their mean, along the path", of_row(lambda row: f"{row.offset / MILLIMETRE:.2f} mm"),
+                   of_row(lambda row: f"0, with a standard deviation of {row.standard_deviation / MILLIMETRE:.2f} mm")))
 
 
-def _places(ensemble: Ensemble) -> str:
-    """Where the cracks are on average at the sections, from the middle."""
-    y = (np.nanmean(ensemble.paths.position.values[:, 0], axis=0) - MIDDLE) / MILLIMETRE
-    return ", ".join(f"{one:.1f}" for one in y) + " mm"
+def _places(origin: float) -> Callable[[Ensemble], str]:
+    """Where the cracks are on average at the sections."""
+    def find(ensemble: Ensemble) -> str:
+        y = (np.nanmean(ensemble.paths.position.values[:, 0], axis=0) - origin) / MILLIMETRE
+        return ", ".join(f"{one:.1f}" for one in y) + " mm"
+    return find
 
 
 def _posterior(name: str) -> Callable[[Ensemble], str]:
@@ -103,13 +109,13 @@ _FEW_BARS = {"ensemble.samples": "4", "mesh.spacing": '"1.2 mm"', "mesh.region.s
 _FEW_PLATES = {"ensemble.samples": "4", "mesh.spacing": '"3 mm"', "mesh.notch_spacing": '"1.5 mm"', "mesh.region.spacing": '"2 mm"'}
 
 PROBLEMS = {
+    "slotted-hole": Problem("gallery/slotted-hole.toml", (
+        Figure("y at z = 20, 30, 40, 50, 60 mm", _places(0), always("31.3, 31.2, 30.4, 28.0, 22.9 mm")),
+        *_path_figures("slotted-hole")), {}, {"ensemble.samples": "4"}, experiments="slotted-hole.toml", picture="experiment-0-path"),
     "semicircular-bend": Problem("gallery/semicircular-bend.toml", (
-        Figure("from the middle at z = 15, 20, 25, 30, 35, 40 mm", _places,
+        Figure("from the middle at z = 15, 20, 25, 30, 35, 40 mm", _places(MIDDLE),
                always("6.2, 3.1, 1.3, 0.5, 0.1, −0.2 mm photographed; 6.3, 4.0, 2.6, 2.0, 1.5, 1.1 mm computed by its authors")),
-        Figure("p of the photographed path among the samples", _path(lambda row: f"{row.p_value:.3f}"), always("above 0.05")),
-        Figure("its offset from their mean, along the path", _path(lambda row: f"{row.offset / MILLIMETRE:.2f} mm"),
-               _path(lambda row: f"0, with a standard deviation of {row.standard_deviation / MILLIMETRE:.2f} mm"))),
-        {}, _FEW_PLATES, experiments=MEASURED, picture="experiment-0-path"),
+        *_path_figures("semicircular-bend")), {}, _FEW_PLATES, experiments=MEASURED, picture="experiment-0-path"),
     "semicircular-bend-calibrated": Problem("gallery/semicircular-bend.toml", (
         *(Figure(name, _posterior(name), always(prior)) for name, prior in zip(DRAWN, (
             "0.33 to 0.43", "−2 to 2 mm, 0 as given", "−23.5 to −19.5 mm, −21.5 as given", "19.5 to 23.5 mm, 21.5 as given"))),

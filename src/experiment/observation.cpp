@@ -28,6 +28,32 @@ constexpr double much_nearer = 5;
 /// Places may lie outside of the body by this share of its size.
 constexpr double outside_share = 0.1;
 
+/// Distance in the y-z plane to where a crack starts: the tip of a notch with a ligament, else the nearest
+/// wall.
+double distance_to(const geometry::Body& body, const geometry::CrackStart& start, const Point& place) {
+  if (start.is_straight) return plane::norm(place - Point{start.tip[1], start.tip[2]});
+  const auto& faces = body.faces();
+  const auto is_wall = [&](std::size_t f) {
+    const auto has = [&](const geometry::CrackStart& each) {
+      return std::ranges::find(each.faces, static_cast<geometry::FaceId>(f)) != each.faces.end();
+    };
+    return start.is_free_surface ? std::ranges::none_of(body.crack_starts(), has) : has(start);
+  };
+  double nearest = infinity;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    if (faces[f].outward[0] != 0 || !is_wall(f)) continue;
+    const geometry::Point own = faces[f].patch.own({start.tip[0], place[0], place[1]});
+    const auto& [lower, upper] = faces[f].patch.domain;
+    double square = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double outside = own[i] - std::clamp(own[i], lower[i], upper[i]);
+      square += outside * outside;
+    }
+    nearest = std::min(nearest, std::sqrt(square));
+  }
+  return nearest;
+}
+
 /// Seeds of errors.
 RandomStream errors(const ObservedSamples& samples, const ObservedSample& sample, Quantity quantity,
                     std::uint64_t stream) {
@@ -200,20 +226,33 @@ bool needs_arms(std::span<const Experiment> experiments) {
 }
 
 int crack_start_of(const geometry::Body& body, const Experiment& experiment) {
+  const auto& starts = body.crack_starts();
+  // The free surface counts last: where a path ends, every crack meets it.
   const auto nearest_to = [&](const Point& place) {
     std::pair<int, double> nearest{-1, infinity};
-    for (std::size_t s = 0; s < body.crack_starts().size(); ++s) {
-      const geometry::Point& tip = body.crack_starts()[s].tip;
-      const double distance = plane::norm(place - Point{tip[1], tip[2]});
-      if (distance < nearest.second) nearest = {static_cast<int>(s), distance};
+    for (int s = 0; s < std::ssize(starts); ++s) {
+      if (starts[index(s)].is_free_surface) continue;
+      const double distance = distance_to(body, starts[index(s)], place);
+      if (distance < nearest.second) nearest = {s, distance};
     }
     return nearest;
   };
-  if (experiment.lines.empty())
-    return experiment.tips.empty() ? -1 : nearest_to(experiment.tips.front().at).first;
-  const auto first = nearest_to(experiment.lines.front().front());
-  const auto last = nearest_to(experiment.lines.front().back());
-  return first.second <= much_nearer * last.second ? first.first : last.first;
+  const auto free_surface = std::ranges::find_if(starts, &geometry::CrackStart::is_free_surface);
+  const int otherwise =
+      free_surface == starts.end() ? -1 : static_cast<int>(std::distance(starts.begin(), free_surface));
+  if (experiment.lines.empty()) {
+    if (experiment.tips.empty()) return -1;
+    const int found = nearest_to(experiment.tips.front().at).first;
+    return found >= 0 ? found : otherwise;
+  }
+  const Point& front = experiment.lines.front().front();
+  const Point& back = experiment.lines.front().back();
+  const auto first = nearest_to(front);
+  const auto last = nearest_to(back);
+  const bool begins_at_front = first.second <= much_nearer * last.second;
+  const auto& [start, distance] = begins_at_front ? first : last;
+  if (otherwise < 0) return start;
+  return distance <= distance_to(body, *free_surface, begins_at_front ? front : back) ? start : otherwise;
 }
 
 void check_places(const std::filesystem::path& file, std::span<const Experiment> experiments,

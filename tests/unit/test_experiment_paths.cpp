@@ -7,6 +7,7 @@
 #include "experiment/sample_arms.h"
 
 #include "support/geometry_bodies.h"
+#include "support/plate_family.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -309,6 +310,24 @@ TEST(Observation, PlacesOutsideTheBodyAreRefused) {
     EXPECT_THAT(error.messages(), ElementsAre(HasSubstr("off by a thousand")));
     EXPECT_THAT(error.messages()[0], HasSubstr("set origin, angle and mirror"));
   }
+}
+
+TEST(Observation, CracksFromHolesBeginAtTheirWalls) {
+  // The crack begins at a wall of the hole far from its middle, which the middle of the body is nearer to.
+  test::PlateText plate{R"(size = ["2 mm", "40 mm", "80 mm"])"};
+  plate.holes = {R"(polygon = [["10 mm", "30 mm"], ["30 mm", "66 mm"], ["26 mm", "70 mm"]])"};
+  const auto body = geometry::make_body(input::parse(plate.text(), "x.toml").specimen);
+  const auto started = [&](std::vector<Point> path) {
+    Experiment experiment;
+    for (Point& p : path) p = mm * p;
+    experiment.lines = {path};
+    return crack_start_of(*body, experiment);
+  };
+  const int hole_start = 0, free_surface = 1;
+  EXPECT_EQ(started({{10, 29.5}, {14, 20}, {15, 4}}), hole_start);
+  EXPECT_EQ(started({{10, 29.5}, {14, 20}, {15, 0}}), hole_start) << "it ends on the free surface";
+  EXPECT_EQ(started({{15, 0}, {14, 20}, {10, 29.5}}), hole_start) << "drawn from its end";
+  EXPECT_EQ(started({{39, 10}, {30, 10}, {20, 9}}), free_surface);
 }
 
 TEST(Observation, ExperimentsFromAnotherStartAreTurned) {

@@ -59,7 +59,8 @@ void add_arms(const geometry::Body& body, const std::vector<geometry::Symmetry>&
 /// True if the arms of the samples are needed.
 bool needs_arms(std::span<const Experiment> experiments);
 
-/// The crack start whose tip is nearest to an end of the main arm; -1 if the body has none.
+/// The crack start nearest to an end of the main arm: the tip of a notch with a ligament, else a wall; the
+/// free surface only if an end of the arm is nearer to it than to any other start. -1 if the body has none.
 int crack_start_of(const geometry::Body& body, const Experiment& experiment);
 
 /// Refuses paths and tips that lie elsewhere than the body.
