@@ -132,7 +132,7 @@ class Runs(unittest.TestCase):
     def test_coarse_runs_are_held_against_experiments(self):
         """Four samples say nothing of the model; that the numbers are found is what is tested."""
         with tempfile.TemporaryDirectory() as name:
-            for problem in ("semicircular-bend", "alumina-bars", "small-alumina-bars"):
+            for problem in ("slotted-hole", "semicircular-bend", "alumina-bars", "small-alumina-bars"):
                 one = measured.PROBLEMS[problem]
                 samples = run(one.input_text(coarse=True), Path(name) / problem, Path(OPTIONS.program))
                 for figure in one.figures:
