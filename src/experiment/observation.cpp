@@ -30,8 +30,13 @@ constexpr double outside_share = 0.1;
 
 /// Distance in the y-z plane to where a crack starts: the tip of a notch with a ligament, else the nearest
 /// wall.
-double distance_to(const geometry::Body& body, const geometry::CrackStart& start, const Point& place) {
-  if (start.is_straight) return plane::norm(place - Point{start.tip[1], start.tip[2]});
+/// @param is_under_way the crack may have come to the place along the ligament
+double distance_to(const geometry::Body& body, const geometry::CrackStart& start, const Point& place,
+                   bool is_under_way = false) {
+  if (start.is_straight) {
+    const Point tip{start.tip[1], start.tip[2]}, end{start.end[1], start.end[2]};
+    return is_under_way ? project({tip, end}, place).distance : plane::norm(place - tip);
+  }
   const auto& faces = body.faces();
   const auto is_wall = [&](std::size_t f) {
     const auto has = [&](const geometry::CrackStart& each) {
@@ -228,11 +233,11 @@ bool needs_arms(std::span<const Experiment> experiments) {
 int crack_start_of(const geometry::Body& body, const Experiment& experiment) {
   const auto& starts = body.crack_starts();
   // The free surface counts last: where a path ends, every crack meets it.
-  const auto nearest_to = [&](const Point& place) {
+  const auto nearest_to = [&](const Point& place, bool is_under_way = false) {
     std::pair<int, double> nearest{-1, infinity};
     for (int s = 0; s < std::ssize(starts); ++s) {
       if (starts[index(s)].is_free_surface) continue;
-      const double distance = distance_to(body, starts[index(s)], place);
+      const double distance = distance_to(body, starts[index(s)], place, is_under_way);
       if (distance < nearest.second) nearest = {s, distance};
     }
     return nearest;
@@ -242,7 +247,7 @@ int crack_start_of(const geometry::Body& body, const Experiment& experiment) {
       free_surface == starts.end() ? -1 : static_cast<int>(std::distance(starts.begin(), free_surface));
   if (experiment.lines.empty()) {
     if (experiment.tips.empty()) return -1;
-    const int found = nearest_to(experiment.tips.front().at).first;
+    const int found = nearest_to(experiment.tips.front().at, true).first;
     return found >= 0 ? found : otherwise;
   }
   const Point& front = experiment.lines.front().front();

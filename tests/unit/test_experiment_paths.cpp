@@ -340,6 +340,9 @@ TEST(Observation, ExperimentsFromAnotherStartAreTurned) {
   for (Point& p : experiments[1].lines[0]) p = {16 * mm - p[0], 24 * mm - p[1]};
   EXPECT_EQ(crack_start_of(body, experiments[0]), 0);
   EXPECT_EQ(crack_start_of(body, experiments[1]), 1);
+  Experiment far;  // at the end of the ligament of one notch, beside the tip of the other
+  far.tips = {{.time = 1e-5, .at = {15.5 * mm, 9.2 * mm}}};
+  EXPECT_EQ(crack_start_of(body, far), 0);
   EXPECT_THAT(observe(experiments, made.samples, body, 0).at(0).experiments, ElementsAre(0u))
       << "the loads are not symmetric";
   made.samples.symmetries = body.symmetries();
