@@ -2,9 +2,11 @@
 """The gallery's pictures."""
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -12,7 +14,11 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as MatplotlibPath
 
+import measured
 from crackle import Ensemble, Sample
 from crackle.units import US, Unit
 from crackle_report import style
@@ -44,6 +50,8 @@ def draw(name: str, picture: Path, ensemble: Ensemble) -> None:
     """The picture of a body of the gallery."""
     if name == "uncertain-strip":
         draw_exponents(picture, ensemble)
+    elif name == "slotted-hole":
+        draw_measured(picture, ensemble, measured.PROBLEMS[name].experiments_file)
     else:
         draw_cracks(picture, ensemble, name in BRANCHED, name in QUASI_STATIC)
 
@@ -91,6 +99,39 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False, quasi_st
         panel.set_title(f"sample {sample.number}" + (f": {load:.0f} N" if load > 0 else ""), fontsize=9)
     for panel in others[len(shown):]:
         panel.remove()
+    write_light_figure(figure, picture, DPI)
+    pyplot.close(figure)
+
+
+def draw_measured(picture: Path, ensemble: Ensemble, experiments: Path) -> None:
+    """A measured crack among those of all samples, the body lying on its side: the whole, and where they run."""
+    samples = [ensemble[i] for i in ensemble.done]
+    with samples[0].open() as root:
+        plate = Plate.of({name: values[...] for name, values in root["specimen"].items()})
+    path = tomllib.loads(experiments.read_text())["experiment"][0]["path"]
+    crack = pd.read_csv(experiments.parent / path, comment="#")
+    around = [(crack[axis].min() - 3, crack[axis].max() + 3) for axis in ("z_mm", "y_mm")]
+    figure, panels = pyplot.subplots(1, 2, figsize=(style.PAGE_WIDTH, 2.5), layout="constrained", width_ratios=(2, 3))
+    for panel in panels:
+        outline = MatplotlibPath.make_compound_path(
+            *(MatplotlibPath(np.vstack([polygon, polygon[:1]])[:, ::-1] / style.MILLIMETRE, closed=True) for polygon in plate.polygons))
+        panel.add_patch(PathPatch(outline, facecolor=style.BODY, edgecolor=style.OUTLINE, linewidth=0.6))
+        for sample in samples:
+            for line in sample.crack_lines:
+                before = line[line.time < 0]  # the onset is elsewhere: the plate parts behind the hole
+                panel.plot(before.z / style.MILLIMETRE, before.y / style.MILLIMETRE, color=style.notch_colour(0), linewidth=0.8, alpha=0.35)
+        panel.plot(crack.z_mm, crack.y_mm, color=style.BRANCHING, linewidth=2)
+        panel.set_aspect("equal")
+        panel.set_xlabel("z [mm]")
+        panel.set_ylabel("y [mm]")
+    (bottom, top), (left, right) = ((plate.outline[:, axis].min() / style.MILLIMETRE, plate.outline[:, axis].max() / style.MILLIMETRE) for axis in (0, 1))
+    panels[0].set(xlim=(left - 14, right + 14), ylim=(bottom - 2, top + 2))
+    for end, side in ((left, -1), (right, 1)):
+        for y in np.linspace(bottom + 0.25 * (top - bottom), top - 0.25 * (top - bottom), 5):
+            panels[0].annotate("", (end + 1 * side, y), (end + 12 * side, y), arrowprops={"arrowstyle": "-|>", "color": style.MUTED, "linewidth": 1})
+    panels[1].set(xlim=around[0], ylim=around[1])
+    panels[1].legend(handles=[Line2D([], [], color=style.BRANCHING, linewidth=2, label="measured"),
+                              Line2D([], [], color=style.notch_colour(0), linewidth=1, label=f"{len(samples)} samples")], loc="lower left")
     write_light_figure(figure, picture, DPI)
     pyplot.close(figure)
 
