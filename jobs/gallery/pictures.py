@@ -16,13 +16,12 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
-from matplotlib.path import Path as MatplotlibPath
 
 import measured
 from crackle import Ensemble, Sample
 from crackle.units import US, Unit
 from crackle_report import style
-from crackle_report.drawing import draw_facets, draw_plate, draw_rings, time_colours, whole_length, window
+from crackle_report.drawing import draw_facets, draw_plate, draw_rings, outline_path, time_colours, whole_length, window
 from crackle_report.mesh import Mesh
 from crackle_report.plate import Plate
 from crackle_report.results import CrackSurface
@@ -63,8 +62,7 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False, quasi_st
     @param quasi_static: colours tell the time of the load at which cracks opened, not that since the onset
     """
     samples = [ensemble[i] for i in ensemble.done[:5]]
-    with samples[0].open() as root:
-        plate = Plate.of({name: values[...] for name, values in root["specimen"].items()})
+    plate = _plate_of(samples[0])
     mesh = samples[0].mesh
     z_range = _shown_length(plate, samples[:3])
     width = np.ptp(plate.outline[:, 0]) / style.MILLIMETRE
@@ -106,16 +104,14 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False, quasi_st
 def draw_measured(picture: Path, ensemble: Ensemble, experiments: Path) -> None:
     """A measured crack among those of all samples, the body lying on its side: the whole, and where they run."""
     samples = [ensemble[i] for i in ensemble.done]
-    with samples[0].open() as root:
-        plate = Plate.of({name: values[...] for name, values in root["specimen"].items()})
+    plate = _plate_of(samples[0])
     path = tomllib.loads(experiments.read_text())["experiment"][0]["path"]
     crack = pd.read_csv(experiments.parent / path, comment="#")
     around = [(crack[axis].min() - 3, crack[axis].max() + 3) for axis in ("z_mm", "y_mm")]
     figure, panels = pyplot.subplots(1, 2, figsize=(style.PAGE_WIDTH, 2.5), layout="constrained", width_ratios=(2, 3))
+    lying_down = outline_path([polygon[:, ::-1] / style.MILLIMETRE for polygon in plate.polygons])
     for panel in panels:
-        outline = MatplotlibPath.make_compound_path(
-            *(MatplotlibPath(np.vstack([polygon, polygon[:1]])[:, ::-1] / style.MILLIMETRE, closed=True) for polygon in plate.polygons))
-        panel.add_patch(PathPatch(outline, facecolor=style.BODY, edgecolor=style.OUTLINE, linewidth=0.6))
+        panel.add_patch(PathPatch(lying_down, facecolor=style.BODY, edgecolor=style.OUTLINE, linewidth=0.6))
         for sample in samples:
             for line in sample.crack_lines:
                 before = line[line.time < 0]  # the onset is elsewhere: the plate parts behind the hole
@@ -128,12 +124,17 @@ def draw_measured(picture: Path, ensemble: Ensemble, experiments: Path) -> None:
     panels[0].set(xlim=(left - 14, right + 14), ylim=(bottom - 2, top + 2))
     for end, side in ((left, -1), (right, 1)):
         for y in np.linspace(bottom + 0.25 * (top - bottom), top - 0.25 * (top - bottom), 5):
-            panels[0].annotate("", (end + 1 * side, y), (end + 12 * side, y), arrowprops={"arrowstyle": "-|>", "color": style.MUTED, "linewidth": 1})
+            panels[0].annotate("", (end + side, y), (end + 12 * side, y), arrowprops={"arrowstyle": "-|>", "color": style.MUTED, "linewidth": 1})
     panels[1].set(xlim=around[0], ylim=around[1])
     panels[1].legend(handles=[Line2D([], [], color=style.BRANCHING, linewidth=2, label="measured"),
                               Line2D([], [], color=style.notch_colour(0), linewidth=1, label=f"{len(samples)} samples")], loc="lower left")
     write_light_figure(figure, picture, DPI)
     pyplot.close(figure)
+
+
+def _plate_of(sample: Sample) -> Plate:
+    with sample.open() as root:
+        return Plate.of({name: values[...] for name, values in root["specimen"].items()})
 
 
 def _load_time(sample: Sample) -> np.ndarray:

@@ -47,14 +47,9 @@ double distance_to(const geometry::Body& body, const geometry::CrackStart& start
   double nearest = infinity;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     if (faces[f].outward[0] != 0 || !is_wall(f)) continue;
-    const geometry::Point own = faces[f].patch.own({start.tip[0], place[0], place[1]});
-    const auto& [lower, upper] = faces[f].patch.domain;
-    double square = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double outside = own[i] - std::clamp(own[i], lower[i], upper[i]);
-      square += outside * outside;
-    }
-    nearest = std::min(nearest, std::sqrt(square));
+    const geometry::Patch& patch = faces[f].patch;
+    const geometry::Point from = patch.at(patch.domain.lower), to = patch.at(patch.domain.upper);
+    nearest = std::min(nearest, project({{from[1], from[2]}, {to[1], to[2]}}, place).distance);
   }
   return nearest;
 }

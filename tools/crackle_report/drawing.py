@@ -2,7 +2,7 @@
 """What several pictures draw: the plate, a window on its cracked part, cracks."""
 from __future__ import annotations
 
-from typing import Any, Iterable
+from typing import Any, Iterable, Sequence
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -48,11 +48,15 @@ def _within(plate: Plate, low: float, high: float, margin: tuple[float, float]) 
     return max(plate.lengths.of(low - around), lowest), min(plate.lengths.of(high + around), highest)
 
 
+def outline_path(polygons: Sequence[np.ndarray]) -> Path:
+    """The outer polygon and those of the holes as one path; first corners are not repeated."""
+    return Path.make_compound_path(*(Path(np.vstack([polygon, polygon[:1]]), closed=True) for polygon in polygons))
+
+
 def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bool = False) -> None:
     """The body with its slots, at true proportions; axes in the plate's unit of lengths."""
     left, right = (plate.lengths.of(end) for end in plate.ends(1))
-    closed = [plate.lengths.of(np.vstack([polygon, polygon[:1]])) for polygon in plate.polygons]
-    path = Path.make_compound_path(*(Path(polygon, closed=True) for polygon in closed))
+    path = outline_path([plate.lengths.of(polygon) for polygon in plate.polygons])
     axes.add_patch(PathPatch(path, zorder=0, facecolor="none" if faint else style.BODY,
                              edgecolor=style.MUTED if faint else style.OUTLINE,
                              linewidth=0.6, linestyle="--" if faint else "-"))

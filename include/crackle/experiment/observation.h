@@ -60,7 +60,8 @@ void add_arms(const geometry::Body& body, const std::vector<geometry::Symmetry>&
 bool needs_arms(std::span<const Experiment> experiments);
 
 /// The crack start nearest to an end of the main arm: the tip of a notch with a ligament, else a wall; the
-/// free surface only if an end of the arm is nearer to it than to any other start. -1 if the body has none.
+/// free surface only if an end of the arm is nearer to it than to any other start. Without a path, the start
+/// whose ligament or wall is nearest to the first tip. -1 if the body has none.
 int crack_start_of(const geometry::Body& body, const Experiment& experiment);
 
 /// Refuses paths and tips that lie elsewhere than the body.
