@@ -22,8 +22,11 @@ namespace {
 constexpr double load_concentration = 8;
 /// Strain of an edge in a body that is still intact.
 constexpr double largest_strain = 0.05;
-/// Small fragments, which have the shortest edges, rotate by radians while they fly away.
-constexpr double largest_turn = 16;
+// Small fragments, which have the shortest edges, rotate by radians while they fly away: by so many at least,
+// as far as that share of their flight lets them, and by so many at most, for the sake of resolution.
+constexpr double least_turn = 16;
+constexpr double turning_share = 0.25;
+constexpr double largest_turn = 64;
 constexpr double velocity_room = 32;
 constexpr double force_room = 4;
 
@@ -178,9 +181,12 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
   if (!(stress > 0)) stress = e.strength;
   const double velocity = stress / -e.least_impedance;
   const double youngs_modulus = -e.least_modulus;
-  return {std::max(largest_strain * e.longest_edge, largest_turn * -e.shortest_edge),
+  const double turn =
+      std::clamp(turning_share * velocity * duration / -e.shortest_edge, least_turn, largest_turn);
+  return {std::max(largest_strain * e.longest_edge, turn * -e.shortest_edge),
           velocity_room * (velocity + e.prescribed_velocity + free_flight_velocity(context, load_time, end)),
-          force_room * e.stretch_force * stress / youngs_modulus, stress / youngs_modulus};
+          force_room * turn / least_turn * e.stretch_force * stress / youngs_modulus,
+          stress / youngs_modulus};
 }
 
 }  // namespace crackle::dynamics
