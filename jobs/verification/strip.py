@@ -31,7 +31,7 @@ class StripCrack:
     ran: bool  # through more than half of the strip
     n_branching: int  # in the projection
     angle: float  # between the branches of the first branching point [degrees]; NaN where there is none
-    speed_there: float  # over Rayleigh's, on the way to it
+    speed_there: float  # over Rayleigh's, on the way to it; NaN where it is at the notch
     largest_speed: float  # over Rayleigh's, of all the way
     band: float  # median over the crack's way of the height between its outermost facets [mm]
     energy: float  # of broken tetrahedra per traced area [J/m^2]
@@ -47,7 +47,8 @@ def crack_of(sample: crackle.Sample) -> StripCrack:
         angle = math.degrees(first.angle)
         here = (y > first.y - FRONT_WINDOW) & (y <= first.y)
         # Slope of a line through the facets that opened there.
-        slope = np.polyfit(y[here], sample.crack_surface.time.values[here], 1)[0] if here.sum() > 10 else math.nan
+        has_run = first.y - FRONT_WINDOW > TIP and here.sum() > 10
+        slope = np.polyfit(y[here], sample.crack_surface.time.values[here], 1)[0] if has_run else math.nan
         speed = summary.crack_speed_ratio / summary.crack_speed_max / slope if slope > 0 else math.nan
     places = np.arange(TIP + 2 * BAND_WINDOW, WIDTH - TIP, BAND_WINDOW)
     heights = [np.ptp(z[inside]) for inside in ((y >= place) & (y < place + BAND_WINDOW) for place in places) if inside.sum() > 5]
