@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .sample import Sample
 
 __all__ = ["Ensemble", "ResultsError", "Sample", "open", "plot_mesh"]
-__version__ = "1.0.0"
+__version__ = "1.1.0"
 _PLACES = {"Ensemble": "ensemble", "open": "ensemble", "plot_mesh": "plots", "Sample": "sample"}
 
 
