@@ -254,7 +254,7 @@ dynamics::SampleControl Run::control() {
   control.stop = [this] { return stop_(); };
   control.checkpoint_interval = options_.checkpoint_interval;
   if (is_single() && options_.log != nullptr) control.log = [this](const std::string& line) { say(line); };
-  if (!log_ || options_.terminal_width == 0 || is_sweep()) return control;
+  if (!log_ || is_sweep() || (is_single() && options_.terminal_width == 0)) return control;
   control.progress = [this](const std::string& where) {
     if (is_single()) return log_->show([&where] { return where; }, false);
     cases_.front().at_work(where);
