@@ -36,7 +36,7 @@ def environment(**more: str) -> dict[str, str]:
     A single rank starts in half of the time without a daemon. But then its session directory has the name that every such
     process gives its own, and the first to end removes it; so each call has a place for it.
     """
-    needed = {name: value for name, value in _settings().items() if name.startswith(("OMPI_", "OMP_", "OPENBLAS_"))}
+    needed = {name: value for name, value in _settings().items() if name.startswith(("OMPI_", "OMP_", "OPENBLAS_", "HWLOC_"))}
     alone = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_tmpdir_base": f"{_session_folder()}/{next(_CALLS)}"}
     return {**os.environ, **needed, **alone, **more}
 

@@ -37,8 +37,8 @@ def call(main: Callable[[], int], *arguments: object) -> subprocess.CompletedPro
     return subprocess.CompletedProcess(words, status or 0, out.getvalue(), err.getvalue())
 
 
-def report(*arguments: object) -> subprocess.CompletedProcess:
-    """crackle-report, for tests of what it says: every picture is drawn once, coarsely, and not again as SVG."""
+def report(*arguments: object, kind: str = "png") -> subprocess.CompletedProcess:
+    """crackle-report, for tests of what it says: every picture is drawn once, coarsely, and its file of the other kind is empty."""
     apply, save = style.apply, matplotlib.figure.Figure.savefig
 
     def apply_coarsely() -> None:
@@ -46,7 +46,7 @@ def report(*arguments: object) -> subprocess.CompletedProcess:
         matplotlib.rcParams["savefig.dpi"] = 40
 
     def save_once(figure: matplotlib.figure.Figure, file: io.BytesIO, **options: object) -> None:
-        if options["format"] == "png":
+        if options["format"] == kind:
             save(figure, file, **options)
 
     with matplotlib.rc_context(), mock.patch.object(style, "apply", apply_coarsely), \

@@ -57,7 +57,7 @@ def slow_plate(text, program, seconds):
 
 class SurvivalCase(unittest.TestCase):
     """`small` is an input that is computed at once, `slow` one of seconds for each sample."""
-    SLOW_SECONDS = 1
+    SLOW_SECONDS = 0.6
 
     @classmethod
     def setUpClass(cls):

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import shutil
 import sys
 from pathlib import Path
@@ -77,7 +78,7 @@ def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), p
                         sections="\n".join(f"{name} = [{', '.join(its)}]" for name, its in lists if its))
     rows = []
     for i in range(n_samples):
-        rows.append(_make_sample(i, len(slots)))
+        rows.append({**_make_sample(i, len(slots))})
         if leading is not None:
             rows[i]["leading_notch"] = leading[i]
         if i in pending:
@@ -126,6 +127,7 @@ def _empty_row(status: int, error: str, n_notches: int = len(TIPS)) -> dict:
             "branches": np.zeros(shape, int), "facets": [], "lines": [], "branching": []}
 
 
+@functools.cache  # many ensembles have the same ones
 def _make_sample(number: int, n_notches: int) -> dict:
     random = np.random.Generator(np.random.PCG64([2012, number]))
     row = _empty_row(1, "", n_notches)

@@ -108,7 +108,9 @@ class Kinds(unittest.TestCase):
         pyplot.close("all")
         axes = pyplot.figure().add_subplot()
         for column in ensemble.samples:
-            axes.clear()
+            for bar in list(axes.patches):  # clearing the axes would make all ticks anew
+                bar.remove()
+            axes.set_xlabel("")
             self.assertTrue(ensemble.plot.histogram(column, axes=axes).get_xlabel())
         pyplot.close()
 

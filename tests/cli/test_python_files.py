@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 import os
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
 import unittest
@@ -21,20 +21,23 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 import crackle  # noqa: E402
+import in_process  # noqa: E402
 import small_input  # noqa: E402
 from crackle import checksum, files  # noqa: E402
+from crackle_report import command, paraview  # noqa: E402
 
 PROGRAM = Path()
 SAMPLE = "samples/0001.h5"
-READ_ALL = """
-import sys
-import crackle
-try:
-    ensemble = crackle.open(sys.argv[1])
-    ensemble.samples, ensemble.paths, ensemble.histories, [sample.frames for sample in ensemble]
-except crackle.ResultsError as error:
-    sys.exit(f"refused: {error}")
-"""
+PATIENCE = 120  # seconds that a reader may take
+
+
+def read_all() -> None:
+    """A program of a user of the package."""
+    try:
+        ensemble = crackle.open(sys.argv[1])
+        ensemble.samples, ensemble.paths, ensemble.histories, [sample.frames for sample in ensemble]
+    except crackle.ResultsError as error:
+        sys.exit(f"refused: {error}")
 
 
 class Folders(unittest.TestCase):
@@ -53,13 +56,13 @@ class Folders(unittest.TestCase):
 
     def refusals(self, file: Path, message: str, readers: tuple[str, ...] = ("package", "report")) -> None:
         """Each reader ends by itself, with status 1 and one line that names the file."""
-        commands = {"package": ["/usr/bin/python3", "-B", "-c", READ_ALL, str(self.folder)],
-                    "report": [str(ROOT / "tools" / "crackle-report"), str(self.folder), "--no-animation"],
-                    "paraview": [str(ROOT / "tools" / "crackle-paraview"), str(self.folder), "--sample", "1"]}
+        commands = {"package": (read_all, self.folder), "report": (command.main, self.folder, "--no-animation"),
+                    "paraview": (paraview.main, self.folder, "--sample", "1")}
         for reader in readers:
             with self.subTest(file=file.name, reader=reader):
-                done = subprocess.run(commands[reader], capture_output=True, text=True, check=False, timeout=60,
-                                      env={**os.environ, "PYTHONPATH": str(ROOT / "tools"), "PYTHONDONTWRITEBYTECODE": "1"})
+                signal.alarm(PATIENCE)  # ends this process when a reader waits
+                done = in_process.call(*commands[reader])
+                signal.alarm(0)
                 self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (1, "", 1), done.stderr)
                 self.assertIn(f"'{file}'", done.stderr)
                 self.assertRegex(done.stderr, message)
@@ -100,8 +103,9 @@ class Places(Folders):
 
     def test_a_pipe_in_the_place_of_what_the_report_writes_is_replaced(self):
         os.mkfifo(self.folder / "report.html.partial")
-        subprocess.run([str(ROOT / "tools" / "crackle-report"), str(self.folder), "--no-animation"], check=True, timeout=120,
-                       capture_output=True, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+        signal.alarm(PATIENCE)
+        self.assertEqual(in_process.report(self.folder, "--no-animation").returncode, 0)
+        signal.alarm(0)
         self.assertIn("</html>", (self.folder / "report.html").read_text())
 
 

@@ -125,7 +125,7 @@ class Report(Ensembles):
         write_ensemble(self.folder, 5, failed=(3,))
         with h5py.File(self.folder / "ensemble.h5", "r+") as root:
             root["samples/error"][3] = "quality 0.1 < 0.2 & no way out"
-        self.assertEqual(in_process.call(command.main, self.folder, "--no-animation", "--no-fringes").returncode, 0)
+        self.assertEqual(in_process.report(self.folder, "--no-animation", "--no-fringes", kind="svg").returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("quality 0.1 &lt; 0.2 &amp; no way out", page)
         self.assertIn("4 of 5", page)
@@ -294,8 +294,8 @@ class Report(Ensembles):
 
     def test_samples_and_times_can_be_chosen(self):
         write_ensemble(self.folder, 4, failed=(2,))
-        result = in_process.call(command.main, self.folder, "--sample", "3", "--times", "0,40", "--field",
-                                 "light", "--reverse", "--form", "integrated", "--wavelength", "600", "--no-animation")
+        result = in_process.report(self.folder, "--sample", "3", "--times", "0,40", "--field", "light", "--reverse", "--form",
+                                   "integrated", "--wavelength", "600", "--no-animation", kind="svg")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertEqual(sorted(file.name for file in (self.folder / "report").glob("growth*")),
                          ["growth-0003.png", "growth-0003.svg"])
@@ -477,7 +477,8 @@ frames = 3
         text = text.replace("samples = 2", "samples = 1").replace("edge-0", "z-min").replace("edge-2", "z-max")
         source = self.folder.with_name("plain.toml")
         source.write_text(text)
-        subprocess.run([os.environ["CRACKLE"], "run", str(source), "-o", str(self.folder)], check=True, capture_output=True)
+        subprocess.run([os.environ["CRACKLE"], "run", str(source), "-o", str(self.folder)], check=True, capture_output=True,
+                       env=environment())
         self.assertEqual(reading.read_ensemble(self.folder).plate.notch_slot.shape, (0, 2, 2))
         result = self.run_report(str(self.folder))
         self.assertEqual((result.returncode, result.stderr), (0, ""))

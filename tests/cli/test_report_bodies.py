@@ -28,7 +28,7 @@ import crackle  # noqa: E402
 import in_process  # noqa: E402
 import small_input  # noqa: E402
 from crackle import units  # noqa: E402
-from crackle_report import command, figures, reading, style  # noqa: E402
+from crackle_report import figures, reading, style  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from test_report import overlapping_texts  # noqa: E402
 
@@ -74,7 +74,7 @@ def made() -> tuple[dict[str, Path], dict[str, str]]:
     folders = {name: small_input.run(PROGRAM, text, top / name) for name, text in inputs.items()}
     pages = {}
     for name in ("usual", "tiny", "smooth"):
-        done = in_process.call(command.main, folders[name], "--no-animation", "--no-fringes")
+        done = in_process.report(folders[name], "--no-animation", "--no-fringes", kind="svg")
         assert done.returncode == 0, done.stderr
         pages[name] = text_of(folders[name] / "report.html")
     return folders, pages

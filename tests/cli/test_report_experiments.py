@@ -19,6 +19,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
 import crackle  # noqa: E402
+import in_process  # noqa: E402
 from crackle.experiments import calibration_table  # noqa: E402
 from crackle.program import match_of  # noqa: E402
 from crackle_report import photographs, weibull  # noqa: E402
@@ -93,8 +94,7 @@ class Experiments(unittest.TestCase):
 
     def test_report(self):
         def report(*options: str, of: str = "experiments.toml") -> subprocess.CompletedProcess:
-            return subprocess.run([str(ROOT / "tools" / "crackle-report"), str(self.out), "--program", str(PROGRAM), "--no-animation",
-                                   "--experiments", str(self.folder / of), *options], capture_output=True, text=True, check=False)
+            return in_process.report(self.out, "--program", PROGRAM, "--no-animation", "--experiments", self.folder / of, *options)
 
         done = report()
         self.assertEqual((done.returncode, done.stderr), (0, ""))

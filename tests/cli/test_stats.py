@@ -21,6 +21,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
+import in_process  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from crackle_report import reading  # noqa: E402
 from synthetic_ensemble import seal  # noqa: E402
@@ -506,7 +507,7 @@ class Stats(unittest.TestCase):
         self.assertIn("version 4 of the file format, written by version", refused.stderr)
         self.assertIn("continue with the program that started this ensemble", refused.stderr)
         self.assertEqual({file: file.read_bytes() for file in self.folder.rglob("*.*")}, files)
-        report = subprocess.run([ROOT / "tools/crackle-report", self.folder], capture_output=True, text=True, check=False)
+        report = in_process.report(self.folder, "--program", OPTIONS.program)
         self.assertEqual((report.returncode, report.stderr), (0, ""))
 
     def test_versions_before_the_first_release_are_refused(self):

@@ -128,7 +128,7 @@ class Uncertainty(unittest.TestCase):
     # Random inputs
 
     def test_a_bar_breaks_where_and_because_theory_says(self):
-        self.call("run", self.write(BAR), "-o", "out", ranks=2)
+        self.call("run", self.write(BAR), "-o", "out")
         with h5py.File(self.folder / "out" / "ensemble.h5") as file:
             inputs = {key: data[:] for key, data in file["samples/inputs"].items()}
             units = {key: data.attrs["units"] for key, data in file["samples/inputs"].items()}
@@ -217,7 +217,7 @@ class Uncertainty(unittest.TestCase):
                          [('"element"', "0.05"), ('"element"', "0.1"), ('"facet"', "0.05"), ('"facet"', "0.1")])
         for number, row in enumerate(table):
             alone = f"alone-{number}"
-            self.call("run", f"out/case-{number}/input.toml", "-o", alone, ranks=2)
+            self.call("run", f"out/case-{number}/input.toml", "-o", alone)
             for name in ("ensemble.h5", "samples/0000.h5", "samples/0002.h5"):
                 self.assertTrue(same_content(self.folder / f"out/case-{number}" / name, self.folder / alone / name), name)
             with h5py.File(self.folder / alone / "ensemble.h5") as file:
