@@ -268,7 +268,7 @@ TEST_F(Bar, AFragmentThatLeavesTheNumberRangeAfterSeparationEndsThePhaseWithANot
   parameters.time.start = input::Start::rest;
   parameters.time.integrator = input::Integrator::verlet;
   hold_below();
-  add(Face::z_max, BoundaryKind::force, {}, 400);
+  add(Face::z_max, BoundaryKind::force, {}, 600);
   parameters.time.duration = 5e-3;  // for the dead load to carry its piece away
   parameters.output.frames = 200;
   const auto result = run();
