@@ -2,17 +2,14 @@
 """How tools and tests in Python start the program: the launcher and the environment of tools/environment.sh."""
 from __future__ import annotations
 
-import atexit
 import functools
-import itertools
 import os
-import shutil
 import subprocess
-import tempfile
 from pathlib import Path
 
+from crackle import single_rank
+
 SETTINGS = Path(__file__).resolve().parent / "environment.sh"
-_CALLS = itertools.count()
 
 
 @functools.cache
@@ -23,22 +20,10 @@ def _settings() -> dict[str, str]:
     return dict(entry.split("=", 1) for entry in text.split("\0") if "=" in entry)
 
 
-@functools.cache
-def _session_folder() -> str:
-    folder = tempfile.mkdtemp(prefix="crackle-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
-
-
 def environment(**more: str) -> dict[str, str]:
-    """For one call of subprocess: this process' environment, what Open MPI needs on any one machine, and more.
-
-    A single rank starts in half of the time without a daemon. But then its session directory has the name that every such
-    process gives its own, and the first to end removes it; so each call has a place for it.
-    """
+    """For one call of subprocess: this process' environment, what Open MPI needs on any one machine, and more."""
     needed = {name: value for name, value in _settings().items() if name.startswith(("OMPI_", "OMP_", "OPENBLAS_", "HWLOC_"))}
-    alone = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_tmpdir_base": f"{_session_folder()}/{next(_CALLS)}"}
-    return {**os.environ, **needed, **alone, **more}
+    return {**os.environ, **needed, **single_rank.settings(), **more}
 
 
 def mpirun(n_ranks: int, binding: str | None = None) -> list[str]:

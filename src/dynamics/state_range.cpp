@@ -102,22 +102,13 @@ double free_flight_velocity(const MotionContext& context, double from, double to
   return std::max(acceleration * (to - from), flight_of_body(context, from, to));
 }
 
-}  // namespace
-
-mechanics::StateRange expected_range(const MotionContext& context, double load_time, double duration,
-                                     const MotionState& state) {
+/// What the body is made of, and how it is strained and moves.
+void add_state(const MotionContext& context, const MotionState& state, Extremes& e) {
   const auto& body = *context.body;
-  const auto& subdomain = body.subdomain();
-  const auto& edges = body.edges();
-  const double end = load_time + duration;
   const auto& density = body.material().density;
-  parallel::agree(*context.group);
-  const double heaviest = parallel::largest_of_all(*context.group, std::ranges::max(density.values()));
-
-  Extremes e;
   e.velocity = largest_component(state.velocity.owned());
   e.strength = largest_component(context.criterion->strengths());
-  for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
+  for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
     const double impedance = density[t] * std::sqrt(body.elasticity()[t].mu / density[t]);
     e.impedance = std::max(e.impedance, impedance);
     e.least_impedance = std::max(e.least_impedance, -impedance);
@@ -131,13 +122,21 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
     e.state_stress = std::max(e.state_stress, 4 * mechanics::contract(initial, initial));
   }
   e.state_stress = std::sqrt(e.state_stress);
-  const geometry::Box box = mechanics::box_of_all(*context.group, subdomain);
+}
+
+/// Loads and motions between two times. Collective.
+void add_loads(const MotionContext& context, double from, double to, Extremes& e) {
+  const auto& body = *context.body;
+  parallel::agree(*context.group);
+  const double heaviest =
+      parallel::largest_of_all(*context.group, std::ranges::max(body.material().density.values()));
+  const geometry::Box box = mechanics::box_of_all(*context.group, body.subdomain());
   const double extent = std::ranges::max(box.upper - box.lower);
   const auto node_volume = [&](std::int32_t node) {
     return body.operators().node_mass[index(node)] / heaviest;
   };
   for (const auto& pattern : context.loads->forces) {
-    const double amplitude = peak_of(pattern, load_time, end);
+    const double amplitude = peak_of(pattern, from, to);
     for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
       const double force = amplitude * std::abs(pattern.weight[n]), volume = node_volume(pattern.nodes[n]);
       // A body force adds up along the whole body.
@@ -151,8 +150,14 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
       factor = std::max(factor, std::abs(motion.factor_at(n)));
     e.prescribed_velocity =
         std::max(e.prescribed_velocity,
-                 factor * peak(motion.curve, load_time, end, [&](double t) { return motion.velocity(t); }));
+                 factor * peak(motion.curve, from, to, [&](double t) { return motion.velocity(t); }));
   }
+}
+
+/// Lengths of edges, and their forces.
+void add_edges(const fracture::BreakableBody& body, Extremes& e) {
+  const auto& subdomain = body.subdomain();
+  const auto& edges = body.edges();
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const auto [a, b] = edges.nodes[i];
     double square = 0;
@@ -174,6 +179,17 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
     e.longest_edge = std::max(e.longest_edge, std::sqrt(square));
     e.shortest_edge = std::max(e.shortest_edge, -std::sqrt(square));
   }
+}
+
+}  // namespace
+
+mechanics::StateRange expected_range(const MotionContext& context, double load_time, double duration,
+                                     const MotionState& state) {
+  const double end = load_time + duration;
+  Extremes e;
+  add_state(context, state, e);
+  add_loads(context, load_time, end, e);
+  add_edges(*context.body, e);
   e.all_reduce(*context.group);
 
   const double from_loads = load_concentration * (e.load_stress + e.impedance * e.prescribed_velocity);

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import shutil
 import signal
@@ -11,6 +12,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from typing import Iterator
 from unittest import mock
 
 import h5py
@@ -28,7 +30,16 @@ from crackle_report import command, paraview  # noqa: E402
 
 PROGRAM = Path()
 SAMPLE = "samples/0001.h5"
-PATIENCE = 120  # seconds that a reader may take
+
+
+@contextlib.contextmanager
+def patience(seconds: int) -> Iterator[None]:
+    """A reader that takes longer ends this process."""
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
 
 
 def read_all() -> None:
@@ -60,9 +71,8 @@ class Folders(unittest.TestCase):
                     "paraview": (paraview.main, self.folder, "--sample", "1")}
         for reader in readers:
             with self.subTest(file=file.name, reader=reader):
-                signal.alarm(PATIENCE)  # ends this process when a reader waits
-                done = in_process.call(*commands[reader])
-                signal.alarm(0)
+                with patience(60):
+                    done = in_process.call(*commands[reader])
                 self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (1, "", 1), done.stderr)
                 self.assertIn(f"'{file}'", done.stderr)
                 self.assertRegex(done.stderr, message)
@@ -103,9 +113,8 @@ class Places(Folders):
 
     def test_a_pipe_in_the_place_of_what_the_report_writes_is_replaced(self):
         os.mkfifo(self.folder / "report.html.partial")
-        signal.alarm(PATIENCE)
-        self.assertEqual(in_process.report(self.folder, "--no-animation").returncode, 0)
-        signal.alarm(0)
+        with patience(120):
+            self.assertEqual(in_process.report(self.folder, "--no-animation").returncode, 0)
         self.assertIn("</html>", (self.folder / "report.html").read_text())
 
 

@@ -188,8 +188,9 @@ TEST_F(VibratingBlock, LeavesRoomForFragmentsThatRotateInFlight) {
   for (const auto& [a, b] : body_.edges().nodes)
     shortest = std::min(shortest, norm(subdomain_.nodes[index(a)] - subdomain_.nodes[index(b)]));
   const auto range = [&](double duration) { return expected_range(context(35e6), 0, duration, start(0, 0)); };
+  const auto brief = range(0);
   for (const double turn : {1, 20, 40, 1000}) {
-    const auto mine = range(turn * shortest / flight), brief = range(0);
+    const auto mine = range(turn * shortest / flight);
     const double expected = std::clamp(turn, 16.0, 64.0);
     std::printf("flight by %4.0f shortest edges: room for %.2f of them, %.2f times the force\n", turn,
                 mine.stretch / shortest, mine.force / brief.force);

@@ -6,10 +6,10 @@ import json
 import os
 import shutil
 import subprocess
-import tempfile
 from pathlib import Path
 from typing import Any, Optional, Sequence
 
+from . import single_rank
 from .files import ResultsError, check_folder
 
 _HERE = Path(__file__).resolve()
@@ -57,11 +57,8 @@ def calibration_of(folder: Path, experiments: Path, program: Optional[Path] = No
 
 
 def _ask(program: Optional[Path], command: str, *arguments: str) -> dict[str, Any]:
-    # A single rank of Open MPI starts in half of the time without a daemon, in a session directory of its own.
-    with tempfile.TemporaryDirectory(prefix="crackle-") as session:
-        alone = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_tmpdir_base": session}
-        result = subprocess.run([find_program(program), command, *arguments], env={**os.environ, **alone},
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+    result = subprocess.run([find_program(program), command, *arguments], env={**os.environ, **single_rank.settings()},
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
     if result.returncode != 0:
         reason = result.stderr.strip().removeprefix("crackle: ")
         raise ResultsError(reason or f"crackle {command} ended with status {result.returncode}")
