@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An example of the Python package: `PYTHONPATH=tools jobs/figures.py out/demo` draws four pictures of an ensemble into figures.png."""
 import sys

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What jobs/ensemble.sbatch and jobs/array.sbatch do with the program's statuses and with SLURM's numbers of an array;
 srun and scontrol are stand-ins that note how they are called.

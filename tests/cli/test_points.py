@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mother points from a file: errors with line numbers, and an ensemble that holds on to its points."""
 import argparse

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """crackle stats on a small ensemble: finished, unfinished, with files that do not belong to it."""
 import argparse

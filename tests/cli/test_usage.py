@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line itself: help, version, usage errors, one message on any number of ranks."""
 import argparse
