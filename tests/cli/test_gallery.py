@@ -33,8 +33,9 @@ ACCEPTED = {  # what a coarse run may find of each figure; forks of so few sampl
     "uncertain-strip": [(-1.9, -1.2), (0.25, 0.75), (0.25, 0.75), (0.75, 1.25)]}
 
 
-# As finely meshed as paper.toml, so that the mesh alone takes ten seconds: read here, and meshed with the gallery's.
-FINE = tuple(ROOT / "jobs" / name for name in ("paper/clock-from-zero.toml", "uncertain/plate.toml"))
+# As finely meshed as paper.toml or finer, so that the mesh takes seconds, of the corridor a minute: read here, not meshed.
+FINE = tuple(ROOT / "jobs" / name for name in ("paper/clock-from-zero.toml", "paper/corridor.toml", "paper/release-in-time.toml",
+                                               "uncertain/plate.toml"))
 
 
 def crackle(*arguments: object) -> subprocess.CompletedProcess:
