@@ -52,9 +52,10 @@ geometry::MotherPoints make_shared_points(const geometry::Body& body, const inpu
                                           const std::function<void(const std::string&)>& say) {
   if (parameters.mesh.base == input::Base::own) {
     const double n_points = geometry::checked_n_points(body, parameters.mesh);
+    const double seconds = placing_seconds(n_points);
     if (say)
-      say(fmt::format("base mesh: one for each sample, about {:.0f} mother points, generated in about {}",
-                      n_points, format_duration(placing_seconds(n_points))));
+      say(fmt::format("base mesh: one for each sample, about {:.0f} mother points, generated in {}", n_points,
+                      seconds < 1 ? "less than a second" : "about " + format_duration(seconds)));
     return {};
   }
   geometry::MotherPoints points = make_base_points(body, parameters, say);
