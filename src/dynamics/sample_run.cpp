@@ -299,7 +299,13 @@ private:
                     : phase.separated ? "the body is apart"
                                       : "complete",
                     1e6 * phase.time, result_.energy.back().broken));
-    if (!phase.note.empty()) say(phase.note);
+    if (result_.note.empty() && !phase.arrested && phase.time > phase.counted_time)
+      result_.note = fmt::format(
+          "cracks still ran at the end of time.duration, {:.4g} us, where what is stored ends; {} {:.4g} us: "
+          "raise time.duration",
+          1e6 * phase.counted_time, phase.separated ? "the body was apart by" : "it was in one piece at",
+          1e6 * phase.time);
+    if (!result_.note.empty()) say(result_.note);
   }
 
   /// Restores an arrested phase computed by an earlier run.

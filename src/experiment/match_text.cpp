@@ -67,6 +67,8 @@ std::string departure_text(const Departure& part, const PathFrame& frame) {
 }
 
 std::string path_text(const PathMatch& path) {
+  if (std::ranges::all_of(path.offset, [](double offset) { return std::isnan(offset); }))
+    return "its path does not run along those of the samples; if it should, check origin, angle and mirror";
   const std::string band = fmt::format("the samples' {:.3g} % band", 100 * path.band.level);
   if (path.departures.empty()) return fmt::format("its path stays within {}", band);
   std::vector<std::string> parts;

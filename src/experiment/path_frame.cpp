@@ -18,6 +18,8 @@ constexpr std::size_t n_coarse_points = 21;
 constexpr double usual_share = 0.9;
 /// Normals are those of chords over this share of the curve.
 constexpr double chord_share = 0.1;
+/// A path runs along a curve if what lies beside it is at least this share of its own length.
+constexpr double least_share_along = 0.5;
 /// Steps of a reading error per correlation length, and most of them along a path.
 constexpr double steps_per_correlation = 2;
 constexpr double max_steps = 1000;
@@ -139,6 +141,7 @@ std::optional<PathFrame> path_frame(std::span<const Polyline> curves, std::span<
   const double length = length_of(medoid);
   double from = 0, to = length;
   for (const Window& window : windows) {
+    if (!runs_along(medoid, window.first, window.last)) continue;
     const double first = project(medoid, window.first).at, last = project(medoid, window.last).at;
     const bool ascends = first <= last;
     from = std::max(from, ascends ? first : window.is_arrested ? 0 : last);
@@ -146,6 +149,7 @@ std::optional<PathFrame> path_frame(std::span<const Polyline> curves, std::span<
   }
   if (!(to > from)) return std::nullopt;
   PathFrame frame;
+  frame.curve = medoid;
   frame.reach = length;
   Point sum{0, 0};
   for (std::size_t i = 0; i < n_stations; ++i) {
@@ -163,7 +167,14 @@ std::optional<PathFrame> path_frame(std::span<const Polyline> curves, std::span<
   return frame;
 }
 
+bool runs_along(const Polyline& curve, const Point& first, const Point& last) {
+  const double beside = std::abs(project(curve, last).at - project(curve, first).at);
+  return beside >= least_share_along * std::min(plane::norm(last - first), length_of(curve));
+}
+
 std::vector<double> offsets(const PathFrame& frame, const Polyline& curve) {
+  if (curve.empty() || !runs_along(frame.curve, curve.front(), curve.back()))
+    return std::vector<double>(frame.place.size(), not_a_number);
   std::vector<double> found;
   for (std::size_t k = 0; k < frame.place.size(); ++k) {
     const Point& n = frame.normal[k];

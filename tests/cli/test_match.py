@@ -113,6 +113,20 @@ origin = ["0 mm", "15 mm"]
             share = np.clip(np.sum((p - a) * (b - a), axis=1) / np.sum((b - a)**2, axis=1), 0, 1)
             self.assertLess(np.min(np.linalg.norm(p - a - share[:, None] * (b - a), axis=1)), 1e-6)
 
+    def test_a_path_farther_off_is_never_more_probable(self):
+        least, p_values, apart = 1 / (len(self.used) + 1), [], "seven: its path does not run along those of the samples"
+        for z in (15, 17, 19, 23, 27):
+            text = self.SEVEN.replace("15 mm", f"{z} mm")
+            p_values.append(self.json(text)["experiments"][0]["p_value"])
+        self.assertEqual(p_values, sorted(p_values, reverse=True))
+        self.assertLess(p_values[2], p_values[0])
+        y = [1e3 * self.line[:, 0].min(), 1e3 * self.line[:, 0].max()]
+        middle = 1e3 * self.line[:, 1].mean()
+        (self.folder / "across.csv").write_text(f"y_mm,z_mm\n{y[0]},{middle}\n{y[0] + (y[1] - y[0]) / 8},{middle + 2 * (y[1] - y[0])}\n")
+        text = '[[experiment]]\nname = "seven"\npath = "across.csv"\n'
+        self.assertIn(apart, self.match(text))
+        self.assertLessEqual(self.json(text)["experiments"][0]["p_value"], 2 * least)
+
     def test_held_out_samples_are_found_to_be_of_the_ensemble(self):
         found = json.loads(self.crackle("match", "out", "--held-out", "3", "--json").stdout)
         names = [one["name"] for one in found["experiments"]]

@@ -79,6 +79,21 @@ TEST(PathFrame, StationsAreInTheWindow) {
   EXPECT_FALSE(path_frame(lines, std::vector<Window>{{{2, 0}, {4, 0}}, {{5, 0}, {9, 0}}}));
 }
 
+TEST(PathFrame, APathBesideTheOthersMeetsNoStation) {
+  const std::vector<Polyline> lines{{{0, 0}, {10, 0}}, {{0, 1}, {10, 1}}, {{0, 2}, {10, 2}}};
+  const Polyline across{{4, -6}, {5, 8}}, diagonal{{0, 0}, {8, 9}};
+  const Window seen{{2, 0}, {6, 0}}, astray{across.front(), across.back()};
+  EXPECT_EQ(path_frame(lines, std::vector{seen, astray})->place, path_frame(lines, std::vector{seen})->place);
+  const auto whole = path_frame(lines, std::vector{astray});
+  EXPECT_DOUBLE_EQ(whole->place.front()[0], 10 * 0.5 / n_stations);
+  const auto is_missing = [](double offset) { return std::isnan(offset); };
+  EXPECT_TRUE(std::ranges::all_of(offsets(*whole, across), is_missing));
+  EXPECT_TRUE(std::ranges::none_of(offsets(*whole, lines[2]), is_missing));
+  EXPECT_FALSE(std::ranges::all_of(offsets(*whole, diagonal), is_missing));
+  // A path longer than all others runs along them.
+  EXPECT_TRUE(runs_along(whole->curve, {-20, 3}, {30, 1}));
+}
+
 TEST(PathFrame, ErrorsOfReadingHaveTheirDeviationAndCorrelation) {
   const Polyline line{{0, 0}, {40, 0}};
   double square = 0, product = 0;

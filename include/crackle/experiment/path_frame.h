@@ -37,6 +37,7 @@ Polyline with_reading_error(const Polyline& line, double deviation, double corre
 
 /// Stations on a curve amid all others, with normals.
 struct PathFrame {
+  Polyline curve;
   std::vector<plane::Point> place;   ///< of each station
   std::vector<plane::Point> normal;  ///< unit vectors; their mean is along +y or +z, whichever is nearer
   double reach = 0;                  ///< offsets are no larger [m]
@@ -53,12 +54,17 @@ struct Window {
 /// nearly the usual length or more. The frame depends on the set of curves only, not on which of them are
 /// experiments.
 /// @param curves at least one, each of at least two points
-/// @param windows at least one; the stations lie in what all of them show
+/// @param windows the stations lie in what all of them show; those of paths that do not run along the medoid
+/// do not count
 /// @return empty if the windows leave nothing of the medoid
 std::optional<PathFrame> path_frame(std::span<const Polyline> curves, std::span<const Window> windows);
 
+/// True if what lies beside a path on the curve is at least half as long as the way between its ends, or as
+/// the curve.
+bool runs_along(const Polyline& curve, const plane::Point& first, const plane::Point& last);
+
 /// Offset of a curve along the normal at each station [m]: to the nearest intersection; NaN where there is
-/// none within reach.
+/// none within reach, and everywhere if the curve does not run along that of the frame.
 std::vector<double> offsets(const PathFrame& frame, const Polyline& curve);
 
 }  // namespace crackle::experiment
