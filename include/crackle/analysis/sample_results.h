@@ -106,9 +106,12 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"crack_area_before_onset", "m^2", "crack area before the last dynamic phase", quantiles,
                    "crack area before onset", "mm^2", 1e6, ".2f"},
         &Row::crack_area_before_onset);
-  visit(ResultInfo{"outcome", "", "how the sample ended", shares, "outcome", "", 1, "d",
-                   "0 unbroken, 1 arrested, 2 separated, 3 in one piece, 4 undecided"},
-        &Row::outcome);
+  visit(
+      ResultInfo{
+          "outcome", "", "how the sample ended", shares, "outcome", "", 1, "d",
+          "0 unbroken, 1 arrested (and the load grows no further), 2 separated, 3 in one piece at the end of "
+          "the duration, 4 undecided (still breaking after three durations)"},
+      &Row::outcome);
   visit(ResultInfo{"pattern", "", "crack pattern", none, "pattern", "", 1, "d",
                    "0 none, 1 one crack, 2 two cracks, 3 other"},
         &Row::pattern);
