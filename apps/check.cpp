@@ -2,6 +2,7 @@
 // crackle check: validates an input file and estimates the cost of running it.
 #include "crackle/common/failure.h"
 #include "crackle/common/heartbeat.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/estimate.h"
@@ -62,8 +63,7 @@ std::vector<std::string> try_samples(const input::Parameters& parameters, const 
                                         : trial.failure(static_cast<std::uint64_t>(i));
     if (!failure.empty()) failures.push_back(fmt::format("sample {} would fail: {}", i, failure));
   }
-  if (options.samples > 0)
-    fmt::print("\nOf {} sample{}, {} would fail.\n", n, n == 1 ? "" : "s", failures.size());
+  if (options.samples > 0) fmt::print("\nOf {}, {} would fail.\n", count_text(n, "sample"), failures.size());
   return failures;
 }
 

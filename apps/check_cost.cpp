@@ -47,10 +47,10 @@ std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& meas
   const auto plans = ensemble::make_plans(subject.realization, subject.parameters, forces, cost.quasi_static,
                                           ensemble::Machine(rate), n_ranks, subject.n_samples());
   std::string text = fmt::format(
-      "\nPlans for {} rank{} and {} (jobs/clusters.md has the model):\n"
+      "\nPlans for {} and {} (jobs/clusters.md has the model):\n"
       "{:>16} {:>8} {:>16} {:>12} {:>13} {:>8} {:>9} {:>9} {:>10}\n",
-      n_ranks, n_ranks == 1 ? "" : "s", subject.samples_text(), "ranks per sample", "groups",
-      "tetrahedra/rank", "ghosts/rank", "time per step", "exchange", "sample", "ensemble", "efficiency");
+      count_text(n_ranks, "rank"), subject.samples_text(), "ranks per sample", "groups", "tetrahedra/rank",
+      "ghosts/rank", "time per step", "exchange", "sample", "ensemble", "efficiency");
   for (const auto& plan : plans) {
     const double step = forces_per_step(subject.phase) * plan.force.total();
     text += fmt::format("{:>16} {:>8} {:>16} {:>12} {:>10.3f} ms {:>6.1f} % {:>9} {:>9} {:>8.0f} %{}\n",
@@ -64,10 +64,6 @@ std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& meas
   if (best.waits_for_master)
     text += "One master is too slow to make meshes for so many groups: set ensemble.meshes = \"auto\".\n";
   return text;
-}
-
-std::string phases_text(int n) {
-  return fmt::format("{} dynamic phase{}", n, n == 1 ? "" : "s");
 }
 
 /// The load and time of the first break in equilibrium, up to which the loading rate has no effect; empty if
@@ -121,14 +117,15 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks) 
       if (std::string loading = loading_text(measured.outlook); !loading.empty())
         rows.emplace_back("loading", std::move(loading));
   }
-  rows.emplace_back("sample", fmt::format("{:.3g} s with {}{}", cost.total(), phases_text(n_phases),
-                                          n_phases > 1    ? fmt::format("; {} arrest{}", n_phases - 1,
-                                                                     n_phases == 2 ? "s" : "")
-                                          : n_phases == 0 ? ": the loads never break the body"
-                                                          : ""));
+  rows.emplace_back(
+      "sample",
+      fmt::format("{:.3g} s with {}{}", cost.total(), count_text(n_phases, "dynamic phase"),
+                  n_phases > 1    ? fmt::format("; {} arrest{}", n_phases - 1, n_phases == 2 ? "s" : "")
+                  : n_phases == 0 ? ": the loads never break the body"
+                                  : ""));
   const double hours = subject.n_samples() * cost.total() / 3600;
   rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each", hours, subject.samples_text(),
-                                              phases_text(n_phases)));
+                                              count_text(n_phases, "dynamic phase")));
   std::string text = input::aligned(rows);
   for (const std::string& warning :
        {dynamics::weak_load_warning(parameters, measured.outlook),

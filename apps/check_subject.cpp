@@ -180,8 +180,8 @@ Rows subject_rows(const Subject& subject, double memory, double available) {
                {"time step", time_text(subject.phase.grid.step)},
                {"steps", fmt::format("{} per dynamic phase", subject.phase.grid.n_steps)},
                {"force evaluations", fmt::format("{} per dynamic phase", subject.phase.force_evaluations)},
-               {"memory", fmt::format("{:.0f} MB per sample, on {} rank{}; {:.3g} GB are available here",
-                                      memory / 1e6, n_ranks, n_ranks == 1 ? "" : "s", available / 1e9)},
+               {"memory", fmt::format("{:.0f} MB per sample, on {}; {:.3g} GB are available here",
+                                      memory / 1e6, count_text(n_ranks, "rank"), available / 1e9)},
                {"output", fmt::format("{:.3g} MB per sample, {:.3g} MB for {}", file / 1e6, all / 1e6,
                                       subject.samples_text())}});
   return rows;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/quantity_text.h"
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/memory.h"
 #include "crackle/geometry/body.h"
@@ -27,9 +28,7 @@ struct Subject {
   double n_tetrahedra() const { return static_cast<double>(realization.tetrahedra.size()); }
   int n_samples() const { return parameters.ensemble.samples; }
   /// "1 sample", "200 samples"
-  std::string samples_text() const {
-    return fmt::format("{} sample{}", n_samples(), n_samples() == 1 ? "" : "s");
-  }
+  std::string samples_text() const { return count_text(n_samples(), "sample"); }
 };
 
 /// @param base receives the shared mother points

@@ -102,6 +102,11 @@ void add_match_command(CLI::App& app, Action& run) {
   command->callback([options, &run] {
     if (options->experiments.empty() == options->held_out.empty())
       throw CLI::ValidationError("match takes either an experiments file or --held-out");
+    if (options->experiments.ends_with(".csv"))
+      throw CLI::ValidationError(
+          fmt::format("{} is a table; name it in an experiments file, as path = \"{}\" in an [[experiment]] "
+                      "(crackle init experiments.toml --from-ensemble {})",
+                      options->experiments, options->experiments, options->folder));
     if (!options->held_out.empty() && options->held_out != all_samples) {
       const std::string& text = options->held_out;
       const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), options->n_held_out);

@@ -2,6 +2,7 @@
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/text_table.h"
+#include "crackle/common/quantity_text.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -26,10 +27,6 @@ double largest_size(std::span<const double> values) {
   for (const double value : values)
     if (std::abs(value) > largest) largest = std::abs(value);  // false for NaN
   return largest;
-}
-
-std::string plural(int n, const char* noun) {
-  return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
 }
 
 /// The columns that identify the section in a table of positions.
@@ -245,7 +242,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   });
   std::string text;
   for (const std::string& note : origin.notes) text += note + "\n";
-  text += fmt::format("{}: {} done, {} failed, {} pending\n", plural(statistics.n_needed, "sample"),
+  text += fmt::format("{}: {} done, {} failed, {} pending\n", count_text(statistics.n_needed, "sample"),
                       statistics.n_done, n_failed, statistics.n_needed - statistics.n_done - n_failed);
   if (statistics.n_needed < statistics.n_samples) {
     fmt::format_to(std::back_inserter(text), "stopped early: these samples suffice, {} were planned\n",

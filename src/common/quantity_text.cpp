@@ -74,4 +74,8 @@ std::string quantity_text(double value, const std::string& si, int n_digits) {
                      magnitude * unit.factor < greatest_plain ? n_digits : 6, unit.name);
 }
 
+std::string count_text(std::int64_t n, std::string_view noun) {
+  return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
+}
+
 }  // namespace crackle

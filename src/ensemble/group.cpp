@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/group.h"
+#include "crackle/common/quantity_text.h"
 
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
@@ -44,8 +45,8 @@ GroupLayout one_group(int n_ranks) {
 
 std::string describe(const GroupLayout& layout) {
   if (layout.shared()) return "1 rank: master and worker in one";
-  std::string line = fmt::format("{} ranks: master on rank 0, {} group{} of {}", layout.n_ranks,
-                                 layout.n_groups, layout.n_groups == 1 ? "" : "s", layout.ranks_per_group);
+  std::string line = fmt::format("{} ranks: master on rank 0, {} of {}", layout.n_ranks,
+                                 count_text(layout.n_groups, "group"), layout.ranks_per_group);
   if (layout.n_left_over > 0) {
     const int first = layout.n_ranks - layout.n_left_over;
     line += layout.n_left_over == 1 ? fmt::format("; rank {} stays idle", first)

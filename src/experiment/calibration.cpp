@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/experiment/calibration.h"
+#include "crackle/common/quantity_text.h"
 
 #include "calibration_steps.h"
 #include "crackle/common/failure.h"
@@ -29,10 +30,9 @@ void require_draws(const CalibrationData& data, double lacking) {
                                       n + static_cast<std::size_t>(std::ceil(std::max(0.0, lacking))));
   if (n >= needed) return;
   fail(
-      "{} draws of the random inputs with all that is compared are too few for an emulator of {} number{} "
-      "with {} input{}; {} or more are needed",
-      n, data.values.value.cols(), data.values.value.cols() == 1 ? "" : "s", data.random.size(),
-      data.random.size() == 1 ? "" : "s", needed);
+      "{} draws of the random inputs with all that is compared are too few for an emulator of {} "
+      "with {}; {} or more are needed",
+      n, count_text(data.values.value.cols(), "number"), count_text(data.random.size(), "input"), needed);
 }
 
 std::vector<Spread> input_spreads(const InputTable& table, const PosteriorPoints& points) {

@@ -34,8 +34,8 @@ std::string used_text(const Calibration& found) {
   if (!found.undecided.empty()) parts.push_back(named(found.undecided, "undecided"));
   if (!found.missing.empty()) parts.push_back(named(found.missing, "missing"));
   if (!found.left_out.empty()) parts.push_back(named(found.left_out, "without all that is compared"));
-  return fmt::format("{} of {} samples, {} draws; {} experiment{}{}{}\n", found.n_used, found.n_planned,
-                     found.n_draws, found.experiments.size(), found.experiments.size() == 1 ? "" : "s",
+  return fmt::format("{} of {} samples, {} draws; {}{}{}\n", found.n_used, found.n_planned, found.n_draws,
+                     count_text(found.experiments.size(), "experiment"),
                      parts.empty() ? "" : "; left out: ", fmt::join(parts, ", "));
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "csv_table.h"
 
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/regular_file.h"
 #include "input/document.h"
 #include "input/units.h"
@@ -97,7 +98,8 @@ CsvTable read_csv(const std::filesystem::path& file, CsvErrors& errors) {
     was_blank = false;
     auto cells = cells_of(line, separator);
     if (cells.size() != table.header.size()) {
-      errors.add(number, fmt::format("has {} values under {} headings", cells.size(), table.header.size()));
+      errors.add(number, fmt::format("has {} under {}", count_text(cells.size(), "value"),
+                                     count_text(table.header.size(), "heading")));
       continue;
     }
     table.rows.push_back({number, block, std::move(cells)});
@@ -130,7 +132,8 @@ std::optional<std::vector<double>> read_column(const CsvTable& table, const Quan
       const auto [rest, status] = std::from_chars(begin, end, value);
       if (status != std::errc{} || rest != end || !std::isfinite(value)) {
         errors.add(row.line,
-                   fmt::format("\"{}\" is not a number; write such as 12.5", input::shortened(cell)));
+                   fmt::format("\"{}\" is not a number; write such as 12.5{}", input::shortened(cell),
+                               cell.find(',') == std::string::npos ? "" : ", with a decimal point"));
         value = 0;
       }
       values.push_back(value * one.value);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "experiment_parts.h"
 
+#include "crackle/common/quantity_text.h"
 #include "crackle/experiment/path_frame.h"
 #include "csv_table.h"
 #include "input/dimension.h"
@@ -51,8 +52,7 @@ std::vector<std::vector<double>> needed_columns(const CsvTable& table,
     values.push_back(std::move(read).value_or(std::vector<double>{}));
   }
   if (errors.empty() && table.rows.size() < n_rows)
-    errors.add(0, fmt::format("has {} row{}; give at least {}", table.rows.size(),
-                              table.rows.size() == 1 ? "" : "s", n_rows));
+    errors.add(0, fmt::format("has {}; give at least {}", count_text(table.rows.size(), "row"), n_rows));
   if (!errors.empty()) values.clear();
   return values;
 }

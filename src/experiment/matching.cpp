@@ -225,9 +225,9 @@ std::vector<std::string> warnings_of(const ObservedSamples& samples, std::span<c
         "not exact",
         parameters.ensemble.replicates));
   if (n < samples_needed(match_level))
-    warnings.push_back(fmt::format(
-        "{} sample{} cannot give a p-value below {:.2g}, whatever the experiment; {} are needed for {}", n,
-        n == 1 ? "" : "s", least_p_value(n), samples_needed(match_level), match_level));
+    warnings.push_back(
+        fmt::format("{} cannot give a p-value below {:.2g}, whatever the experiment; {} are needed for {}",
+                    count_text(n, "sample"), least_p_value(n), samples_needed(match_level), match_level));
   if (const auto n_turned = count_turned(samples, experiments, body); n_turned > 0)
     warnings.push_back(
         fmt::format("in {} of the samples another crack leads than that from the experiment's start; their "
@@ -272,23 +272,28 @@ Match match(std::span<const Experiment> experiments, const ObservedSamples& samp
 
 std::string advice(const SetMatchBy& by) {
   const auto &ratio = by.scatter.ratio, &shift = by.scatter.shift;
+  // Intervals of scatter and shift assume normal distributions; of few experiments they are easily too short.
+  const double p = by.test.p_value();
+  const bool is_confirmed = p <= match_level;
   std::string text;
   if (!std::isnan(ratio.value)) {
     const std::string times =
         fmt::format("{:#.2g} times as much ({:#.2g} to {:#.2g})", ratio.value, ratio.lower, ratio.upper);
-    if (ratio.lower > 1)
-      text = fmt::format("The experiments scatter {}: more disturbance or a varying material.", times);
-    else if (ratio.upper < 1)
-      text = fmt::format("The experiments scatter {}: less disturbance or a finer mesh.", times);
-    else
+    if (ratio.lower <= 1 && ratio.upper >= 1)
       text = fmt::format("The experiments scatter {}: no evidence that the disturbance is wrong.", times);
+    else if (!is_confirmed)
+      text = fmt::format("The experiments scatter {}, but with p = {:.2g} that may be chance.", times, p);
+    else
+      text = fmt::format(
+          "The experiments scatter {}: {}.", times,
+          ratio.lower > 1 ? "more disturbance or a varying material" : "less disturbance or a finer mesh");
   }
   if (std::isnan(shift.lower)) return text;
   const std::string along = by.axis.empty() ? "" : " in " + by.axis;
   const std::string size =
       fmt::format("{}{} ({} to {})", quantity_text(shift.value, by.unit, 3), along,
                   quantity_text(shift.lower, by.unit, 3), quantity_text(shift.upper, by.unit, 3));
-  const bool is_sure = shift.lower > 0 || shift.upper < 0;
+  const bool is_sure = is_confirmed && (shift.lower > 0 || shift.upper < 0);
   return text + (text.empty() ? "" : " ") +
          (is_sure
               ? fmt::format("A shift of {}: no disturbance will cure that; look at material, supports and "

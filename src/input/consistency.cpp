@@ -266,7 +266,8 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
   const bool softens = fracture.release == Release::softening;
   if (softens) {
     for (const auto& [key, is_missing] :
-         {std::pair{"strength", fracture.strength == 0}, {"toughness", fracture.toughness == 0}})
+         {std::pair{"strength", fracture.strength == 0},
+          {"toughness", fracture.toughness == 0 && fracture.fracture_toughness == 0}})
       if (is_missing && !given_by_materials(parameters, key, findings))
         findings.report(
             fmt::format("fracture.{}", key),
@@ -281,11 +282,12 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
       if (findings.given(key))
         findings.report(key, "applies to release = \"softening\" only; leave it out, or give that release");
   }
-  if (!softens && fracture.strength == 0 && fracture.toughness == 0 &&
+  if (!softens && fracture.strength == 0 && fracture.toughness == 0 && fracture.fracture_toughness == 0 &&
       !given_by_materials(parameters, "strength", findings) &&
       !given_by_materials(parameters, "toughness", findings))
-    findings.report("fracture.strength",
-                    "the key is missing; give a strength such as \"35 MPa\", or toughness");
+    findings.report(
+        "fracture.strength",
+        "the key is missing; give a strength such as \"35 MPa\", or toughness, or fracture_toughness");
 }
 
 void check_time(const Parameters& parameters, Findings& findings) {

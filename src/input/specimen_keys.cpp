@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
+#include "crackle/common/quantity_text.h"
+
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -42,8 +44,8 @@ std::optional<plane::Point> read_pair(const Source& source, const std::string& f
 /// At least three points.
 std::optional<plane::Polygon> checked_polygon(const Source& source, plane::Polygon polygon) {
   if (polygon.size() < 3)
-    return source.report("{} point{} cannot enclose an area; give {}", polygon.size(),
-                         polygon.size() == 1 ? "" : "s", polygon_form);
+    return source.report("{} cannot enclose an area; give {}", count_text(polygon.size(), "point"),
+                         polygon_form);
   if (polygon.size() > max_corners)
     return source.report("has {} points; give at most {}", polygon.size(), max_corners);
   return polygon;

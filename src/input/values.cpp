@@ -2,6 +2,7 @@
 #include "values.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/common/quantity_text.h"
 
 #include "crackle/common/real.h"
 
@@ -172,7 +173,7 @@ std::optional<std::vector<Source>> read_elements(const Source& source, std::size
   if (value.kind != ValueKind::array) return source.report(what_is_given(value) + "; give " + accepted);
   if (value.elements.empty() || (count != 0 && value.elements.size() != count)) {
     const std::size_t n = value.elements.size();
-    return source.report("the array has {} element{}; give {}", n, n == 1 ? "" : "s", accepted);
+    return source.report("the array has {}; give {}", count_text(n, "element"), accepted);
   }
   std::vector<Source> elements;
   for (std::size_t i = 0; i < value.elements.size(); ++i) {

@@ -279,6 +279,11 @@ TEST(Match, OfASetTellsScatterAndShift) {
   EXPECT_LT(scattered.test.p_value(), 0.05);
   EXPECT_THAT(scattered.advice, HasSubstr("more disturbance or a varying material"));
   EXPECT_NEAR(scattered.scatter.ratio.value, 3, 1.2);
+  // Of two experiments an interval of the scatter is soon above 1.
+  SetMatchBy unconfirmed = scattered;
+  unconfirmed.test.energy_p_value = unconfirmed.test.depth_p_value = 0.08;
+  EXPECT_THAT(advice(unconfirmed), HasSubstr("with p = 0.16 that may be chance"));
+  EXPECT_THAT(advice(unconfirmed), Not(HasSubstr("more disturbance")));
   const Match all = match(off, made.samples, plate(), parameters());
   const SetMatchBy& shifted = all.set.value().by.at(0);
   EXPECT_LT(shifted.test.p_value(), 0.05);

@@ -108,9 +108,10 @@ void for_each_result(Visit&& visit) {
         &Row::crack_area_before_onset);
   visit(
       ResultInfo{
-          "outcome", "", "how the sample ended", shares, "outcome", "", 1, "d",
-          "0 unbroken, 1 arrested (and the load grows no further), 2 separated, 3 in one piece at the end of "
-          "the duration, 4 undecided (still breaking after three durations)"},
+          "outcome", "",
+          "how the sample ended (arrested: the load grows no further; in one piece: when the duration was "
+          "over; undecided: still breaking after three durations)",
+          shares, "outcome", "", 1, "d", "0 unbroken, 1 arrested, 2 separated, 3 in one piece, 4 undecided"},
       &Row::outcome);
   visit(ResultInfo{"pattern", "", "crack pattern", none, "pattern", "", 1, "d",
                    "0 none, 1 one crack, 2 two cracks, 3 other"},

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <concepts>
+#include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace crackle {
 
@@ -20,5 +23,11 @@ ShownUnit shown_unit(const ShownUnit& usual, const std::string& si, double large
 
 /// "78.2 N", "40 us", "9.54 nN": a value in the given SI unit, with a prefix if it is small or large.
 std::string quantity_text(double value, const std::string& si, int n_digits = 4);
+
+/// "1 sample", "2 samples": a number of what the noun names.
+std::string count_text(std::int64_t n, std::string_view noun);
+std::string count_text(std::integral auto n, std::string_view noun) {
+  return count_text(static_cast<std::int64_t>(n), noun);
+}
 
 }  // namespace crackle
