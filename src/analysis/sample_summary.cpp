@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/packing.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/mechanics/elasticity.h"
@@ -137,10 +138,34 @@ std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSumm
       sample, summary.crack_speed_max, summary.crack_speed_ratio);
 }
 
+namespace {
+
+/// If the load was clearly higher before the last dynamic phase, in any sample: the onset is not what a test
+/// would record.
+std::optional<std::string> onset_warning(std::span<const SampleSummary> samples) {
+  constexpr double clearly_below = 0.9;
+  const auto has_onset = [](const SampleSummary& row) {
+    return row.status == SampleStatus::done && !std::isnan(row.onset_force) && !std::isnan(row.peak_load);
+  };
+  const auto n = std::ranges::count_if(samples, has_onset);
+  const auto n_below = std::ranges::count_if(samples, [&](const SampleSummary& row) {
+    return has_onset(row) && row.onset_force < clearly_below * row.peak_load;
+  });
+  if (n_below == 0) return std::nullopt;
+  return fmt::format(
+      "warning: in {} of {} the load was more than {:.0f} % higher before the last dynamic phase, whose "
+      "start "
+      "is the onset: cracks had run and stopped; the peak load is what the body held",
+      n_below, count_text(n, "sample"), 100 / clearly_below - 100);
+}
+
+}  // namespace
+
 std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples) {
   std::vector<std::string> warnings;
   for (std::size_t sample = 0; sample < samples.size(); ++sample)
     if (auto warning = sample_warning(sample, samples[sample])) warnings.push_back(std::move(*warning));
+  if (auto warning = onset_warning(samples)) warnings.push_back(std::move(*warning));
   return warnings;
 }
 

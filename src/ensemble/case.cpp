@@ -178,6 +178,13 @@ void log_warnings(RunLog& log, std::size_t n_warnings) {
                        n_warnings == 1 ? "1 sample" : fmt::format("{} samples", n_warnings)));
 }
 
+std::size_t count_warnings(std::span<const SampleSummary> rows) {
+  std::size_t n = 0;
+  for (std::size_t sample = 0; sample < rows.size(); ++sample)
+    n += analysis::sample_warning(sample, rows[sample]) ? 1 : 0;
+  return n;
+}
+
 /// Warns if no sample has broken, which is rarely intended.
 void log_unbroken(RunLog& log, std::span<const SampleSummary> rows) {
   std::size_t n_done = 0, n_unbroken = 0;
@@ -208,7 +215,7 @@ void Case::log_end(const RunOutcome& outcome, int n_needed, const NextCommands& 
     if (needed[sample].status == SampleStatus::failed)
       say(fmt::format("failed: sample {}: {}", sample, needed[sample].error));
   log_pending(*log_, needed);
-  log_warnings(*log_, analysis::sample_warnings(needed).size());
+  log_warnings(*log_, count_warnings(needed));
   log_unbroken(*log_, needed);
   if (needed.size() < rows.size())
     say(fmt::format("stopped early: samples 0 to {} suffice, {} were planned", needed.size() - 1,
