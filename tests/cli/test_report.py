@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import base64
+import dataclasses
 import itertools
 import os
 import re
@@ -19,6 +20,7 @@ from unittest import mock
 import h5py
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 from PIL import Image
 
@@ -26,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
-from crackle_report import choosing, command, figures, reading, style, tables  # noqa: E402
+from crackle_report import choosing, command, drawing, figures, reading, style, tables  # noqa: E402
 from crackle_report.figures import convergence, crack_paths, crossings, growth  # noqa: E402
 from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
@@ -338,6 +340,16 @@ class Pictures(Ensembles):
                     with self.subTest(f"{n_samples} samples, {picture.name}"):
                         self.assertEqual(overlapping_texts(picture.figure), [])
 
+
+    def test_what_slow_loading_opens_minutes_later_does_not_stretch_the_colours(self):
+        write_ensemble(self.folder, 2)
+        ensemble = reading.read_ensemble(self.folder)
+        crack = ensemble.files.crack(0)
+        late = dataclasses.replace(crack, time=np.append(crack.time[:-1], 300.0))
+        latest = ensemble.last_opening(0, late)
+        self.assertEqual(latest, crack.time[:-1].max())
+        rgb = drawing.facet_colours(1e6 * np.array([-1e-6, latest, 300.0]), drawing.time_colours(latest))
+        np.testing.assert_allclose(rgb, [to_rgb(style.BEFORE_ONSET), style.TIME_COLOURS(1.0)[:3], to_rgb(style.AFTER_PHASE)])
 
     def test_many_samples_are_spread_over_sheets(self):
         write_ensemble(self.folder, 9)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PathCollection
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
@@ -105,8 +105,16 @@ class Sheet(Figure):
 
 
 def time_colours(latest: float, times: Unit = US) -> Normalize:
-    """Colours for times from onset to the latest one [s]; for times in this unit."""
+    """Colours for times from onset to the latest one in motion [s]; for times in this unit."""
     return Normalize(0.0, times.of(latest) if latest > 0 else 1.0)
+
+
+def facet_colours(time: np.ndarray, colours: Normalize) -> np.ndarray:
+    """Red, green and blue of facets by their opening times, in the unit of the colours."""
+    rgb = style.TIME_COLOURS(np.asarray(colours(time)))[:, :3]
+    rgb[time < 0] = to_rgb(style.BEFORE_ONSET)
+    rgb[time > colours.vmax] = to_rgb(style.AFTER_PHASE)
+    return rgb
 
 
 def time_bar(figure: Figure, colours: Normalize, left: float, length: float, times: Unit = US) -> None:
@@ -145,14 +153,16 @@ def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: floa
     corner[clockwise] = corner[clockwise, ::-1]
 
     time = times.of(crack.time[opened])
-    shade = np.where(time < 0, -1, np.clip((colours(time) * N_SHADES).astype(int), 0, N_SHADES - 1))
+    share = np.minimum(time / colours.vmax, 2.0)
+    shade = np.clip((share * N_SHADES).astype(int), 0, N_SHADES - 1)
+    shade[time < 0], shade[share > 1] = -1, N_SHADES
     paths, shades = [], []
     # Late facets first, so that the earliest ones, the path itself, stay on top.
     for value in np.unique(shade)[::-1]:
         vertices = corner[shade == value][:, [0, 1, 2, 3, 0]]
         codes = np.tile((Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY), len(vertices))
         paths.append(Path(vertices.reshape(-1, 2), codes))
-        shades.append(style.BEFORE_ONSET if value < 0 else style.TIME_COLOURS((value + 0.5) / N_SHADES))
+        shades.append(facet_colours(np.array([(value + 0.5) / N_SHADES * colours.vmax]), colours)[0])
     axes.add_collection(PathCollection(paths, facecolors=shades, edgecolors=shades, linewidths=0.3,
                                        rasterized=True), autolim=False)
 

@@ -272,6 +272,13 @@ class Ensemble:
         accounts = [self.files.energy(int(i)) for i in self.done[:N_TIMED]]
         return fitting([account.time[-1] for account in accounts if account is not None and account.time.size], US, least=0.5)
 
+    def last_opening(self, number: int, crack: CrackSurface) -> float:
+        """When the last facet of a sample opened in its last dynamic phase, since the onset [s]: slow loading may open others
+        minutes later."""
+        account = self.files.energy(number)
+        end = (1 + 1e-9) * account.time[-1] if account is not None and account.time.size else np.inf
+        return float(crack.time[crack.time <= end].max(initial=0.0))
+
     @property
     def finished(self) -> bool:
         """No sample is pending."""

@@ -18,6 +18,7 @@ OTHER_MATERIAL = "#f3dfb5"
 OUTLINE = "#343a40"
 MUTED = "#6c757d"
 BEFORE_ONSET = "#9aa1a9"
+AFTER_PHASE = "#c98b6b"
 BRANCHING = "#c1121f"
 
 # Okabe and Ito's colours without the yellow, which is too light on white.

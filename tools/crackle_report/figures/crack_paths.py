@@ -62,7 +62,7 @@ def _section(ensemble: Ensemble, title: str, text: str, sheets: list[list[int]])
     result = Section(title, text)
     cracks = {i: ensemble.files.crack(i) for sheet in sheets for i in sheet}
     cracks = {i: crack for i, crack in cracks.items() if crack is not None and crack.time.size}
-    latest = max((float(crack.time.max()) for crack in cracks.values()), default=0.0)
+    latest = max((ensemble.last_opening(i, crack) for i, crack in cracks.items()), default=0.0)
     colours = time_colours(latest, ensemble.times)
     z_range = window(ensemble.plate, (crack.corner[:, :, 2] for crack in cracks.values()))
     for sheet in sheets:
@@ -103,6 +103,8 @@ def _sheet(ensemble: Ensemble, numbers: list[int], cracks: dict[int, CrackSurfac
     handles: list[Artist] = []
     if any((crack.time < 0).any() for crack in cracks.values()):
         handles.append(Patch(color=style.BEFORE_ONSET, label="opened before the onset"))
+    if any((ensemble.times.of(crack.time) > colours.vmax).any() for crack in cracks.values()):
+        handles.append(Patch(color=style.AFTER_PHASE, label="opened later, in slow loading"))
     handles += branching_handles(axes, [points for i in numbers if i in cracks and (points := ensemble.files.branching(i)) is not None])
     if handles:
         figure.legend(handles=handles, loc="upper left", bbox_to_anchor=((left + 3.4) / figure.get_figwidth(), 1 - 0.04 / figure.get_figheight()),

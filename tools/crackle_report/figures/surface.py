@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.colors import Normalize, to_rgb
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from crackle.units import Unit
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from .. import style
 from ..choosing import samples_in_detail
-from ..drawing import time_bar, time_colours
+from ..drawing import facet_colours, time_bar, time_colours
 from ..options import Options
 from ..plate import Plate
 from ..results import CrackSurface, Ensemble
@@ -33,8 +33,8 @@ def _view(ensemble: Ensemble, number: int, crack: CrackSurface) -> View:
     lengths, times = ensemble.plate.lengths, ensemble.times
     order = np.argsort(crack.time, kind="stable")
     corner, time = lengths.of(crack.corner[order]), times.of(crack.time[order])
-    colours = time_colours(float(crack.time.max(initial=0.0)), times)
-    rgb = np.where((time > 0)[:, None], style.TIME_COLOURS(np.asarray(colours(time)))[:, :3], to_rgb(style.BEFORE_ONSET))
+    colours = time_colours(ensemble.last_opening(number, crack), times)
+    rgb = facet_colours(time, colours)
     lines = _edges(ensemble.plate)
     return View(Picture(f"surface-{number:04d}", f"Crack surface of sample {number} in space", _still(number, corner, rgb, lines, colours, times)),
                 corner.astype("<f4").tobytes(), np.maximum(time, 0).astype("<f4").tobytes(),
