@@ -20,7 +20,7 @@ namespace crackle::apps {
 
 namespace {
 
-constexpr const char* basis_of_template = "demo";
+constexpr const char* basis_of_template = "your-own-problem";
 
 struct InitOptions {
   std::filesystem::path file;
