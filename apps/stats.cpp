@@ -73,7 +73,7 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
     fmt::print("{}", analysis::path_inference_text(statistics, samples, parameters));
     fmt::print("{}", analysis::to_text(analysis::sensitivities(parameters, samples), parameters));
     if (!limits.empty()) fmt::print("\n{}", limits);
-    for (const auto& warning : analysis::sample_warnings(samples)) fmt::print("{}\n", warning);
+    for (const auto& warning : analysis::ensemble_warnings(samples)) fmt::print("{}\n", warning);
   }
   std::fflush(stdout);
 }

@@ -138,6 +138,13 @@ std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSumm
       sample, summary.crack_speed_max, summary.crack_speed_ratio);
 }
 
+std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples) {
+  std::vector<std::string> warnings;
+  for (std::size_t sample = 0; sample < samples.size(); ++sample)
+    if (auto warning = sample_warning(sample, samples[sample])) warnings.push_back(std::move(*warning));
+  return warnings;
+}
+
 namespace {
 
 /// If the load was clearly higher before the last dynamic phase, in any sample: the onset is not what a test
@@ -153,18 +160,15 @@ std::optional<std::string> onset_warning(std::span<const SampleSummary> samples)
   });
   if (n_below == 0) return std::nullopt;
   return fmt::format(
-      "warning: in {} of {} the load was more than {:.0f} % higher before the last dynamic phase, whose "
-      "start "
-      "is the onset: cracks had run and stopped; the peak load is what the body held",
+      "warning: in {} of {} the load was more than {:.0f} % higher before the last dynamic phase, "
+      "whose start is the onset: cracks had run and stopped; the peak load is what the body held",
       n_below, count_text(n, "sample"), 100 / clearly_below - 100);
 }
 
 }  // namespace
 
-std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples) {
-  std::vector<std::string> warnings;
-  for (std::size_t sample = 0; sample < samples.size(); ++sample)
-    if (auto warning = sample_warning(sample, samples[sample])) warnings.push_back(std::move(*warning));
+std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> samples) {
+  std::vector<std::string> warnings = sample_warnings(samples);
   if (auto warning = onset_warning(samples)) warnings.push_back(std::move(*warning));
   return warnings;
 }

@@ -256,7 +256,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
                 {"n_undecided", std::ranges::count_if(samples, is_undecided)},
                 {"n_left", statistics.n_needed - statistics.n_done - n_failed},
                 {"notes", origin.notes},
-                {"warnings", sample_warnings(samples)},
+                {"warnings", ensemble_warnings(samples)},
                 {"input", parameters.text}};
   geometry::for_each_member(geometry::outline_of(*body),
                             [&](const char* name, const Shape& shape, const auto& values, const char*,

@@ -102,7 +102,7 @@ double free_flight_velocity(const MotionContext& context, double from, double to
   return std::max(acceleration * (to - from), flight_of_body(context, from, to));
 }
 
-/// What the body is made of, and how it is strained and moves.
+/// The body's material, strains and velocities.
 void add_state(const MotionContext& context, const MotionState& state, Extremes& e) {
   const auto& body = *context.body;
   const auto& density = body.material().density;

@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/index.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/base_points.h"
@@ -175,14 +176,7 @@ void log_pending(RunLog& log, std::span<const SampleSummary> rows) {
 void log_warnings(RunLog& log, std::size_t n_warnings) {
   if (n_warnings == 0) return;
   log.line(fmt::format("warning: {} with a crack faster than the Rayleigh speed",
-                       n_warnings == 1 ? "1 sample" : fmt::format("{} samples", n_warnings)));
-}
-
-std::size_t count_warnings(std::span<const SampleSummary> rows) {
-  std::size_t n = 0;
-  for (std::size_t sample = 0; sample < rows.size(); ++sample)
-    n += analysis::sample_warning(sample, rows[sample]) ? 1 : 0;
-  return n;
+                       count_text(n_warnings, "sample")));
 }
 
 /// Warns if no sample has broken, which is rarely intended.
@@ -215,7 +209,7 @@ void Case::log_end(const RunOutcome& outcome, int n_needed, const NextCommands& 
     if (needed[sample].status == SampleStatus::failed)
       say(fmt::format("failed: sample {}: {}", sample, needed[sample].error));
   log_pending(*log_, needed);
-  log_warnings(*log_, count_warnings(needed));
+  log_warnings(*log_, analysis::sample_warnings(needed).size());
   log_unbroken(*log_, needed);
   if (needed.size() < rows.size())
     say(fmt::format("stopped early: samples 0 to {} suffice, {} were planned", needed.size() - 1,

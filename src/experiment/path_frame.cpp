@@ -150,7 +150,6 @@ std::optional<PathFrame> path_frame(std::span<const Polyline> curves, std::span<
   if (!(to > from)) return std::nullopt;
   PathFrame frame;
   frame.curve = medoid;
-  frame.reach = length;
   Point sum{0, 0};
   for (std::size_t i = 0; i < n_stations; ++i) {
     const double at = from + (to - from) * (static_cast<double>(i) + 0.5) / n_stations;
@@ -175,6 +174,7 @@ bool runs_along(const Polyline& curve, const Point& first, const Point& last) {
 std::vector<double> offsets(const PathFrame& frame, const Polyline& curve) {
   if (curve.empty() || !runs_along(frame.curve, curve.front(), curve.back()))
     return std::vector<double>(frame.place.size(), not_a_number);
+  const double reach = length_of(frame.curve);
   std::vector<double> found;
   for (std::size_t k = 0; k < frame.place.size(); ++k) {
     const Point& n = frame.normal[k];
@@ -188,7 +188,7 @@ std::vector<double> offsets(const PathFrame& frame, const Polyline& curve) {
       const double offset = (1 - share) * plane::dot(a, n) + share * plane::dot(b, n);
       if (std::abs(offset) < std::abs(nearest)) nearest = offset;
     }
-    found.push_back(std::abs(nearest) <= frame.reach ? nearest : not_a_number);
+    found.push_back(std::abs(nearest) <= reach ? nearest : not_a_number);
   }
   return found;
 }

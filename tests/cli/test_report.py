@@ -346,7 +346,7 @@ class Pictures(Ensembles):
         ensemble = reading.read_ensemble(self.folder)
         crack = ensemble.files.crack(0)
         late = dataclasses.replace(crack, time=np.append(crack.time[:-1], 300.0))
-        latest = ensemble.last_opening(0, late)
+        latest = late.last_opening
         self.assertEqual(latest, crack.time[:-1].max())
         rgb = drawing.facet_colours(1e6 * np.array([-1e-6, latest, 300.0]), drawing.time_colours(latest))
         np.testing.assert_allclose(rgb, [to_rgb(style.BEFORE_ONSET), style.TIME_COLOURS(1.0)[:3], to_rgb(style.AFTER_PHASE)])

@@ -140,17 +140,17 @@ TEST(SampleSummary, ARowWithoutResultsHasItsShape) {
   EXPECT_EQ(row.outcome, -1);
 }
 
-TEST(SampleWarnings, OnsetsBelowThePeakLoadAreWarnedOf) {
+TEST(EnsembleWarnings, OnsetsBelowThePeakLoadAreWarnedOf) {
   std::vector<SampleSummary> rows(3);
   for (SampleSummary& row : rows) {
     row.status = SampleStatus::done;
     row.onset_force = 95;
     row.peak_load = 100;
   }
-  EXPECT_TRUE(sample_warnings(rows).empty());
+  EXPECT_TRUE(ensemble_warnings(rows).empty());
   rows[1].onset_force = 20;
   rows[2].onset_force = std::nan("");  // from rest
-  const auto warnings = sample_warnings(rows);
+  const auto warnings = ensemble_warnings(rows);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_THAT(warnings[0], testing::HasSubstr("in 1 of 2 samples the load was more than 11 % higher"));
 }

@@ -133,10 +133,10 @@ class SampleFiles:
 
 
 def _read_crack(root: h5py.File) -> CrackSurface:
-    group = root["crack_surface"]
+    group, in_motion = root["crack_surface"], root["energy/time"]
     notch_of_crack = np.append(group["cracks/notch"][...], -1)
     return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
-                        notch_of_crack[group["crack"][...]], group["tetrahedron"][...])
+                        notch_of_crack[group["crack"][...]], group["tetrahedron"][...], float(in_motion[-1]) if in_motion.size else np.inf)
 
 
 def _read_places(root: h5py.File) -> Optional[Places]:

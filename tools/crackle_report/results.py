@@ -27,6 +27,12 @@ class CrackSurface:
     time: np.ndarray  # facets; since the onset of the last dynamic phase, negative before it [s]
     notch: np.ndarray  # facets; the notch that the facet's crack started at, or -1
     tetrahedron: np.ndarray  # facets; the one that the facet lies in
+    phase_end: float  # of the last dynamic phase, since its onset [s]
+
+    @property
+    def last_opening(self) -> float:
+        """When the last facet opened in the last dynamic phase, since its onset [s]: slow loading may open others minutes later."""
+        return float(self.time[self.time <= (1 + 1e-9) * self.phase_end].max(initial=0.0))
 
 
 @dataclass(frozen=True)
@@ -271,13 +277,6 @@ class Ensemble:
         """In which people see times since the onset: fits the durations of the first samples' last dynamic phases."""
         accounts = [self.files.energy(int(i)) for i in self.done[:N_TIMED]]
         return fitting([account.time[-1] for account in accounts if account is not None and account.time.size], US, least=0.5)
-
-    def last_opening(self, number: int, crack: CrackSurface) -> float:
-        """When the last facet of a sample opened in its last dynamic phase, since the onset [s]: slow loading may open others
-        minutes later."""
-        account = self.files.energy(number)
-        end = (1 + 1e-9) * account.time[-1] if account is not None and account.time.size else np.inf
-        return float(crack.time[crack.time <= end].max(initial=0.0))
 
     @property
     def finished(self) -> bool:

@@ -89,8 +89,10 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
 /// "warning: sample 3: ..." for a sample whose crack exceeded the Rayleigh speed; empty otherwise.
 std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary);
 
-/// The warnings of an ensemble, whose samples start at number 0: those of single samples, then that of onsets
-/// below the peak load.
+/// Those of all samples, which start at number 0.
 std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples);
+
+/// Those of the samples, then that of onsets below the peak load.
+std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> samples);
 
 }  // namespace crackle::analysis

@@ -37,10 +37,9 @@ Polyline with_reading_error(const Polyline& line, double deviation, double corre
 
 /// Stations on a curve amid all others, with normals.
 struct PathFrame {
-  Polyline curve;
+  Polyline curve;                    ///< the stations are on it; offsets are no larger than its length
   std::vector<plane::Point> place;   ///< of each station
   std::vector<plane::Point> normal;  ///< unit vectors; their mean is along +y or +z, whichever is nearer
-  double reach = 0;                  ///< offsets are no larger [m]
   bool is_along_y = true;            ///< the mean normal is nearer to y than to z
 };
 
@@ -64,7 +63,8 @@ std::optional<PathFrame> path_frame(std::span<const Polyline> curves, std::span<
 bool runs_along(const Polyline& curve, const plane::Point& first, const plane::Point& last);
 
 /// Offset of a curve along the normal at each station [m]: to the nearest intersection; NaN where there is
-/// none within reach, and everywhere if the curve does not run along that of the frame.
+/// none within the length of the frame's curve, and everywhere if the curve does not run along that of the
+/// frame.
 std::vector<double> offsets(const PathFrame& frame, const Polyline& curve);
 
 }  // namespace crackle::experiment

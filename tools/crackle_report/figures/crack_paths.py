@@ -62,7 +62,7 @@ def _section(ensemble: Ensemble, title: str, text: str, sheets: list[list[int]])
     result = Section(title, text)
     cracks = {i: ensemble.files.crack(i) for sheet in sheets for i in sheet}
     cracks = {i: crack for i, crack in cracks.items() if crack is not None and crack.time.size}
-    latest = max((ensemble.last_opening(i, crack) for i, crack in cracks.items()), default=0.0)
+    latest = max((crack.last_opening for crack in cracks.values()), default=0.0)
     colours = time_colours(latest, ensemble.times)
     z_range = window(ensemble.plate, (crack.corner[:, :, 2] for crack in cracks.values()))
     for sheet in sheets:

@@ -123,7 +123,7 @@ def _growth(ensemble: Ensemble, experiment: dict[str, Any], photographs: list[Ph
     rows = ["photograph", "fringes", "cracks"] if options.fringes else ["photograph", "cracks"]
     size = frame.size(min((style.PAGE_WIDTH - left - right - (n - 1) * gap) / n, PANEL_ROOM), MOST_HEIGHT)
     figure = Sheet(size, len(rows), n, (left, right, top, bottom), (max(gap, 0.85 - size[0]), 0.28), 6.4)
-    colours = time_colours(ensemble.last_opening(number, crack), times)
+    colours = time_colours(crack.last_opening, times)
     chosen = nearest_frames(frames, photographs)
     made = fringes_at(frames, chosen, frame.body_grid, options.optics) if options.fringes else []
     for k, photograph in enumerate(photographs):

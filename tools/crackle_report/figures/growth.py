@@ -95,7 +95,7 @@ class _View:
         pixel = max((right - left) / PIXELS_ACROSS, (self._z[1] - self._z[0]) / PIXELS_ALONG)
         self._grid = Grid.over((left, right), self._z, pixel)
         self._lengths, self._times = ensemble.plate.lengths, ensemble.times
-        self._colours = time_colours(ensemble.last_opening(number, crack), self._times)
+        self._colours = time_colours(crack.last_opening, self._times)
         self._options = options
         self._draws = [self._draw_fringes, self._draw_cracks] if options.fringes else [self._draw_cracks]
         if options.fringes:

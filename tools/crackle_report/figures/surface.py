@@ -33,7 +33,7 @@ def _view(ensemble: Ensemble, number: int, crack: CrackSurface) -> View:
     lengths, times = ensemble.plate.lengths, ensemble.times
     order = np.argsort(crack.time, kind="stable")
     corner, time = lengths.of(crack.corner[order]), times.of(crack.time[order])
-    colours = time_colours(ensemble.last_opening(number, crack), times)
+    colours = time_colours(crack.last_opening, times)
     rgb = facet_colours(time, colours)
     lines = _edges(ensemble.plate)
     return View(Picture(f"surface-{number:04d}", f"Crack surface of sample {number} in space", _still(number, corner, rgb, lines, colours, times)),
