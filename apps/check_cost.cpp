@@ -14,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -88,6 +89,20 @@ std::string unaffordable_text(const Subject& subject, double hours) {
       time_text(subject.parameters.time.duration), length_text(spacing.lower_bound(subject.body.bounds())));
 }
 
+bool is_moved(const input::Boundary& boundary) {
+  return boundary.kind != input::BoundaryKind::fix &&
+         input::traits(boundary.kind).action == input::Action::motion &&
+         (boundary.value != Vector{} || boundary.rate != Vector{});
+}
+
+/// Between moved grips the load falls as a crack grows, so that it arrests and starts again.
+std::string arrests_text(const input::Parameters& parameters) {
+  return parameters.time.start == input::Start::quasi_static &&
+                 std::ranges::any_of(parameters.boundaries, is_moved)
+             ? "; between moved grips cracks often arrest, and several times as many are usual (--phases)"
+             : "";
+}
+
 std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks) {
   const auto& parameters = subject.parameters;
   const auto measured = ensemble::measure_cost(parameters, subject.realization, measured_seconds);
@@ -124,8 +139,9 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks) 
                   : n_phases == 0 ? ": the loads never break the body"
                                   : ""));
   const double hours = subject.n_samples() * cost.total() / 3600;
-  rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each", hours, subject.samples_text(),
-                                              count_text(n_phases, "dynamic phase")));
+  rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each{}", hours, subject.samples_text(),
+                                              count_text(n_phases, "dynamic phase"),
+                                              breaks ? arrests_text(parameters) : ""));
   std::string text = input::aligned(rows);
   for (const std::string& warning :
        {dynamics::weak_load_warning(parameters, measured.outlook),

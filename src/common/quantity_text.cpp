@@ -63,7 +63,11 @@ ShownUnit shown_unit(const ShownUnit& usual, const std::string& si, double large
 }
 
 std::string quantity_text(double value, const std::string& si, int n_digits) {
-  const double magnitude = std::abs(value);
+  return quantity_text(value, si, n_digits, value);
+}
+
+std::string quantity_text(double value, const std::string& si, int n_digits, double largest) {
+  const double magnitude = std::abs(largest);
   const bool is_plain = !has_size(magnitude) || (magnitude >= least_plain && magnitude < greatest_plain);
   const bool is_of_millimetres = si == "m" && magnitude >= 1e-5 && magnitude < 1;
   const ShownUnit unit = is_of_millimetres ? ShownUnit{"mm", 1e3}
@@ -71,7 +75,7 @@ std::string quantity_text(double value, const std::string& si, int n_digits) {
                                            : prefixed(si, magnitude);
   // More digits if there is no suitable prefix.
   return fmt::format("{:.{}g} {}", value * unit.factor,
-                     magnitude * unit.factor < greatest_plain ? n_digits : 6, unit.name);
+                     std::abs(value) * unit.factor < greatest_plain ? n_digits : 6, unit.name);
 }
 
 std::string count_text(std::int64_t n, std::string_view noun) {

@@ -19,13 +19,23 @@ using analysis::shown_percent;
 using analysis::shown_probability;
 using analysis::TextTable;
 
-std::string number_text(double value, const std::string& unit) {
+std::string number_text(double value, const std::string& unit, double largest) {
   if (std::isnan(value)) return "-";
-  return unit.empty() ? fmt::format("{:.4g}", value) : quantity_text(value, unit);
+  return unit.empty() ? fmt::format("{:.4g}", value) : quantity_text(value, unit, 4, largest);
+}
+
+double scale_of(const Spread& spread) {
+  return largest_magnitude({spread.mean, spread.lower, spread.upper});
+}
+
+std::string mean_text(const Spread& spread, const std::string& unit) {
+  return number_text(spread.mean, unit, scale_of(spread));
 }
 
 std::string range_text(const Spread& spread, const std::string& unit) {
-  return fmt::format("{} to {}", number_text(spread.lower, unit), number_text(spread.upper, unit));
+  const double largest = scale_of(spread);
+  return fmt::format("{} to {}", number_text(spread.lower, unit, largest),
+                     number_text(spread.upper, unit, largest));
 }
 
 std::string used_text(const Calibration& found) {
@@ -43,8 +53,8 @@ std::string inputs_text(const Calibration& found) {
   TextTable rows{{"input", "prior", "90 %", "posterior", "90 %", "deviation, of the prior's"}};
   for (const CalibratedInput& each : found.inputs) {
     const std::string& unit = each.random.unit;
-    rows.push_back({each.random.key, number_text(each.prior.mean, unit), range_text(each.prior, unit),
-                    number_text(each.posterior.mean, unit), range_text(each.posterior, unit),
+    rows.push_back({each.random.key, mean_text(each.prior, unit), range_text(each.prior, unit),
+                    mean_text(each.posterior, unit), range_text(each.posterior, unit),
                     fmt::format("{:.2f}", each.ratio())});
   }
   return aligned(rows, 2, true);
@@ -53,10 +63,9 @@ std::string inputs_text(const Calibration& found) {
 std::string scales_text(const Calibration& found) {
   std::string text;
   for (const CalibratedScale& each : found.scales)
-    text +=
-        fmt::format("{} of {}: {} ({})\n", each.is_discrepancy ? "Discrepancy" : "Scatter between specimens",
-                    readable(each.quantity), number_text(each.posterior.mean, each.unit),
-                    range_text(each.posterior, each.unit));
+    text += fmt::format(
+        "{} of {}: {} ({})\n", each.is_discrepancy ? "Discrepancy" : "Scatter between specimens",
+        readable(each.quantity), mean_text(each.posterior, each.unit), range_text(each.posterior, each.unit));
   return text;
 }
 
@@ -83,8 +92,8 @@ std::string contributions_text(const Calibration& found) {
 std::string predictions_text(const Calibration& found) {
   TextTable rows{{"prediction", "observed", "mean", "90 %", "below the observed"}};
   for (const Prediction& each : found.predictions)
-    rows.push_back({readable(each.name), number_text(each.observed, each.unit),
-                    number_text(each.predicted.mean, each.unit), range_text(each.predicted, each.unit),
+    rows.push_back({readable(each.name), number_text(each.observed, each.unit, scale_of(each.predicted)),
+                    mean_text(each.predicted, each.unit), range_text(each.predicted, each.unit),
                     shown_percent(each.place)});
   return aligned(rows, 2, true);
 }

@@ -21,9 +21,10 @@ using analysis::shown_percent;
 using analysis::shown_probability;
 using analysis::TextTable;
 
-std::string size_text(double value, const std::string& unit) {
+/// In the unit that suits the largest of those beside it.
+std::string size_text(double value, const std::string& unit, double largest) {
   if (std::isnan(value)) return "-";
-  return unit == "1" ? fmt::format("{:.2f}", value) : quantity_text(value, unit, 3);
+  return unit == "1" ? fmt::format("{:.2f}", value) : quantity_text(value, unit, 3, largest);
 }
 
 std::string place_text(const plane::Point& p) {
@@ -42,7 +43,7 @@ std::string samples_text(const Match& match) {
 std::string nearest_text(const MatchBy& by) {
   std::vector<std::string> parts;
   for (const auto& [sample, distance] : by.nearest)
-    parts.push_back(fmt::format("{} ({})", sample, size_text(distance, by.unit)));
+    parts.push_back(fmt::format("{} ({})", sample, size_text(distance, by.unit, by.mean_distance)));
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
@@ -51,9 +52,11 @@ std::string experiments_table(const Match& match) {
   for (const ExperimentMatch& experiment : match.experiments) {
     std::string name = experiment.name;
     for (const MatchBy& by : experiment.by) {
+      const double largest = largest_magnitude({by.mean_distance, by.usual_distance, by.offset});
+      const auto size = [&](double value) { return size_text(value, by.unit, largest); };
       rows.push_back({std::exchange(name, ""), readable(by.name), shown_probability(by.p_value),
-                      size_text(by.mean_distance, by.unit), size_text(by.usual_distance, by.unit),
-                      size_text(by.offset, by.unit), size_text(by.deviation, by.unit), nearest_text(by)});
+                      size(by.mean_distance), size(by.usual_distance), size(by.offset), size(by.deviation),
+                      nearest_text(by)});
     }
   }
   return rows.size() == 1 ? "" : aligned(rows, 2, true);
@@ -106,10 +109,12 @@ std::string interval(const analysis::Difference& found, const auto& show) {
 std::string set_text(const SetMatch& set) {
   TextTable rows{{"together by", "experiments", "p", "of energy", "of depth", "shift", "scatter, ratio"}};
   for (const SetMatchBy& by : set.by) {
+    const analysis::Difference& shift = by.scatter.shift;
+    const double largest = largest_magnitude({shift.value, shift.lower, shift.upper});
     rows.push_back({readable(by.name), fmt::format("{}", by.n_experiments),
                     shown_probability(by.test.p_value()), shown_probability(by.test.energy_p_value),
                     shown_probability(by.test.depth_p_value),
-                    interval(by.scatter.shift, [&](double value) { return size_text(value, by.unit); }),
+                    interval(shift, [&](double value) { return size_text(value, by.unit, largest); }),
                     interval(by.scatter.ratio, [](double value) { return fmt::format("{:#.2g}", value); })});
   }
   std::string text = aligned(rows, 2, true);

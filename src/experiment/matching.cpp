@@ -7,6 +7,7 @@
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/input/reader.h"
+#include "text_parts.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -290,9 +291,10 @@ std::string advice(const SetMatchBy& by) {
   }
   if (std::isnan(shift.lower)) return text;
   const std::string along = by.axis.empty() ? "" : " in " + by.axis;
+  const double largest = largest_magnitude({shift.value, shift.lower, shift.upper});
+  const auto text_of = [&](double value) { return quantity_text(value, by.unit, 3, largest); };
   const std::string size =
-      fmt::format("{}{} ({} to {})", quantity_text(shift.value, by.unit, 3), along,
-                  quantity_text(shift.lower, by.unit, 3), quantity_text(shift.upper, by.unit, 3));
+      fmt::format("{}{} ({} to {})", text_of(shift.value), along, text_of(shift.lower), text_of(shift.upper));
   const bool is_sure = is_confirmed && (shift.lower > 0 || shift.upper < 0);
   return text + (text.empty() ? "" : " ") +
          (is_sure

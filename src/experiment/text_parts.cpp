@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 namespace crackle::experiment {
@@ -26,6 +27,13 @@ std::string named(const std::vector<std::uint64_t>& samples, std::string_view wh
   return fmt::format("{} {} ({}{})", samples.size(), what,
                      fmt::join(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(n), ", "),
                      samples.size() > n ? ", ..." : "");
+}
+
+double largest_magnitude(std::initializer_list<double> values) {
+  double largest = 0;
+  for (const double value : values)
+    if (!std::isnan(value)) largest = std::max(largest, std::abs(value));
+  return largest;
 }
 
 }  // namespace crackle::experiment

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,5 +15,8 @@ std::string readable(std::string name);
 
 /// "3 failed (4, 17, 88)"
 std::string named(const std::vector<std::uint64_t>& samples, std::string_view what);
+
+/// Magnitude that chooses the unit of values in one sentence or row; NaN are left out.
+double largest_magnitude(std::initializer_list<double> values);
 
 }  // namespace crackle::experiment

@@ -159,8 +159,10 @@ class Stats(unittest.TestCase):
         with h5py.File(self.folder / "ensemble.h5") as root:
             mean, reached = root["statistics/z_mean"][0, 0], root["statistics/reached"][0, 0]
             median = np.median(root["samples/onset_force"][...])
-            branching = root["samples/bifurcations_projected"][...]
-        self.assertRegex(text, rf"\nbranching projected +{branching.mean():.2f} +{100 * (branching > 0).mean():.1f}   [0-9.]+ to [0-9.]+\n")
+            counts = {label: root["samples"][name][...]
+                      for label, name in (("branching projected", "bifurcations_projected"), ("kinks", "kinks"))}
+        for label, of_samples in counts.items():
+            self.assertRegex(text, rf"\n{label} +{of_samples.mean():.2f} +{100 * (of_samples > 0).mean():.1f}   [0-9.]+ to [0-9.]+\n")
         self.assertRegex(text, rf"\n +0 +y = 3 mm +z +{reached} +{mean * 1e3:.3f} ")
         self.assertRegex(text, rf"\nonset force \[N\] +\S+ +\S+ +{median:.3f} +\S+ +\S+ +3   too few samples\n")
 

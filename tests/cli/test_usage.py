@@ -183,7 +183,11 @@ class Usage(unittest.TestCase):
         self.assertRegex(rows["core-hours"], "with 4 dynamic phases each")
         self.assertRegex(rows["sample"], "with 4 dynamic phases; 3 arrest")
         rows, _ = self.check("--phases", "1")
-        self.assertRegex(rows["core-hours"], "with 1 dynamic phase each")
+        self.assertRegex(rows["core-hours"], "with 1 dynamic phase each$")
+
+    def test_check_says_that_cracks_between_moved_grips_arrest(self):
+        rows, _ = self.check(force='displacement = ["free", "free", "0 mm"]', rate='["0 mm/s", "0 mm/s", "0.01 mm/s"]')
+        self.assertRegex(rows["core-hours"], r"often arrest, and several times as many are usual \(--phases\)")
 
     def test_check_of_a_body_that_starts_at_rest(self):
         rows, _ = self.check(start='"rest"')

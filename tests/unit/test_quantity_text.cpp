@@ -23,6 +23,12 @@ TEST(QuantityText, HasThePrefixThatItsSizeAsksFor) {
   EXPECT_EQ(quantity_text(1e-20, "N"), "1e-08 pN");
 }
 
+TEST(QuantityText, HasTheUnitOfTheLargestBesideIt) {
+  EXPECT_EQ(quantity_text(-0.0142, "N", 3, 12.3), "-0.0142 N");
+  EXPECT_EQ(quantity_text(30, "N", 3, 2e4), "0.03 kN");
+  EXPECT_EQ(quantity_text(0, "N", 3, 2e-4), "0 uN");
+}
+
 TEST(ShownUnit, StaysTheUsualOneWhileItShowsSomething) {
   const auto name = [](double largest) { return shown_unit({"mm", 1e3}, "m", largest).name; };
   EXPECT_EQ(name(0.02), "mm");

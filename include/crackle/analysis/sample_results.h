@@ -136,7 +136,7 @@ void for_each_result(Visit&& visit) {
         &Row::branching_points_projected);
   visit(ResultInfo{"kinks", "",
                    "number of kinks of all crack lines: turns of 26 degrees or more within 0.08 ligaments",
-                   none, "kinks", "", 1, "d"},
+                   counts, "kinks", "", 1, "d"},
         &Row::kinks);
   visit(ResultInfo{"breaks", "", "number of broken tetrahedra", none, "breaks", "", 1, "d"}, &Row::breaks);
   visit(ResultInfo{"crack_area", "m^2", "area of all opened dual facets", quantiles, "crack area", "mm^2",

@@ -24,6 +24,10 @@ ShownUnit shown_unit(const ShownUnit& usual, const std::string& si, double large
 /// "78.2 N", "40 us", "9.54 nN": a value in the given SI unit, with a prefix if it is small or large.
 std::string quantity_text(double value, const std::string& si, int n_digits = 4);
 
+/// The same in the unit that suits the largest magnitude of those it is compared with: "-0.014 N" beside "12
+/// N".
+std::string quantity_text(double value, const std::string& si, int n_digits, double largest);
+
 /// "1 sample", "2 samples": a number of what the noun names.
 std::string count_text(std::int64_t n, std::string_view noun);
 std::string count_text(std::integral auto n, std::string_view noun) {

@@ -131,21 +131,26 @@ def _band(axes: Axes, curves: list[tuple[np.ndarray, np.ndarray]]) -> None:
     axes.plot(grid[shown], median, color="black", linewidth=1.0, label=f"median, with {BAND[0]} to {BAND[1]} %")
 
 
+def _last_motion(time: np.ndarray, tip_speed: np.ndarray) -> float:
+    return float(time[np.isfinite(tip_speed)].max(initial=0))
+
+
 def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[int]) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH, 3.3), layout="constrained")
     length_axes, speed_axes = figure.subplots(1, 2)
-    leaders, times, lengths = [], ensemble.times, ensemble.plate.lengths
+    leaders, times, lengths, latest = [], ensemble.times, ensemble.plate.lengths, 0.0
     for i, history in histories.items():
         rows, leader = history.in_last_phase, int(ensemble.leading[i])
         if leader < 0 or not rows.any():
             continue
         time = times.of(history.phase_time[rows])
         leaders.append((time, lengths.of(history.crack_length[rows, leader])))
+        latest = max(latest, _last_motion(time, history.tip_speed[rows, leader]))
         if i not in detailed:
             length_axes.plot(*leaders[-1], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
             speed_axes.plot(time, history.tip_speed[rows, leader], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.5)
     _band(length_axes, leaders)
-    lines, latest = ("-", "--", ":", "-."), 0.0
+    lines = ("-", "--", ":", "-.")
     for k, i in enumerate(detailed):
         history = histories[i]
         rows = history.in_last_phase
@@ -157,7 +162,7 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
             length_axes.plot(time, lengths.of(history.crack_length[rows, notch]), style_of, color=style.notch_colour(k),
                              linewidth=1.1, label=label)
             speed_axes.plot(time, history.tip_speed[rows, notch], style_of, color=style.notch_colour(k), linewidth=1.1)
-            latest = max(latest, float(time[np.isfinite(history.tip_speed[rows, notch])].max(initial=0)))
+            latest = max(latest, _last_motion(time, history.tip_speed[rows, notch]))
     rayleigh = next(iter(histories.values())).rayleigh_speed
     speed_axes.axhline(rayleigh, color=style.BRANCHING, linewidth=0.8)
     speed_axes.annotate(f"Rayleigh speed, {rayleigh:.0f} m/s", (1, rayleigh), xycoords=("axes fraction", "data"), xytext=(0, -3),
