@@ -159,26 +159,27 @@ Key load_point_key(const char* name, LoadKind kind, std::string help) {
 Key velocity_gradient_key() {
   const Dimension& dimension = velocity_gradient_dimension;
   const std::string form = "three rows of three, such as [\"0 1/s\", \"5000 1/s\", \"0 1/s\"]";
-  return {name_of(LoadKind::velocity_gradient),
-          name_without_article(dimension),
-          one_of_kinds(load_kind_names),
-          form,
-          "velocity at the start, linear in the coordinates: row i has the derivatives of component i; these "
-          "expand a ring",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            load(parameters, i).kind = LoadKind::velocity_gradient;
-            const auto rows = read_elements(source, 3, form);
-            for (std::size_t row = 0; rows && row < 3; ++row)
-              if (const auto derivatives = read_components((*rows)[row], dimension, {-1e12, 1e12}))
-                load(parameters, i).gradient[row] = derivatives->value;
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const BodyLoad& one = load(parameters, i);
-            if (one.kind != LoadKind::velocity_gradient) return {};
-            std::vector<std::string> rows;
-            for (const Vector& row : one.gradient) rows.push_back(show_components(row, dimension));
-            return bracketed(rows);
-          }};
+  return {
+      name_of(LoadKind::velocity_gradient),
+      name_without_article(dimension),
+      one_of_kinds(load_kind_names),
+      form,
+      "velocity at the start, linear in the coordinates: row i has the derivatives of component i; here a "
+      "ring expands",
+      [=](const Source& source, Parameters& parameters, std::size_t i) {
+        load(parameters, i).kind = LoadKind::velocity_gradient;
+        const auto rows = read_elements(source, 3, form);
+        for (std::size_t row = 0; rows && row < 3; ++row)
+          if (const auto derivatives = read_components((*rows)[row], dimension, {-1e12, 1e12}))
+            load(parameters, i).gradient[row] = derivatives->value;
+      },
+      [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+        const BodyLoad& one = load(parameters, i);
+        if (one.kind != LoadKind::velocity_gradient) return {};
+        std::vector<std::string> rows;
+        for (const Vector& row : one.gradient) rows.push_back(show_components(row, dimension));
+        return bracketed(rows);
+      }};
 }
 
 /// Reports a key of another kind, or that a key of this kind is missing.
@@ -224,7 +225,7 @@ Table load_table() {
        load_point_key("center", LoadKind::velocity_gradient, "where that velocity is zero"), load_rate_key(),
        history_key(
            [](Parameters & parameters, std::size_t i) -> auto& { return load(parameters, i).history; },
-           "factors of the force, linear between these times")},
+           "factors, linear between these times")},
       [](const Parameters& parameters) { return parameters.loads.size(); },
       [](Parameters& parameters) { parameters.loads.emplace_back(); }};
 }

@@ -118,7 +118,7 @@ Table stiffness_variation_table() {
   for (Key& key : keys) key = of_variation(std::move(key));
   return {"material.variation",
           Occurrence::optional,
-          "random stiffness or density in space; the field of sample i depends on (seed, i)",
+          "random stiffness or density in space",
           std::move(keys),
           [](const Parameters& parameters) { return parameters.materials.size(); },
           {},

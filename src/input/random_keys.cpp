@@ -282,7 +282,7 @@ Table random_table() {
   Table table{
       "random",
       Occurrence::many,
-      "a number of the input that varies between samples; the value of sample i depends on (seed, i) only",
+      "a number of the input that varies between samples",
       {random_key_key(), distribution_key()},
       [](const Parameters& parameters) { return parameters.random.size(); },
       [](Parameters& parameters) { parameters.random.emplace_back(); }};

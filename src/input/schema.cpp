@@ -141,12 +141,12 @@ Table ensemble_table() {
       Occurrence::once,
       "the samples",
       {integer_key("samples", in(&Parameters::ensemble, &Ensemble::samples), 1, 1'000'000, required(),
-                   "number of realizations"),
+                   "number of samples"),
        integer_key("seed", in(&Parameters::ensemble, &Ensemble::seed), 0,
                    std::numeric_limits<std::int64_t>::max(), by_default("0"),
-                   "sample i depends on (seed, i) only"),
+                   "sample i, with its random fields and inputs, depends on (seed, i) only"),
        integer_key("ranks_per_sample", in(&Parameters::ensemble, &Ensemble::ranks_per_sample), 1, 100'000,
-                   by_default("1"), "ranks that share one realization"),
+                   by_default("1"), "ranks that share one sample"),
        choice_key<MeshMakers>(
            "meshes", in(&Parameters::ensemble, &Ensemble::meshes),
            {{"auto", MeshMakers::automatic}, {"master", MeshMakers::master}, {"groups", MeshMakers::groups}},
@@ -284,7 +284,7 @@ Table variation_table() {
   return {
       "fracture.variation",
       Occurrence::optional,
-      "random strength or toughness in space; the field of sample i depends on (seed, i)",
+      "random strength or toughness in space",
       {choice_key<Varies>(
            "of", variation(&Variation::of),
            {{"strength", Varies::strength}, {"toughness", Varies::toughness}, {"both", Varies::both}},

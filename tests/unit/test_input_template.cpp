@@ -59,7 +59,8 @@ TEST(InputTemplate, ExplainsEveryKeyAndGivesItAValueOfTheRightForm) {
 TEST(InputTemplate, KeepsWhatTheInputSays) {
   const std::string text = annotated(text_of("your-own-problem.toml"));
   EXPECT_THAT(text, HasSubstr("at = \"30 mm\"                            # z of its mid-plane\n"));
-  EXPECT_THAT(text, HasSubstr("\n# sample i depends on (seed, i) only: "));
+  EXPECT_THAT(text,
+              HasSubstr("\n# sample i, with its random fields and inputs, depends on (seed, i) only: "));
   EXPECT_THAT(text, HasSubstr("\n#seed = 0\n"));
   EXPECT_THAT(text, HasSubstr("\n#[[specimen.hole]]\n"));
 }
