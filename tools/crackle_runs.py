@@ -52,13 +52,14 @@ def markdown(titles: Iterable[str], lines: Iterable[Iterable[str]]) -> str:
     return "".join([rows[0], "|" + "---|" * len(titles) + "\n", *rows[1:]])
 
 
-def median_range(values: Iterable[float | None], form: str, unit: str = "") -> str:
-    """Median and range of those that are there, and how many when some are not."""
+def median_range(values: Iterable[float | None], form: str, unit: str = "", shares: tuple[float, float] = (0, 1)) -> str:
+    """Median and range of those that are there, or other quantiles, and how many when some are not."""
     values = list(values)
     there = [value for value in values if value is not None and not np.isnan(value)]
     if not there:
         return "none"
-    text = f"{np.median(there):{form}}{unit} ({min(there):{form}} to {max(there):{form}})"
+    low, high = np.quantile(there, shares)
+    text = f"{np.median(there):{form}}{unit} ({low:{form}} to {high:{form}})"
     return text if len(there) == len(values) else f"{text}, {len(there)} of {len(values)}"
 
 

@@ -86,7 +86,7 @@ def compare_engines(text: str, folder: Path, program: Path) -> list[Figure]:
     (mean, half_width), differences = paths["petsc"], []
     for name in found:
         difference = np.abs(mean - paths[name][0]) / half_width
-        differences.append(f"{np.nanmax(difference):.1e}" if np.isfinite(difference).any() else "no path")
+        differences.append(f"{np.nanmax(difference):.2g}" if np.isfinite(difference).any() else "no path")
     return [*(Figure(case, title, ", ".join(f"{n} of {len(petsc)}" for n in of_engines), "all") for title, of_engines in counts.items()),
             Figure(case, "largest difference of a mean crack position, over its half width", ", ".join(differences), "below 1")]
 

@@ -69,9 +69,9 @@ def laws(folder: Path, program: Path) -> list[Figure]:
             rough.append([roughness(picture.order, away_from(crack)) for picture in seen])
             if number == samples.done[0]:
                 shown[law] = [picture.intensity() for picture in seen], crack
-        over = np.mean(rough, axis=0)
+        over, speeds = np.mean(rough, axis=0), list(samples.samples.crack_speed_ratio)
         figures.append(Figure(case, law, f"{', '.join(f'{value / over[0]:.1f}' for value in over[1:])}; "
-                              f"{mean(list(samples.samples.crack_speed_ratio), '.2f')}", REFERENCE if not figures else "the same"))
+                              f"{mean(speeds, '.2f') if max(speeds) > 0 else 'no crack runs'}", REFERENCE if not figures else "the same"))
     draw(shown)
     return figures
 
