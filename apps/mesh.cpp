@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle mesh: makes one realization and writes it with its quality table, or surveys many.
+#include "crackle/common/failure.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/material_map.h"
+#include "crackle/ensemble/sample_plan.h"
 #include "crackle/fracture/variation.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/dual_facets.h"
@@ -20,7 +23,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -64,9 +70,23 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   fmt::print("{:<20} {}\n", "written", options.dual_output.string());
 }
 
+/// Only what an earlier call may have written is replaced.
+void refuse_other_file(const std::filesystem::path& file) {
+  if (file.empty() || !is_taken(file)) return;
+  require_regular(file);
+  constexpr std::string_view signature = "\x89HDF";
+  std::string start(signature.size(), '\0');
+  std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  if (start != signature) fail("{} exists and is no VTKHDF file; give another name", file.string());
+}
+
 int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
   const input::Parameters parameters = read_given_input(world, options.input);
   refuse_sweep(parameters, options.input);
+  parallel::agree_on_root(world, [&] {
+    ensemble::require_sample(parameters, options.sample);
+    for (const auto& file : {options.output, options.dual_output}) refuse_other_file(file);
+  });
   int status = success;
   parallel::agree_on_root(world, [&] {
     if (options.n_surveyed == 0) {
@@ -92,8 +112,8 @@ void add_mesh_command(CLI::App& app, Action& run) {
                                               "number of ranks for which the table describes the partition")
                                  ->check(CLI::Range(1, 100000))
                                  ->capture_default_str();
-  CLI::Option* const output =
-      command->add_option("-o,--output", options->output, "file to write; an existing one is replaced");
+  CLI::Option* const output = command->add_option("-o,--output", options->output,
+                                                  "VTKHDF file to write; an existing one is replaced");
   CLI::Option* const dual_output =
       command->add_option("--dual-facets", options->dual_output,
                           "also write the candidate crack facets, as quadrilaterals, to this file");

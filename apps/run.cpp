@@ -130,7 +130,8 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
   CLI::Option* samples = command
                              ->add_option("--samples", arguments->samples,
                                           "compute only this range of samples, such as 0-49; other runs can "
-                                          "compute other ranges in the same folder")
+                                          "compute other ranges in the same folder, with --resume once it is "
+                                          "there")
                              ->check(checked(sample_range));
   command
       ->add_option("--part", arguments->part,

@@ -58,8 +58,8 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
                                                 "like --resume, but compute a failed sample again");
   command
       ->add_flag("--overwrite", arguments->overwrite,
-                 "compute the sample from the start and replace its files; without this or --resume, a "
-                 "folder that holds the sample is refused")
+                 "compute the sample of the same input from the start and replace its files; without this "
+                 "or --resume, a folder that holds the sample is refused")
       ->excludes(resume)
       ->excludes(retry_failed);
   add_suspend_options(*command, arguments->suspend);

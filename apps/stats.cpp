@@ -223,7 +223,8 @@ void add_stats_command(CLI::App& app, Action& run) {
       ->add_option("--limit", options->limits,
                    "also print the share of samples that meet a condition, such as \"peak_load > "
                    "500 N\" (may be given several times); --columns names the results")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->type_name("TEXT");
   CLI::Option* read_only = command->add_flag("--read-only", options->read_only, "do not change ensemble.h5");
   CLI::Option* keep_rows = command
                                ->add_flag("--keep-rows", options->keep_rows,
@@ -237,6 +238,7 @@ void add_stats_command(CLI::App& app, Action& run) {
           "its ends, line=\"1 mm, 2 mm; 3 mm, 4 mm\" (may be given several times): crossings are computed "
           "from the crack surfaces in the sample files; ensemble.h5 is not changed")
       ->allow_extra_args(false)
+      ->type_name("TEXT")
       ->excludes(keep_rows);
   command->callback([options, columns, &run] {
     if (*columns != options->folders.empty())
@@ -261,9 +263,9 @@ void add_stats_command(CLI::App& app, Action& run) {
       options->folder = folder_of(world, options->folders.front()).string();
       if (is_sweep(world, options->folder)) {
         if (options->json || !options->limits.empty() || !options->sections.empty())
-          throw parallel::AgreedError(0, "'" + options->folder +
-                                             "' holds a sweep; give the folder of one of its cases to use "
-                                             "--json, --limit or --sections");
+          throw parallel::AgreedError(
+              0, "'" + options->folder + "' holds a sweep; give the folder of one of its cases, such as " +
+                     options->folder + "/case-0");
         return update_sweep(world, *options);
       }
       return options->sections.empty() ? update_statistics(world, *options)

@@ -71,7 +71,7 @@ def laws(folder: Path, program: Path) -> list[Figure]:
                 shown[law] = [picture.intensity() for picture in seen], crack
         over, speeds = np.mean(rough, axis=0), list(samples.samples.crack_speed_ratio)
         figures.append(Figure(case, law, f"{', '.join(f'{value / over[0]:.1f}' for value in over[1:])}; "
-                              f"{mean(speeds, '.2f') if max(speeds) > 0 else 'no crack runs'}", REFERENCE if not figures else "the same"))
+                              f"{mean(speeds, '.2f') if any(speed > 0 for speed in speeds) else 'no crack runs'}", REFERENCE if not figures else "the same"))
     draw(shown)
     return figures
 

@@ -287,11 +287,11 @@ private:
   std::vector<Stretch> windows_;
 };
 
-/// Largest speed over a window; 0 when the front advances by less.
+/// Largest speed over a window; NaN when the front advances by less.
 double fastest(const History& history, double window, double spacing) {
   const std::vector<Stretch> stretches = stretches_of(history, window);
   const Windows windows(stretches, window, spacing);
-  if (windows.is_empty()) return 0;
+  if (windows.is_empty()) return not_a_number;
   double least = infinity;
   double least_upper = least;
   for (const Stretch& stretch : stretches) {
@@ -315,12 +315,12 @@ double fastest(const History& history, double window, double spacing) {
 }  // namespace
 
 double max_crack_speed(const geometry::Body& body, const CrackSurface& surface) {
-  double largest = 0;
+  double largest = not_a_number;
   for (const CrackWay& way : crack_ways(body, surface)) {
     Front front(body.size()[0], way.spacing, way.window);
     for (const Opened& opened : way.opened) front.open(opened);
     for (const History& history : front.histories())
-      largest = std::max(largest, fastest(history, way.window, way.spacing));
+      largest = std::fmax(largest, fastest(history, way.window, way.spacing));
   }
   return largest;
 }

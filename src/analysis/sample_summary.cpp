@@ -5,7 +5,6 @@
 #include "crackle/common/packing.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
-#include "crackle/dynamics/machine_load.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -73,10 +72,9 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
         std::tuple_cat(surface.facets.front().corner[2]);  // centroid of the first broken tetrahedron
   row.onset_time = result.onset_time;
   row.onset_force = result.onset_force;
-  const dynamics::LoadResults loads = dynamics::load_results(result);
-  row.peak_load = loads.peak_load;
-  row.displacement_at_peak = loads.displacement_at_peak;
-  row.work_of_fracture = loads.work_of_fracture;
+  row.peak_load = result.loads.peak_load;
+  row.displacement_at_peak = result.loads.displacement_at_peak;
+  row.work_of_fracture = result.loads.work_of_fracture;
   row.dynamic_phases = static_cast<std::int32_t>(result.counts.dynamic_phases);
   if (!std::isnan(result.phase_start)) row.crack_area_before_onset = surface.area_before_phase();
   row.outcome = static_cast<std::int32_t>(result.outcome);

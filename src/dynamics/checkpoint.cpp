@@ -28,7 +28,7 @@ void for_each_field(std::derived_from<MotionCheckpoint> auto& motion, const auto
 
 void for_each_field(std::derived_from<HistoryRow> auto& row, const auto& visit) {
   visit(row.load_time, row.phase, row.energy, row.load, row.load_displacement, row.force, row.displacement,
-        row.probes);
+        row.probes, row.is_output);
 }
 
 void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit) {

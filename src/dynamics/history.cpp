@@ -42,8 +42,9 @@ void HistoryRecorder::record_equilibrium(double load_time, const LoadState& load
 
 void HistoryRecorder::record_motion(std::int32_t phase, double load_time, const EnergyRow& energy,
                                     const parallel::NodeField& displacement,
-                                    const parallel::NodeField& velocity) {
+                                    const parallel::NodeField& velocity, bool is_output) {
   HistoryRow row;
+  row.is_output = is_output;
   row.load_time = load_time + energy.time;
   row.phase = phase;
   row.energy = energy;

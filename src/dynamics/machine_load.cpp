@@ -106,4 +106,14 @@ LoadResults load_results(const SampleResult& result) {
   return results;
 }
 
+std::vector<std::pair<double, double>> dynamic_intervals(const SampleResult& result) {
+  std::vector<std::pair<double, double>> intervals;
+  for (std::size_t i = 1; i < result.history.size(); ++i) {
+    const HistoryRow &before = result.history[i - 1], &row = result.history[i];
+    if (is_after_separation(row, result)) break;
+    if (row.phase > 0 && row.phase == before.phase) intervals.emplace_back(before.load_time, row.load_time);
+  }
+  return intervals;
+}
+
 }  // namespace crackle::dynamics

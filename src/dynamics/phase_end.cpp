@@ -18,8 +18,9 @@ PhaseEnd::PhaseEnd(const MotionContext& context, const PhaseOptions& options)
       last_step_(options.arrest_window ? max_phase_durations * options.grid.n_steps : options.grid.n_steps) {}
 
 bool PhaseEnd::is_arrested(std::int64_t step, std::int64_t last_break) const {
-  return options_->arrest_window &&
-         static_cast<double>(step - last_break) * options_->grid.step >= *options_->arrest_window;
+  if (!options_->arrest_window) return false;
+  const bool has_none = last_break == 0 && step >= last_step_;
+  return has_none || static_cast<double>(step - last_break) * options_->grid.step >= *options_->arrest_window;
 }
 
 bool PhaseEnd::must_check_separation(std::int64_t step, std::int64_t last_break) const {

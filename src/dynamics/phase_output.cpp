@@ -24,6 +24,16 @@ std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
   return steps;
 }
 
+/// The steps before and after each kink; none if they are denser than the energy rows, which then suffice.
+std::vector<std::int64_t> kink_steps(const PhaseOptions& options) {
+  std::vector<std::int64_t> steps;
+  if (std::ssize(options.kinks) > options.n_energy_rows) return steps;
+  for (const double time : options.kinks)
+    for (const double step : {std::floor(time / options.grid.step), std::ceil(time / options.grid.step)})
+      steps.push_back(std::llround(step));
+  return steps;
+}
+
 }  // namespace
 
 double kinetic_energy(const MotionContext& context, const MotionState& state) {
@@ -53,6 +63,7 @@ PhaseOutput::PhaseOutput(const MotionContext& context, const MovingBody& motion,
               ? std::max<std::int64_t>(1, std::llround(*options.history_interval / options.grid.step))
               : row_interval_),
       frame_steps_(frame_steps(options.n_frames, options.grid.n_steps)),
+      kink_steps_(kink_steps(options)),
       negligible_energy_(negligible_share *
                          energy_at_strength(*context.group, *context.body, context.criterion->strengths())) {}
 
@@ -68,8 +79,13 @@ bool PhaseOutput::is_history_row(std::int64_t step) const {
   return options_->on_history && (step % history_interval_ == 0 || step >= options_->grid.n_steps);
 }
 
+bool PhaseOutput::is_measured(std::int64_t step) const {
+  return is_history_row(step) || (options_->on_history && (step % row_interval_ == 0 ||
+                                                           std::ranges::binary_search(kink_steps_, step)));
+}
+
 bool PhaseOutput::is_due(std::int64_t step) const {
-  return step <= options_->grid.n_steps && (is_energy_row(step) || is_history_row(step));
+  return step <= options_->grid.n_steps && (is_energy_row(step) || is_measured(step));
 }
 
 EnergyRow PhaseOutput::measure(double time) const {
@@ -100,9 +116,9 @@ void PhaseOutput::write(std::int64_t step, bool is_last) {
   group.enter("energy row");
   motion_->read(*state_);
   const EnergyRow row = measure(time);
-  if (options_->on_history && (is_last || is_history_row(step))) {
+  if (options_->on_history && (is_last || is_measured(step))) {
     group.enter("history");
-    options_->on_history(row, *state_);
+    options_->on_history(row, *state_, is_last || is_history_row(step));
   }
   if (!is_last && !is_energy_row(step)) return;
   result_->energy.push_back(row);

@@ -30,6 +30,8 @@ private:
   bool is_frame(std::int64_t step) const;
   bool is_energy_row(std::int64_t step) const;
   bool is_history_row(std::int64_t step) const;
+  /// True if the history is measured, for a row or for the machine's results.
+  bool is_measured(std::int64_t step) const;
   EnergyRow measure(double time) const;
   Frame frame(double time) const;
 
@@ -42,6 +44,7 @@ private:
   PhaseResult* result_;
   std::int64_t row_interval_, history_interval_;  // in steps
   std::vector<std::int64_t> frame_steps_;         // ascending
+  std::vector<std::int64_t> kink_steps_;          // around those of the loads, ascending
   double negligible_energy_;                      // that rounding alone may produce [J]
 };
 

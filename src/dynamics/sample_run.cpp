@@ -28,6 +28,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -276,8 +277,11 @@ private:
         checkpoints_.first_break_reaction = machine_load(loads_, loads).force;
       };
     }
-    options.on_history = [&, number, load_time](const EnergyRow& row, const MotionState& now) {
-      history_.record_motion(number, load_time, row, now.displacement, now.velocity);
+    options.kinks = kinks(load_time, load_time + setup_.grid.duration());
+    for (double& kink : options.kinks) kink -= load_time;
+    options.on_history = [&, number, load_time](const EnergyRow& row, const MotionState& now,
+                                                bool is_output) {
+      history_.record_motion(number, load_time, row, now.displacement, now.velocity, is_output);
     };
     options.on_failure = [&](PhaseResult partial) {
       result_.energy = std::move(partial.energy);
@@ -348,12 +352,36 @@ private:
     return machine_load(whole_loads_, state).force;
   }
 
+  /// Load times at which any load or prescribed motion turns, after `from` and up to `to`, ascending [s].
+  std::vector<double> kinks(double from, double to) const {
+    std::set<double> times;
+    const auto add = [&](const auto& load) {
+      for (const auto& [time, factor] : load.history)
+        if (time > from && time <= to) times.insert(time);
+    };
+    std::ranges::for_each(parameters_.boundaries, add);
+    std::ranges::for_each(parameters_.loads, add);
+    return {times.begin(), times.end()};
+  }
+
+  /// Takes the machine's results from all moments, and leaves the rows of the output.
+  void finish_history() {
+    result_.loads = load_results(result_);
+    // Applied loads are known between the steps, too.
+    if (!result_.load_is_reaction)
+      for (const auto& [from, to] : dynamic_intervals(result_))
+        for (const double time : kinks(from, to))
+          result_.loads.peak_load = std::max(result_.loads.peak_load, applied_load(time));
+    std::erase_if(result_.history, [](const HistoryRow& row) { return !row.is_output; });
+  }
+
   void finish() {
     result_.breaks = gather_breaks(group_, body_.breaks());
     result_.bridge_releases = gather_bridge_releases(group_, body_.bridge_releases());
     result_.stiffness_reductions = gather_stiffness_reductions(group_, body_.stiffness_reductions());
     result_.history = history_.rows();
     drop_uncounted(result_, counted_time_);
+    finish_history();
     result_.energy_error = energy_error(result_.energy);
     if (!result_.breaks.empty()) {
       const fracture::Break& first = result_.breaks.front();

@@ -295,14 +295,17 @@ void check_is_free(const fs::path& file, const input::Parameters& parameters, st
 
 }  // namespace
 
-SamplePlan plan_sample(const fs::path& folder, const input::Parameters& parameters,
-                       const PlanOptions& options) {
+void require_sample(const input::Parameters& parameters, std::uint64_t sample) {
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
-  const std::uint64_t sample = options.single.value();
-  if (sample >= n_samples) {
+  if (sample >= n_samples)
     fail("there is no sample {}: ensemble.samples = {} has samples 0 to {}", sample, n_samples,
          n_samples - 1);
-  }
+}
+
+SamplePlan plan_sample(const fs::path& folder, const input::Parameters& parameters,
+                       const PlanOptions& options) {
+  const std::uint64_t sample = options.single.value();
+  require_sample(parameters, sample);
   const PlanOptions as_range{
       .resume = true, .retry_failed = options.retry_failed, .range = SampleRange{sample, sample}};
   if (options.resume) return make_plan(folder, parameters, as_range, summary_reader(parameters));

@@ -25,8 +25,8 @@ using input::Requirement;
 using input::Source;
 
 constexpr Range error_range{0, 1e3};
-constexpr Range load_range{-1e12, 1e12};
-constexpr Range time_range{-1e3, 1e3};
+constexpr Range load_range{0, 1e12};
+constexpr Range time_range{0, 1e3};
 constexpr Range pixels{-1e6, 1e6};
 
 const char* const place_form = "two lengths, y and z, such as [\"12.25 mm\", \"70 mm\"]";

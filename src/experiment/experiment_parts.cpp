@@ -57,6 +57,15 @@ std::vector<std::vector<double>> needed_columns(const CsvTable& table,
   return values;
 }
 
+void refuse_negative(const CsvTable& table, std::span<const double> values, const char* reason,
+                     CsvErrors& errors) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (values[i] < 0) errors.add(table.rows[i].line, reason);
+}
+
+constexpr const char* negative_time = "the time is below 0; times count from when the crack began to run";
+constexpr const char* negative_load = "the load is below 0; loads count along the machine's drive";
+
 void add_path(Draft& draft, const CsvTable& table, CsvErrors& errors) {
   const auto columns = needed_columns(table, {y_column, z_column}, "y_mm,z_mm", 2, errors);
   if (columns.empty()) return;
@@ -88,6 +97,7 @@ void add_tips(Draft& draft, const CsvTable& table, CsvErrors& errors) {
   const auto columns =
       needed_columns(table, {time_column, y_column, z_column}, "time_us,y_mm,z_mm", 1, errors);
   if (columns.empty()) return;
+  refuse_negative(table, columns[0], negative_time, errors);
   for (std::size_t i = 0; i < table.rows.size(); ++i)
     draft.experiment.tips.push_back({columns[0][i], in_body(draft, {columns[1][i], columns[2][i]})});
 }
@@ -97,6 +107,8 @@ void add_curve(Draft& draft, const CsvTable& table, CsvErrors& errors) {
       needed_columns(table, {displacement_column, load_column("load")}, "displacement_mm,load_N", 2, errors);
   if (columns.empty()) return;
   Experiment& experiment = draft.experiment;
+  if (std::ranges::max(columns[1]) < 0)
+    errors.add(0, "all loads are below 0; they count along the machine's drive");
   experiment.curve = {std::move(columns[0]), std::move(columns[1])};
   if (!experiment.peak_load) experiment.peak_load = *std::ranges::max_element(experiment.curve.load);
 }
@@ -112,6 +124,8 @@ std::vector<Experiment> rows_of_loads(const Draft& draft, const CsvTable& table,
     peak = *strength;
     for (double& value : *peak) value *= draft.load_per_strength;
   }
+  for (const auto& loads : {peak, onset})
+    if (loads) refuse_negative(table, *loads, negative_load, errors);
   if (!peak && !onset && errors.empty())
     errors.add(0, "has no column peak_load, onset_load or strength; give a header such as peak_load_N");
   if (table.rows.empty()) errors.add(0, "has no rows");

@@ -123,14 +123,15 @@ double arrival_at(const TimedLine& arm, const Point& place) {
   // At the very end of what was drawn out: the place lies farther ahead.
   if (nearest.at >= length + 2 * margin * (1 - 1e-9)) return not_a_number;
   const double at = std::clamp(nearest.at - margin, 0.0, length);
+  // What earlier phases opened is there at the start.
+  const auto time = [&](std::size_t i) { return std::max(0.0, arm.time[i]); };
   double way = 0;
   for (std::size_t i = 1; i < arm.points.size(); ++i) {
     const double step = plane::norm(arm.points[i] - arm.points[i - 1]);
-    if (way + step >= at && step > 0)
-      return arm.time[i - 1] + (at - way) / step * (arm.time[i] - arm.time[i - 1]);
+    if (way + step >= at && step > 0) return time(i - 1) + (at - way) / step * (time(i) - time(i - 1));
     way += step;
   }
-  return arm.time.back();
+  return time(arm.time.size() - 1);
 }
 
 }  // namespace crackle::experiment

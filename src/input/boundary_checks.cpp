@@ -138,8 +138,16 @@ void check_factor(const Boundary& condition, const std::string& key, Findings& f
     if (const std::string path = fmt::format("{}.factor.{}", key, part); !findings.given(path))
       findings.report(
           path,
-          "the key is missing; give factor = {{ along = \"y\", table = [[\"0 mm\", 0], [\"10 mm\", 1]] "
-          "}}");
+          "the key is missing; give factor = { along = \"y\", table = [[\"0 mm\", 0], [\"10 mm\", 1]] }");
+}
+
+/// A load per area needs a region with a width along the axes of a face.
+void check_width(const Boundary& condition, std::size_t axis, const std::string& key, Findings& findings) {
+  const auto& [lower, upper] = condition.region[axis];
+  if (traits(condition.kind).by_area && lower == upper)
+    findings.report(key + ".region." + axis_names[axis],
+                    "a line or a point has no area for \"{}\"; give a force, or a wider region",
+                    name_of(condition.kind));
 }
 
 void check_region_of_box(const Boundary& condition, Face face, const std::string& key,
@@ -163,6 +171,7 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
                       show(specimen.size[axis]));
       return;
     }
+    if (axis != normal) check_width(condition, axis, key, findings);
   }
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     const std::string notch = fmt::format("specimen.notch[{}]", i);
@@ -184,11 +193,18 @@ std::string range_of_names(const char* kind, std::size_t n) {
   return n == 1 ? fmt::format(", \"{}-0\"", kind) : fmt::format(", \"{0}-0\" to \"{0}-{1}\"", kind, n - 1);
 }
 
-std::string known_names(const Specimen& specimen) {
+bool has_name(const Wall& wall, const std::string& name) {
+  return std::ranges::find(wall.names, name) != wall.names.end();
+}
+
+std::string known_names(const Specimen& specimen, const std::vector<Wall>& walls) {
   const bool is_circle = specimen.outline && specimen.outline->polygon.empty();
   const std::size_t n_edges = !specimen.outline ? 4 : is_circle ? 1 : specimen.outline->polygon.size();
-  return "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\"" +
-         range_of_names("edge", n_edges) + range_of_names("hole", specimen.holes.size()) +
+  std::string faces;
+  for (const std::string name : face_names)
+    if (name[0] == 'x' || std::ranges::any_of(walls, [&](const Wall& wall) { return has_name(wall, name); }))
+      faces += fmt::format("{}\"{}\"", faces.empty() ? "" : ", ", name);
+  return faces + range_of_names("edge", n_edges) + range_of_names("hole", specimen.holes.size()) +
          range_of_names("notch", specimen.notches.size());
 }
 
@@ -208,11 +224,13 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
                     show(region[0].first), show(region[0].second), condition.on, show(thickness));
     return;
   }
+  for (const std::size_t axis : is_side ? std::vector<std::size_t>{1, 2} : std::vector<std::size_t>{0})
+    check_width(condition, axis, key, findings);
   plane::Bounds bounds{{infinity, infinity}, {-infinity, -infinity}};
   bool is_known = is_side;
   bool is_met = false;
   for (const Wall& wall : walls) {
-    if (!is_side && std::ranges::find(wall.names, condition.on) == wall.names.end()) continue;
+    if (!is_side && !has_name(wall, condition.on)) continue;
     is_known = true;
     is_met = is_met || share_in(wall, region);
     for (std::size_t i = 0; i < 2; ++i) {
@@ -225,7 +243,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
     findings.report(key + ".on", "{}; give one of {}",
                     is_end ? fmt::format("no edge of the outline lies at {}", condition.on)
                            : fmt::format("\"{}\" is not known", shortened(condition.on)),
-                    known_names(specimen));
+                    known_names(specimen, walls));
     return;
   }
   if (is_side && !is_met) {

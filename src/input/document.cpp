@@ -233,6 +233,11 @@ const Value* find_path(const Value& root, const std::string& path) {
   return value;
 }
 
+bool is_plain(const Value& value) {
+  return value.kind != ValueKind::table && value.kind != ValueKind::date &&
+         std::ranges::all_of(value.elements, is_plain);
+}
+
 std::string to_toml(const Value& value) {
   switch (value.kind) {
     case ValueKind::boolean:

@@ -42,7 +42,10 @@ struct Member {
 /// The value at a path such as "specimen.notch[0].depth" below `root`; null if there is none.
 const Value* find_path(const Value& root, const std::string& path);
 
-/// The value in TOML syntax: text in quotes, arrays in brackets. @pre not a table or a date
+/// True unless the value is or has a table or a date.
+bool is_plain(const Value& value);
+
+/// The value in TOML syntax: text in quotes, arrays in brackets. @pre is_plain(value)
 std::string to_toml(const Value& value);
 
 /// The text is not valid TOML.

@@ -158,7 +158,9 @@ Key load_point_key(const char* name, LoadKind kind, std::string help) {
 
 Key velocity_gradient_key() {
   const Dimension& dimension = velocity_gradient_dimension;
-  const std::string form = "three rows of three, such as [\"0 1/s\", \"5000 1/s\", \"0 1/s\"]";
+  const std::string form =
+      "three rows of three, such as [[\"0 1/s\", \"0 1/s\", \"0 1/s\"], [\"0 1/s\", \"9 1/s\", \"0 1/s\"], "
+      "[\"0 1/s\", \"0 1/s\", \"9 1/s\"]]";
   return {
       name_of(LoadKind::velocity_gradient),
       name_without_article(dimension),

@@ -117,7 +117,8 @@ RandomInput named_number(const Source& source, double exponent) {
     }
   }
   source.report("\"{}\" is {}, not a number that can be random; give {}", shown,
-                value->kind == ValueKind::array ? "an array" : to_toml(*value), accepted_random_key);
+                is_plain(*value) && value->kind != ValueKind::array ? to_toml(*value) : describe(value->kind),
+                accepted_random_key);
   return random;
 }
 
@@ -279,13 +280,12 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
 }  // namespace
 
 Table random_table() {
-  Table table{
-      "random",
-      Occurrence::many,
-      "a number of the input that varies between samples",
-      {random_key_key(), distribution_key()},
-      [](const Parameters& parameters) { return parameters.random.size(); },
-      [](Parameters& parameters) { parameters.random.emplace_back(); }};
+  Table table{"random",
+              Occurrence::many,
+              "a number of the input that varies between samples",
+              {random_key_key(), distribution_key()},
+              [](const Parameters& parameters) { return parameters.random.size(); },
+              [](Parameters& parameters) { parameters.random.emplace_back(); }};
   for (const Parameter& parameter : parameters_of_random) table.keys.push_back(parameter_key(parameter));
   table.keys.push_back(parameter_key(shape_parameter));
   return table;

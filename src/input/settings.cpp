@@ -71,21 +71,50 @@ std::optional<std::size_t> behind_header(const std::string& text, const std::str
   return {};
 }
 
-/// Insertion of a missing key, after the header of its nearest enclosing table; without one, at the end with
-/// its own header.
-Change added(const std::string& text, const Setting& setting) {
+/// Insertion into an inline table: "mesh = { spacing = "1 mm" }".
+std::optional<Change> added_inline(const std::string& text, const Value& table, const std::string& entry) {
+  const std::size_t begin = extent_of(text, table).first;
+  if (table.kind != ValueKind::table || begin >= text.size() || text[begin] != '{') return {};
+  return Change{begin + 1, begin + 1, fmt::format(" {}{}", entry, table.members.empty() ? " " : ",")};
+}
+
+/// Insertion before the first dotted key of a table: "mesh.spacing = "1 mm"".
+std::optional<Change> added_dotted(const std::string& text, const Value& table, const std::string& entry) {
+  for (const Member& member : table.members) {
+    const std::size_t start = start_of_line(text, member.value.line);
+    const std::size_t end = std::min(text.find('=', start), text.size());
+    const std::size_t name = text.rfind(member.name, end);
+    if (name == std::string::npos || name <= start || text[name - 1] != '.') continue;
+    return Change{start, start, fmt::format("{}{}\n", text.substr(start, name - start), entry)};
+  }
+  return {};
+}
+
+/// Ways to insert a missing key, the most natural first: into its nearest enclosing table in the form that
+/// this has, or at the end with its own header.
+std::vector<Change> additions(const std::string& text, const Value& root, const Setting& setting) {
+  std::vector<Change> ways;
+  const auto add = [&](const std::optional<Change>& way) {
+    if (way) ways.push_back(*way);
+  };
   for (auto dot = setting.key.rfind('.'); dot != std::string::npos && dot > 0;
        dot = setting.key.rfind('.', dot - 1)) {
-    const auto place = behind_header(text, setting.key.substr(0, dot));
-    if (!place) continue;
-    const char* const before = *place > 0 && text[*place - 1] != '\n' ? "\n" : "";
-    return {*place, *place, fmt::format("{}{} = {}\n", before, setting.key.substr(dot + 1), setting.value)};
+    const std::string path = setting.key.substr(0, dot);
+    const std::string entry = fmt::format("{} = {}", setting.key.substr(dot + 1), setting.value);
+    if (const auto place = behind_header(text, path)) {
+      const char* const before = *place > 0 && text[*place - 1] != '\n' ? "\n" : "";
+      ways.push_back({*place, *place, fmt::format("{}{}\n", before, entry)});
+    }
+    if (const Value* const table = find_path(root, path)) {
+      add(added_inline(text, *table, entry));
+      add(added_dotted(text, *table, entry));
+    }
   }
-  const auto dot = setting.key.rfind('.');
-  if (dot == std::string::npos) return {text.size(), text.size(), {}};
-  return {text.size(), text.size(),
-          fmt::format("\n[{}]\n{} = {}\n", setting.key.substr(0, dot), setting.key.substr(dot + 1),
-                      setting.value)};
+  if (const auto dot = setting.key.rfind('.'); dot != std::string::npos)
+    ways.push_back({text.size(), text.size(),
+                    fmt::format("\n[{}]\n{} = {}\n", setting.key.substr(0, dot), setting.key.substr(dot + 1),
+                                setting.value)});
+  return ways;
 }
 
 [[noreturn]] void refuse(const Setting& setting, const std::string& reason) {
@@ -98,6 +127,30 @@ std::string apply(std::string text, std::vector<Change> changes) {
   return text;
 }
 
+/// The first setting that a text does not have, or all of them if it is no TOML; null if it has all. The
+/// positions of changes are the parser's, and a table can be written in many ways.
+const Setting* first_not_in(const std::string& text, const std::vector<Setting>& settings) {
+  try {
+    const Value root = parse_document(text);
+    for (const Setting& setting : settings) {
+      const Value* const found = find_path(root, setting.key);
+      const Value wanted = parse_document("value = " + setting.value);
+      if (found == nullptr || *found != *wanted.find("value")) return &setting;
+    }
+    return nullptr;
+  } catch (const SyntaxError&) {
+    return settings.empty() ? nullptr : &settings.front();
+  }
+}
+
+std::string with_added(const std::string& text, const Setting& setting) {
+  for (const Change& way : additions(text, parse_document(text), setting)) {
+    std::string result = apply(text, {way});
+    if (first_not_in(result, {setting}) == nullptr) return result;
+  }
+  refuse(setting, "the key cannot be inserted into the input; add it by hand");
+}
+
 }  // namespace
 
 std::pair<std::size_t, std::size_t> extent_of(const std::string& text, const Value& value) {
@@ -108,29 +161,21 @@ std::pair<std::size_t, std::size_t> extent_of(const std::string& text, const Val
 std::string with_settings(const std::string& text, const std::vector<Setting>& settings) {
   const Value root = parse_document(text);
   std::vector<Change> changes;
+  std::vector<Setting> replaced, missing;
   for (const Setting& setting : settings) {
-    if (const Value* const value = find_path(root, setting.key)) {
-      const auto [begin, end] = extent_of(text, *value);
-      changes.push_back({begin, end, setting.value});
-    } else {
-      changes.push_back(added(text, setting));
-    }
+    const Value* const value = find_path(root, setting.key);
+    (value == nullptr ? missing : replaced).push_back(setting);
+    if (value == nullptr) continue;
+    const auto [begin, end] = extent_of(text, *value);
+    changes.push_back({begin, end, setting.value});
   }
-  const std::string result = apply(text, changes);
-  // The positions are the parser's, and a table can be written in many ways: verify the result.
-  try {
-    const Value changed = parse_document(result);
-    for (const Setting& setting : settings) {
-      const Value* const found = find_path(changed, setting.key);
-      const Value wanted = parse_document("value = " + setting.value);
-      if (found == nullptr || *found != *wanted.find("value"))
-        refuse(setting,
-               "the key cannot be inserted into the input; add it by hand, in a table with a header such as "
-               "[mesh]");
-    }
-  } catch (const SyntaxError&) {
-    refuse(settings.front(), "the key cannot be inserted into the input; add it by hand");
-  }
+  std::string result = apply(text, changes);
+  if (const Setting* const lost = first_not_in(result, replaced))
+    refuse(*lost, "the value cannot be replaced");
+  for (const Setting& setting : missing) result = with_added(result, setting);
+  // A value may have replaced the table of another.
+  if (const Setting* const lost = first_not_in(result, settings))
+    refuse(*lost, "the value cannot be replaced");
   return result;
 }
 

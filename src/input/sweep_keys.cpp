@@ -39,11 +39,6 @@ void read_key(const Source& source, Sweep& sweep) {
   sweep.keys.push_back(*path);
 }
 
-bool is_plain(const Value& value) {
-  return value.kind != ValueKind::table && value.kind != ValueKind::date &&
-         std::ranges::all_of(value.elements, is_plain);
-}
-
 /// One value in TOML.
 void read_value(const Source& source, std::vector<std::string>& values) {
   if (is_plain(source.value))

@@ -28,10 +28,10 @@ constexpr const char* is_zero_in_region = "is 0 in its whole region";
 
 void refuse_empty(const ConditionOnMesh& place, bool is_empty, const char* part) {
   if (!is_empty) return;
-  throw parallel::AgreedError(0,
-                              fmt::format("boundary {} on {}: its region contains no {} of the mesh; enlarge "
-                                          "the region or refine the mesh",
-                                          place.number + 1, place.condition.on, part));
+  throw parallel::AgreedError(
+      0, fmt::format("boundary[{}] on {}: its region contains no {} of the mesh; enlarge "
+                     "the region or refine the mesh",
+                     place.number, place.condition.on, part));
 }
 
 LoadCurve curve(const input::Boundary& condition, int component) {
@@ -41,7 +41,7 @@ LoadCurve curve(const input::Boundary& condition, int component) {
 void refuse_factor(const ConditionOnMesh& place, bool is_refused, const char* reason) {
   if (!is_refused) return;
   throw parallel::AgreedError(
-      0, fmt::format("boundary {} on {}: its factor {}", place.number + 1, place.condition.on, reason));
+      0, fmt::format("boundary[{}] on {}: its factor {}", place.number, place.condition.on, reason));
 }
 
 /// Shares of the loaded area or length.

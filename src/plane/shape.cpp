@@ -69,7 +69,8 @@ double area(const Shape& shape) {
 
 double distance(const Point& p, const Point& from, const Point& to) {
   const Point along = to - from;
-  const double share = std::clamp(dot(p - from, along) / dot(along, along), 0.0, 1.0);
+  const double squared = dot(along, along);
+  const double share = squared > 0 ? std::clamp(dot(p - from, along) / squared, 0.0, 1.0) : 0;
   return norm(p - (from + share * along));
 }
 

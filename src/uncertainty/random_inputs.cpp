@@ -117,7 +117,7 @@ input::Parameters sample_parameters(const input::Parameters& parameters, std::ui
   if (parameters.random.empty()) return parameters;
   const std::vector<double> values = drawn_values(parameters, sample);
   try {
-    return input::drawn(parameters, values, "input");
+    return input::drawn(parameters, values, "input.toml");
   } catch (const input::InputError& error) {
     std::vector<std::string> drawn;
     for (std::size_t k = 0; k < values.size(); ++k)

@@ -238,6 +238,7 @@ class Mesh(unittest.TestCase):
                                   ((DEMO, "--table", "x.csv", "-o", mesh), "requires --survey"),
                                   ((DEMO, "--ranks", 0, "-o", mesh), "not in range 1 to 100000"),
                                   ((DEMO, "--sample", -1, "-o", mesh), "'-1' is not a sample number"),
+                                  ((DEMO, "--sample", 8, "-o", mesh), "there is no sample 8: ensemble.samples = 8"),
                                   ((DEMO, "--survey", 3, "--table", self.folder / "no" / "x.csv"),
                                    "x.csv'")):
             result = invoke(*arguments)
@@ -245,6 +246,14 @@ class Mesh(unittest.TestCase):
             self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
             self.assertIn(reason, result.stderr)
         self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_files_of_other_kinds_stay(self):
+        other = self.folder / "plate.toml"
+        other.write_text("mine")
+        for arguments in (("-o", other), ("-o", self.folder / "mesh.vtkhdf", "--dual-facets", other)):
+            result = invoke(DEMO, *arguments)
+            self.assertEqual((result.returncode, other.read_text()), (1, "mine"))
+            self.assertIn("plate.toml exists and is no VTKHDF file; give another name", result.stderr)
 
 
 if __name__ == "__main__":

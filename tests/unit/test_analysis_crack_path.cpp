@@ -406,9 +406,12 @@ TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
   // The same growth, but all of it before the dynamic phase.
   auto breaks = mesh.break_between([](const Point& p) { return p[2] > plane_0 ? 1 : 0; }, time);
   for (auto& broken : breaks) broken.load_time = -10;
-  EXPECT_EQ(max_crack_speed(mesh.body(), make_crack_surface(mesh.body(), mesh.realization(), breaks, 0)), 0);
-  EXPECT_EQ(max_crack_speed(mesh.body(), straight(16)), 0);  // all at once, before the dynamic phase
-  EXPECT_EQ(max_crack_speed(mesh.body(), CrackSurface{}), 0);
+  const auto has_no_speed = [&](const CrackSurface& cracks) {
+    return std::isnan(max_crack_speed(mesh.body(), cracks));
+  };
+  EXPECT_TRUE(has_no_speed(make_crack_surface(mesh.body(), mesh.realization(), breaks, 0)));
+  EXPECT_TRUE(has_no_speed(straight(16)));  // all at once, before the dynamic phase
+  EXPECT_TRUE(has_no_speed(CrackSurface{}));
 }
 
 /// A plate whose crack runs through 36 layers of cubes, with a thickness of several columns.

@@ -195,6 +195,20 @@ TEST(ConditionRegion, WithoutWidthMayEndInTheFaceOrBeAPoint) {
   EXPECT_NEAR(-of_point.moment[0], 30 * mm, 1e-15);
 }
 
+TEST(ConditionRegion, APointMayLieOnALineOrOnTheBorderOfARegion) {
+  const std::string line = roller_at("x-max", R"({ y = ["9 mm", "9 mm"], z = ["30 mm", "36 mm"] })");
+  const std::string part = roller_at("x-max", R"({ y = ["9 mm", "12 mm"], z = ["30 mm", "36 mm"] })");
+  for (const std::string& other : {line, part})
+    for (const char* const z : {"30 mm", "33 mm", "36 mm"}) {
+      const std::string at = std::string(R"({ y = ["9 mm", "9 mm"], z = [")") + z + "\", \"" + z + "\"] }";
+      const auto parameters = parsed(box, held + other + roller_at("x-max", at));
+      const Wrench of_point = wrench_of(parameters, 2, 0);
+      EXPECT_NEAR(of_point.force[1], 1, 1e-15);
+      EXPECT_NEAR(-of_point.moment[0], std::stod(z) * mm, 1e-15);
+      EXPECT_NEAR(wrench_of(parameters, 1, 0).force[1], 1, 1e-12);
+    }
+}
+
 TEST(ConditionRegion, SupportsAreWhereTheInputSays) {
   const auto parameters = parsed(box, R"([[boundary]]
 on = "y-min"
@@ -278,7 +292,7 @@ std::string refusal(const PlateText& plate, const std::string& boundaries) {
 
 TEST(ConditionRegion, RefusesWhatHoldsNothing) {
   EXPECT_THAT(refusal(box, held + traction_on("y-max", R"({ z = ["30 mm", "30 mm"] })")),
-              HasSubstr("boundary[1]: its region is a line, which has no area for \"traction\""));
+              HasSubstr("boundary[1].region.z: a line or a point has no area for \"traction\""));
   const PlateText ring{.specimen = R"(thickness = "3 mm"
 outline = "circle"
 radius = "10 mm")",

@@ -318,6 +318,12 @@ TEST(Observation, TipsArriveWhenThePathPassesThem) {
   EXPECT_TRUE(std::isnan(arrival_at(arm, {4, 0}))) << "ended before";
 }
 
+TEST(Observation, TipsAreAtTheStartWhereSlowLoadingHadBroughtThem) {
+  const TimedLine arm{.points = {{0, 0}, {1, 0}, {2, 0}}, .time = {-6.4, -6.4, 3}};
+  EXPECT_EQ(arrival_at(arm, {0.5, 0}), 0);
+  EXPECT_DOUBLE_EQ(arrival_at(arm, {1.5, 0}), 1.5);
+}
+
 TEST(Observation, PlacesOutsideTheBodyAreRefused) {
   MadeSamples made(10, 1);
   std::vector experiments{made.experiment("good"), made.experiment("off by a thousand")};

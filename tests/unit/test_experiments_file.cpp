@@ -229,6 +229,8 @@ TEST_F(ExperimentsFile, ErrorsOfLoads) {
   EXPECT_THAT(error("strength_MPa\n3\n"), HasSubstr("give load_per_strength too"));
   EXPECT_THAT(error("strength_MPa,peak_load_N\n3,3\n"), HasSubstr("leave one of them out"));
   EXPECT_THAT(error("peak_load_N\n"), EndsWith("has no rows"));
+  EXPECT_THAT(error("peak_load_N\n3\n-3\n"),
+              EndsWith("line 3: the load is below 0; loads count along the machine's drive"));
   EXPECT_THAT(one_error("load_error = \"3 N\"\n[[experiment]]\nname = \"a\"\npeak_load = \"3 N\"\n"),
               HasSubstr("load_error: is for loads"));
   write("loads.csv", "peak_load_N\n3\n");
@@ -256,6 +258,16 @@ TEST_F(ExperimentsFile, OtherErrors) {
               ElementsAre(HasSubstr("experiment[0].tip[0].at: the key is missing; give two lengths")));
   EXPECT_THAT(errors("[[experiment]]\nname = \"a\"\npeak_load = \"3 N\"\narrested = 1\n"),
               ElementsAre(HasSubstr("give true or false"), HasSubstr("arrested: is for path")));
+  EXPECT_THAT(one_error("[[experiment]]\nname = \"a\"\nonset_load = \"-3 N\"\n"), HasSubstr("onset_load: "));
+  EXPECT_THAT(one_error("[[experiment]]\nname = \"a\"\n[[experiment.tip]]\ntime = \"-1 us\"\nat = [\"1 mm\", "
+                        "\"2 mm\"]\n"),
+              HasSubstr("tip[0].time: "));
+  write("tips.csv", "time_us,y_mm,z_mm\n-1,2,3\n");
+  EXPECT_THAT(one_error("[[experiment]]\nname = \"a\"\ntips = \"tips.csv\"\n"),
+              EndsWith("line 2: the time is below 0; times count from when the crack began to run"));
+  write("curve.csv", "displacement_mm,load_N\n0,-1\n1,-3\n");
+  EXPECT_THAT(one_error("[[experiment]]\nname = \"a\"\ncurve = \"curve.csv\"\n"),
+              EndsWith("all loads are below 0; they count along the machine's drive"));
   EXPECT_THROW(read_experiments(folder_.path() / "none.toml"), input::InputError);
 }
 

@@ -80,6 +80,36 @@ TEST(Settings, AddKeysThatAreNotThere) {
   EXPECT_EQ(parameters.fracture.release, Release::facet);
 }
 
+TEST(Settings, AddKeysInTheFormOfTheTable) {
+  const std::string changed = with_settings(
+      "specimen.size = [\"3 mm\", \"30 mm\", \"60 mm\"]\n"
+      "mesh = { spacing = \"1 mm\" }\n"
+      "damping = {}\n"
+      "boundary = [{ on = \"z-min\" }, { on = \"z-max\", region.y = [\"1 mm\", \"2 mm\"] }]\n"
+      "time.duration = \"20 us\"  # long\n"
+      "[fracture]\n"
+      "variation.modulus = 10\n",
+      {{"mesh.perturbation", "0.1"},
+       {"damping.mass", "\"5 1/s\""},
+       {"boundary[1].region.x", "[\"0 mm\", \"1 mm\"]"},
+       {"time.integrator", "\"verlet\""},
+       {"fracture.variation.of", "\"both\""},
+       {"output.frames", "3"}});
+  EXPECT_EQ(changed,
+            "specimen.size = [\"3 mm\", \"30 mm\", \"60 mm\"]\n"
+            "mesh = { perturbation = 0.1, spacing = \"1 mm\" }\n"
+            "damping = { mass = \"5 1/s\" }\n"
+            "boundary = [{ on = \"z-min\" }, { region.x = [\"0 mm\", \"1 mm\"], on = \"z-max\", region.y = "
+            "[\"1 mm\", \"2 mm\"] }]\n"
+            "time.integrator = \"verlet\"\n"
+            "time.duration = \"20 us\"  # long\n"
+            "[fracture]\n"
+            "variation.of = \"both\"\n"
+            "variation.modulus = 10\n"
+            "\n[output]\n"
+            "frames = 3\n");
+}
+
 TEST(Settings, CompleteWhatIsLeftOut) {
   const std::string found = completed(text, {{"mesh.base", "\"shared\""}, {"mesh.spacing", "\"9 mm\""}});
   EXPECT_EQ(found, with_settings(text, {{"mesh.base", "\"shared\""}}));

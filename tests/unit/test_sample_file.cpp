@@ -204,6 +204,7 @@ TEST_F(SampleFile, HoldsTheHistory) {
                               .displacement = {{}, {0, 0, x / 8}},
                               .probes = {{{1, 2, 3}, {x, 0, 0}, {0, 0, x, 0, 0, 0}}}});
   }
+  result.loads = {7, 0, 5};
   crack_history = analysis::crack_history(mesh.body(), surface, result);
   summary =
       analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());

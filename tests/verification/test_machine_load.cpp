@@ -151,6 +151,34 @@ TEST_F(PulledBar, HasItsPeakBeforeItReboundsFromTheGrip) {
               0.1 * found.work_of_fracture);
 }
 
+TEST_F(PulledBar, HasItsPeakWhateverTheIntervalOfTheHistory) {
+  parameters.time.start = input::Start::rest;
+  parameters.time.integrator = input::Integrator::verlet;
+  auto& grip = parameters.boundaries[1];
+  for (const double duration : {4e-5, 1e-3}) {
+    parameters.time.duration = duration;
+    grip = test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 10}, {});
+    grip.history = {{0, 0}, {2e-6, 1}, {4e-6, 0}};
+    for (const std::optional<double> interval : {std::optional<double>(), std::optional(5e-6)}) {
+      parameters.output.history = interval;
+      const LoadResults pulse = run().loads;
+      EXPECT_EQ(pulse.peak_load, 10);
+      EXPECT_GT(pulse.displacement_at_peak, 0);
+    }
+  }
+  parameters.time.duration = 4e-5;
+  grip = test::boundary(Face::z_max, BoundaryKind::velocity, {false, false, true}, {0, 0, 5});
+  parameters.output.history.reset();
+  const SampleResult fine = run();
+  parameters.output.history = 3e-6;
+  const SampleResult coarse = run();
+  ASSERT_EQ(fine.outcome, Outcome::separated);
+  EXPECT_LT(coarse.history.size(), 20U);
+  EXPECT_EQ(coarse.loads.peak_load, fine.loads.peak_load);
+  EXPECT_EQ(coarse.loads.displacement_at_peak, fine.loads.displacement_at_peak);
+  EXPECT_EQ(coarse.loads.work_of_fracture, fine.loads.work_of_fracture);
+}
+
 TEST_F(PulledBar, HasTheSameLoadAtItsSupport) {
   const SampleResult at_grip = run();
   parameters.output.governing = 0;

@@ -143,8 +143,9 @@ void for_each_result(Visit&& visit) {
                    1e6, ".1f"},
         &Row::crack_area);
   visit(ResultInfo{"crack_speed_max", "m/s",
-                   "largest speed along the crack, over a tenth of the ligament or more", quantiles,
-                   "crack speed", "m/s", 1, ".1f"},
+                   "largest speed along the crack in the last dynamic phase, over a tenth of the ligament or "
+                   "more; NaN if it advances by less",
+                   quantiles, "crack speed", "m/s", 1, ".1f"},
         &Row::crack_speed_max);
   visit(ResultInfo{"crack_speed_ratio", "1", "ratio of the largest crack speed to the Rayleigh speed",
                    quantiles, "over Rayleigh's", "", 1, ".3f"},

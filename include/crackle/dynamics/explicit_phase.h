@@ -67,10 +67,14 @@ struct PhaseOptions {
   bool ends_out_of_range = false;  ///< after separation, numbers out of range end the phase without a failure
   int n_frames = 0;                ///< frames over the whole duration, including first and last
   int n_energy_rows = 200;         ///< approximate number of rows of the energy account
-  /// Interval of on_history [s]; empty: that of the energy rows.
+  /// Interval of the history's rows [s]; empty: that of the energy rows.
   std::optional<double> history_interval = {};
-  /// Called on every rank with the current energies and state; may be empty.
-  std::function<void(const EnergyRow& row, const MotionState& state)> on_history = {};
+  /// Times in the phase at which loads turn, ascending [s].
+  std::vector<double> kinks = {};
+  /// Called on every rank with the current energies and state, at the intervals of the history, of the energy
+  /// rows and at the steps around kinks; may be empty.
+  /// @param is_output a row of the history is due
+  std::function<void(const EnergyRow& row, const MotionState& state, bool is_output)> on_history = {};
   std::function<void(const EnergyRow& row)> on_row =
       {};                                 ///< called for each of them, on every rank; may be empty
   std::function<Request()> request = {};  ///< this rank's request, polled regularly; may be empty

@@ -6,6 +6,7 @@
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/mechanics/boundary_loads.h"
 
+#include <utility>
 #include <vector>
 
 /// A sample's results as a testing machine would record them.
@@ -16,7 +17,9 @@
 ///   resultant, for a rotation the sum of the magnitudes of its forces.
 /// - Displacement: along the drive, averaged over these conditions; the prescribed value for prescribed
 ///   motions, otherwise the mean over the loaded area or body, weighted with a factor.
-/// - Peak load: the largest load up to separation. In a dynamic phase after quasi-static loading, a reaction
+/// - Peak load: the largest load up to separation, in dynamic phases at 200 moments or more of the duration
+/// and
+///   where loads turn; of applied loads exactly. In a dynamic phase after quasi-static loading, a reaction
 ///   is capped at the static force for the current displacement, with the stiffness at the start of the
 ///   phase: fracture cannot stiffen the body, so any excess is inertia, which no load cell would follow.
 /// - Displacement at peak: when the load first comes within 0.1 % of its peak.
@@ -37,13 +40,10 @@ Load machine_load(const mechanics::BoundaryLoads& loads, const LoadState& state)
 /// The largest force applied by any condition, or reaction of a prescribed motion other than `fix` [N].
 double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state);
 
-struct LoadResults {
-  double peak_load = not_a_number;             ///< [N]
-  double displacement_at_peak = not_a_number;  ///< [m]
-  double work_of_fracture = not_a_number;      ///< [J]
-};
-
-/// NaN without a history.
+/// From the moments of the history; NaN without any.
 LoadResults load_results(const SampleResult& result);
+
+/// The intervals of load time between consecutive moments of a dynamic phase, up to separation [s].
+std::vector<std::pair<double, double>> dynamic_intervals(const SampleResult& result);
 
 }  // namespace crackle::dynamics

@@ -44,7 +44,15 @@ struct HistoryRow {
   std::vector<Vector> force;         ///< exerted on the body by each boundary condition [N]
   std::vector<Vector> displacement;  ///< mean of each condition's nodes [m]
   std::vector<ProbeValue> probes;    ///< in the order of the input
+  bool is_output = true;             ///< false: measured for the machine's results only
   bool operator==(const HistoryRow&) const = default;
+};
+
+/// What a testing machine records of a sample (machine_load.h).
+struct LoadResults {
+  double peak_load = not_a_number;             ///< [N]
+  double displacement_at_peak = not_a_number;  ///< [m]
+  double work_of_fracture = not_a_number;      ///< [J]
 };
 
 /// A snapshot of the fields during the last dynamic phase; on the group's root only.
@@ -137,6 +145,7 @@ struct SampleResult {
       stiffness_reductions;  ///< in the same order; empty without softening
   std::vector<EnergyRow> energy;
   std::vector<HistoryRow> history;  ///< of the whole sample, in order
+  LoadResults loads;                ///< whatever the interval of the history
   std::vector<Frame> frames;
   SampleCounts counts;
   SampleTimings timings;

@@ -102,7 +102,8 @@ bool is_same_load(const Observable& one, const Observable& other);
 ///
 /// Loads: `onset_load` is the sample's onset_force or, without quasi-static loading, its first_break_load;
 /// `peak_load` is peak_load. Samples that lack them are left out. Paths: offsets along the stations of a
-/// path_frame. Tips: when the crack came to the nearest point of its path; NaN if it ended before.
+/// path_frame. Tips: when the crack came to the nearest point of its path, 0 if it was there before it ran
+/// away; NaN if it ended before.
 /// @param stream of the random errors, to be different for each call
 std::vector<Observable> observe(std::span<const Experiment> experiments, const ObservedSamples& samples,
                                 const geometry::Body& body, std::uint64_t stream);

@@ -79,7 +79,7 @@ inline bool ray_meets(const Point& p, const Point& from, const Point& to) {
 /// True if a point lies strictly inside a polygon.
 bool holds(const Polygon& polygon, const Point& p);
 
-/// Euclidean distances [m]; 0 if the sets intersect.
+/// Euclidean distances [m]; 0 if the sets intersect. A segment's ends may coincide.
 double distance(const Point& p, const Point& from, const Point& to);
 double distance(const Point& from, const Point& to, const Point& other_from, const Point& other_to);
 
