@@ -195,6 +195,12 @@ class Usage(unittest.TestCase):
         self.assertRegex(rows["core-hours"], "with 1 dynamic phase each")
         self.assertRegex(rows["arrest window"], "none")
 
+    def test_check_says_where_the_strength_has_no_effect(self):
+        for strength, share in (("1 MPa", "100"), ("500 MPa", None)):
+            rows, _ = self.check("--no-measure", strength=f'strength = "{strength}"\ntoughness = "100 J/m^2"')
+            self.assertEqual(re.findall(r"; in (\d+) % of the tetrahedra that at cracks, which is higher", rows["strength"]),
+                             [share] if share else [], rows["strength"])
+
     def test_check_says_that_no_load_breaks_the_body(self):
         rows, _ = self.check(rate='["0 N/s", "0 N/s", "0 N/s"]')
         self.assertRegex(rows["sample"], "the loads never break the body")
