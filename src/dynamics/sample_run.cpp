@@ -373,6 +373,8 @@ private:
         for (const double time : kinks(from, to))
           result_.loads.peak_load = std::max(result_.loads.peak_load, applied_load(time));
     std::erase_if(result_.history, [](const HistoryRow& row) { return !row.is_output; });
+    if (loads_.governing.empty())  // stress from the start alone: there is no machine
+      result_.onset_force = result_.loads.peak_load = result_.loads.displacement_at_peak = not_a_number;
   }
 
   void finish() {
@@ -389,6 +391,7 @@ private:
       result_.first_break_load =
           first.phase_time > 0 ? checkpoints_.first_break_reaction + applied_load(result_.first_break_time)
                                : load_at_first_break_;
+      if (loads_.governing.empty()) result_.first_break_load = not_a_number;
     }
     if (result_.timings.dynamic > 0) {
       result_.timings.element_updates_per_second = static_cast<double>(subdomain_.n_tetrahedra_global) *

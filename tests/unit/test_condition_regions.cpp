@@ -84,6 +84,15 @@ on = "z-min"
 fix = ["x", "y", "z"]
 )";
 
+std::string refusal(const PlateText& plate, const std::string& boundaries) {
+  try {
+    geometry::make_body(parsed(plate, boundaries));
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
 std::string traction_on(const std::string& face, const std::string& region) {
   return "[[boundary]]\non = \"" + face + "\"\nregion = " + region +
          "\ntraction = [\"1 MPa\", \"1 MPa\", \"1 MPa\"]\n";
@@ -195,6 +204,17 @@ TEST(ConditionRegion, WithoutWidthMayEndInTheFaceOrBeAPoint) {
   EXPECT_NEAR(-of_point.moment[0], 30 * mm, 1e-15);
 }
 
+TEST(ConditionRegion, ALineMayLieOnTheLipOfASlot) {
+  for (const char* const z : {"19.5 mm", "20.5 mm"}) {
+    const std::string at = std::string(R"({ z = [")") + z + "\", \"" + z + "\"] }";
+    const Wrench found = wrench_of(parsed(box, held + roller_at("y-min", at)), 1, 0);
+    EXPECT_NEAR(found.force[1], 1, 1e-12);
+    EXPECT_NEAR(-found.moment[0], std::stod(z) * mm, 1e-15);
+  }
+  EXPECT_THAT(refusal(box, held + roller_at("y-min", R"({ z = ["20 mm", "20 mm"] })")),
+              HasSubstr("lies in the opening of specimen.notch[0]"));
+}
+
 TEST(ConditionRegion, APointMayLieOnALineOrOnTheBorderOfARegion) {
   const std::string line = roller_at("x-max", R"({ y = ["9 mm", "9 mm"], z = ["30 mm", "36 mm"] })");
   const std::string part = roller_at("x-max", R"({ y = ["9 mm", "12 mm"], z = ["30 mm", "36 mm"] })");
@@ -279,15 +299,6 @@ TEST(ConditionRegion, IsPartOfWhatAMeshFollowsFrom) {
   EXPECT_EQ(settings(region, "1 MPa"), settings(region, "2 MPa"));
   EXPECT_NE(settings(region, "1 MPa"), settings("region = { y = [\"7 mm\", \"13 mm\"] }\n", "1 MPa"));
   EXPECT_NE(settings(region, "1 MPa"), settings("", "1 MPa"));
-}
-
-std::string refusal(const PlateText& plate, const std::string& boundaries) {
-  try {
-    geometry::make_body(parsed(plate, boundaries));
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(ConditionRegion, RefusesWhatHoldsNothing) {

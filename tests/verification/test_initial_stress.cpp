@@ -293,6 +293,8 @@ TEST(Quench, GoesOnAfterADynamicPhaseWithTheEnergyAccountClosed) {
   EXPECT_GE(result.counts.dynamic_phases, 2);
   EXPECT_GT(result.breaks.size(), 10U);
   EXPECT_LT(result.energy_error, 1e-4);
+  for (const double load : {result.first_break_load, result.onset_force, result.loads.peak_load})
+    EXPECT_TRUE(std::isnan(load)) << "there is no machine";
 }
 
 }  // namespace CRACKLE_TEST_FILE
