@@ -72,8 +72,7 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
 
 /// Only what an earlier call may have written is replaced.
 void refuse_other_file(const std::filesystem::path& file) {
-  if (file.empty() || !is_taken(file)) return;
-  require_regular(file);
+  if (file.empty() || !is_taken(file) || !other_kind(file).empty()) return;  // writing refuses those
   constexpr std::string_view signature = "\x89HDF";
   std::string start(signature.size(), '\0');
   std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));

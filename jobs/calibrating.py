@@ -100,7 +100,9 @@ def calibrate(arguments: argparse.Namespace) -> int:
         unit = "" if unit == "1" else unit
         columns.append(ensemble.samples[arguments.result].to_numpy(float))
         setting = f"release time {1e6 * time:.3g} us" if time else "immediate release"
-        print(f"{setting}: {arguments.result} {np.nanmean(columns[-1]):.4g} ± {np.nanstd(columns[-1], ddof=1):.2g} {unit}".rstrip(), flush=True)
+        there = columns[-1][np.isfinite(columns[-1])]
+        value = f"{there.mean():.4g} ± {there.std(ddof=1):.2g} {unit}".rstrip() if there.size > 1 else f"in {there.size} samples only"
+        print(f"{setting}: {arguments.result} {value}", flush=True)
     results = np.array(columns)
     whole = np.isfinite(results).all(axis=0)
     if whole.sum() < 3:

@@ -57,7 +57,11 @@ class Command(unittest.TestCase):
     def test_a_small_plate(self):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            (folder / "plate.toml").write_text(small_input().replace('spacing = "2 mm"', 'spacing = "1 mm"').replace("30 mm", "20 mm").replace("15 mm", "10 mm"))
+            text = small_input()  # with cracks long enough to have a speed in each sample
+            for old, new in (('"2 mm"\nnotch_spacing = "1 mm"', '"0.7 mm"'), ("30 mm", "20 mm"), ("15 mm", "10 mm"), ('"1 mm"', '"0.6 mm"'), ("20 us", "40 us")):
+                self.assertIn(old, text)
+                text = text.replace(old, new)
+            (folder / "plate.toml").write_text(text)
 
             def calibrate(*options: str) -> subprocess.CompletedProcess:
                 return subprocess.run([str(ROOT / "jobs" / "calibrate-release"), str(folder / "plate.toml"), "-o", str(folder / "out"),
