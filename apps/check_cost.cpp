@@ -90,8 +90,7 @@ std::string unaffordable_text(const Subject& subject, double hours) {
 }
 
 bool is_moved(const input::Boundary& boundary) {
-  return boundary.kind != input::BoundaryKind::fix &&
-         input::traits(boundary.kind).action == input::Action::motion &&
+  return input::traits(boundary.kind).action == input::Action::motion &&
          (boundary.value != Vector{} || boundary.rate != Vector{});
 }
 

@@ -82,12 +82,10 @@ void refuse_other_file(const std::filesystem::path& file) {
 int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
   const input::Parameters parameters = read_given_input(world, options.input);
   refuse_sweep(parameters, options.input);
+  int status = success;
   parallel::agree_on_root(world, [&] {
     ensemble::require_sample(parameters, options.sample);
     for (const auto& file : {options.output, options.dual_output}) refuse_other_file(file);
-  });
-  int status = success;
-  parallel::agree_on_root(world, [&] {
     if (options.n_surveyed == 0) {
       make_mesh(parameters, options);
     } else if (!survey_meshes(parameters, options.n_surveyed, options.survey_table)) {

@@ -261,13 +261,8 @@ void add_stats_command(CLI::App& app, Action& run) {
     run = [options](const parallel::Communicator& world) {
       if (options->folders.size() > 1) return show_bases(world, *options);
       options->folder = folder_of(world, options->folders.front()).string();
-      if (is_sweep(world, options->folder)) {
-        if (options->json || !options->limits.empty() || !options->sections.empty())
-          throw parallel::AgreedError(
-              0, "'" + options->folder + "' holds a sweep; give the folder of one of its cases, such as " +
-                     options->folder + "/case-0");
-        return update_sweep(world, *options);
-      }
+      const bool is_of_one = options->json || !options->limits.empty() || !options->sections.empty();
+      if (!is_of_one && is_sweep(world, options->folder)) return update_sweep(world, *options);
       return options->sections.empty() ? update_statistics(world, *options)
                                        : show_at_sections(world, *options);
     };

@@ -123,7 +123,7 @@ double arrival_at(const TimedLine& arm, const Point& place) {
   // At the very end of what was drawn out: the place lies farther ahead.
   if (nearest.at >= length + 2 * margin * (1 - 1e-9)) return not_a_number;
   const double at = std::clamp(nearest.at - margin, 0.0, length);
-  // What earlier phases opened is there at the start.
+  // Facets opened in earlier phases are there at the start.
   const auto time = [&](std::size_t i) { return std::max(0.0, arm.time[i]); };
   double way = 0;
   for (std::size_t i = 1; i < arm.points.size(); ++i) {

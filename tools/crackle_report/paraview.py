@@ -46,7 +46,7 @@ def write_sample(folder: Path, number: int, output: Path) -> int:
     """Writes the files; returns how many. Raises ResultsError when the sample is not done."""
     if not folder.is_dir():
         raise ResultsError(f"there is no folder '{folder}'")
-    if (folder / "case-0").is_dir():
+    if (folder / "sweep.toml").is_file():
         raise ResultsError(f"'{folder}' holds a sweep; give the folder of one of its cases, such as {folder / 'case-0'}")
     files = SampleFiles(folder)
     crack, frames = files.crack(number), files.frames(number)

@@ -48,7 +48,7 @@ struct HistoryRow {
   bool operator==(const HistoryRow&) const = default;
 };
 
-/// What a testing machine records of a sample (machine_load.h).
+/// A sample's results as a testing machine would record them (machine_load.h).
 struct LoadResults {
   double peak_load = not_a_number;             ///< [N]
   double displacement_at_peak = not_a_number;  ///< [m]
