@@ -9,43 +9,60 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace crackle::dynamics {
 
 namespace {
 
-/// Force of an absorbing face on the body [N]. Collective.
-Vector dashpot_force(const parallel::Communicator& group, const mechanics::Absorber& absorber,
-                     const parallel::NodeField& field) {
-  const auto velocity = field.owned();
-  std::array<std::vector<double>, 3> terms;
+using Terms = std::vector<std::vector<double>>;  // of each sum
+
+/// Adds the terms of the force of an absorbing face on the body [N], three sums.
+void add_dashpot_force(const mechanics::Absorber& absorber, std::span<const double> velocity, Terms& terms) {
+  const std::size_t first_sum = terms.size();
+  terms.resize(first_sum + 3);
   for (std::size_t n = 0; n < absorber.nodes.size(); ++n) {
     const auto first = index(absorber.nodes[n], 0);
     const Vector force =
         mechanics::apply(absorber.impedance[n], {velocity[first], velocity[first + 1], velocity[first + 2]});
-    for (std::size_t c = 0; c < 3; ++c) terms[c].push_back(-force[c]);
+    for (std::size_t c = 0; c < 3; ++c) terms[first_sum + c].push_back(-force[c]);
   }
-  Vector sum{};
-  for (std::size_t c = 0; c < 3; ++c) sum[c] = parallel::exact_sum(group, terms[c]);
-  return sum;
 }
 
-/// Adds the factors of the initial strain and their conjugates. Collective.
-void measure_initial_strain(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                            std::span<const double> displacement, LoadState& state) {
+/// Adds the terms of the conjugates of the factors of the initial strain, a sum for each of its parts.
+void add_initial_force(const fracture::BreakableBody& body, std::span<const double> displacement,
+                       Terms& terms) {
   const mechanics::InitialStrain& initial = body.initial_strain();
-  std::vector<std::vector<double>> terms(initial.parts().size());
+  const std::size_t first_sum = terms.size();
+  terms.resize(first_sum + initial.parts().size());
   for (std::int32_t t = 0; !initial.is_none() && t < body.subdomain().n_tetrahedra(); ++t) {
     if (body.subdomain().counted[index(t)] == 0) continue;
     const auto sigma = body.residual_stiffness().stress(t, body.strain(t, displacement));
     const double volume = body.operators().tetrahedra[index(t)].volume;
-    for (std::size_t k = 0; k < terms.size(); ++k)
-      terms[k].push_back(-volume * mechanics::contract(sigma, initial.parts()[k].strain[index(t)]));
+    for (std::size_t k = 0; k < initial.parts().size(); ++k)
+      terms[first_sum + k].push_back(-volume *
+                                     mechanics::contract(sigma, initial.parts()[k].strain[index(t)]));
   }
-  for (std::size_t k = 0; k < terms.size(); ++k) {
-    state.initial_factor.push_back(initial.parts()[k].factor.at(initial.time()));
-    state.initial_force.push_back(parallel::exact_sum(group, terms[k]));
+}
+
+/// Adds the terms of the reaction of each driven component, and of its conjugate where that differs.
+void add_reactions(const fracture::BreakableBody& body, const mechanics::BoundaryLoads& loads, double time,
+                   const parallel::NodeField& displacement, Terms& terms) {
+  if (loads.motions.empty()) return;
+  std::vector<double> force(displacement.local().size()), external(displacement.owned().size());
+  body.force().evaluate(loads.constrained_tetrahedra, displacement.local(), force);
+  loads.add_forces(time, external);
+  for (const auto& motion : loads.motions) {
+    std::vector<double> reaction;
+    for (const auto node : motion.nodes) {
+      const auto i = index(node, motion.component);
+      reaction.push_back(force[i] - external[i]);
+    }
+    terms.push_back(reaction);
+    if (!motion.has_factor) continue;
+    for (std::size_t i = 0; i < reaction.size(); ++i) reaction[i] *= motion.factor_at(i);
+    terms.push_back(std::move(reaction));
   }
 }
 
@@ -54,38 +71,39 @@ void measure_initial_strain(const parallel::Communicator& group, const fracture:
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
                         double time, const parallel::NodeField* velocity) {
-  LoadState state;
-  std::vector<double> terms;
   const auto u = displacement.local();
+  Terms terms;
   for (const auto& pattern : loads.forces) {
-    terms.clear();
-    for (std::size_t i = 0; i < pattern.nodes.size(); ++i) {
-      terms.push_back(pattern.weight[i] * u[index(pattern.nodes[i], pattern.component)]);
-    }
-    state.amplitude.push_back(pattern.amplitude.at(time));
-    state.position.push_back(parallel::exact_sum(group, terms));
+    auto& sum = terms.emplace_back();
+    for (std::size_t i = 0; i < pattern.nodes.size(); ++i)
+      sum.push_back(pattern.weight[i] * u[index(pattern.nodes[i], pattern.component)]);
   }
-  std::vector<double> force(u.size()), external(displacement.owned().size());
-  if (!loads.motions.empty()) {
-    body.force().evaluate(loads.constrained_tetrahedra, u, force);
-    loads.add_forces(time, external);
+  add_reactions(body, loads, time, displacement, terms);
+  if (velocity == nullptr)
+    add_initial_force(body, u, terms);
+  else
+    for (const auto& absorber : loads.absorbers) add_dashpot_force(absorber, velocity->owned(), terms);
+
+  const auto sums = parallel::exact_sums(group, terms);
+  auto next = sums.begin();
+  LoadState state;
+  for (const auto& pattern : loads.forces) {
+    state.amplitude.push_back(pattern.amplitude.at(time));
+    state.position.push_back(*next++);
   }
   for (const auto& motion : loads.motions) {
-    terms.clear();
-    for (const auto node : motion.nodes) {
-      const auto i = index(node, motion.component);
-      terms.push_back(force[i] - external[i]);
-    }
-    state.reaction.push_back(parallel::exact_sum(group, terms));
-    for (std::size_t i = 0; i < terms.size(); ++i) terms[i] *= motion.factor_at(i);
-    state.conjugate.push_back(motion.has_factor ? parallel::exact_sum(group, terms) : state.reaction.back());
+    state.reaction.push_back(*next++);
+    state.conjugate.push_back(motion.has_factor ? *next++ : state.reaction.back());
     state.travel.push_back(motion.displacement(time));
   }
   if (velocity == nullptr)
-    measure_initial_strain(group, body, u, state);
+    for (const auto& part : body.initial_strain().parts()) {
+      state.initial_factor.push_back(part.factor.at(body.initial_strain().time()));
+      state.initial_force.push_back(*next++);
+    }
   else
-    for (const auto& absorber : loads.absorbers)
-      state.absorbed.push_back(dashpot_force(group, absorber, *velocity));
+    for (std::size_t a = 0; a < loads.absorbers.size(); ++a, next += 3)
+      state.absorbed.push_back({next[0], next[1], next[2]});
   return state;
 }
 

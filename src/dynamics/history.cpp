@@ -12,22 +12,26 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Mean displacement of a condition's nodes at which it still acts, or of all of them if it has ended
+/// Mean displacement of each condition's nodes at which it still acts, or of all of them if it has ended
 /// everywhere. Collective.
-Vector mean_displacement(const parallel::Communicator& group, const mechanics::ConditionNodes& condition,
-                         std::span<const double> displacement) {
-  const bool acts = condition.acting_share > 0;
-  Vector mean{};
-  std::vector<double> terms;
-  for (int c = 0; c < 3; ++c) {
-    terms.clear();
-    for (std::size_t n = 0; n < condition.nodes.size(); ++n)
-      if (!acts || condition.acts_at(n))
-        terms.push_back(condition.share[n] * displacement[index(condition.nodes[n], c)]);
-    mean[index(c)] = parallel::exact_sum(group, terms);
-    if (acts) mean[index(c)] /= condition.acting_share;
+std::vector<Vector> mean_displacements(const parallel::Communicator& group,
+                                       std::span<const mechanics::ConditionNodes> conditions,
+                                       std::span<const double> displacement) {
+  std::vector<std::vector<double>> terms(3 * conditions.size());
+  for (std::size_t k = 0; k < conditions.size(); ++k) {
+    const auto& condition = conditions[k];
+    for (std::size_t n = 0; n < condition.nodes.size(); ++n) {
+      if (condition.acting_share > 0 && !condition.acts_at(n)) continue;
+      for (int c = 0; c < 3; ++c)
+        terms[3 * k + index(c)].push_back(condition.share[n] * displacement[index(condition.nodes[n], c)]);
+    }
   }
-  return mean;
+  const auto sums = parallel::exact_sums(group, terms);
+  std::vector<Vector> means(conditions.size());
+  for (std::size_t k = 0; k < conditions.size(); ++k)
+    for (std::size_t c = 0; c < 3; ++c)
+      means[k][c] = sums[3 * k + c] / (conditions[k].acting_share > 0 ? conditions[k].acting_share : 1);
+  return means;
 }
 
 }  // namespace
@@ -76,8 +80,7 @@ void HistoryRecorder::add(HistoryRow row, const LoadState& state, const parallel
   }
   for (std::size_t a = 0; a < state.absorbed.size(); ++a)
     row.force[index(loads_->absorbers[a].condition)] = state.absorbed[a];
-  for (const auto& condition : loads_->conditions)
-    row.displacement.push_back(mean_displacement(*group_, condition, displacement.local()));
+  row.displacement = mean_displacements(*group_, loads_->conditions, displacement.local());
   row.probes = probes_.read(displacement, velocity);
   rows_.push_back(std::move(row));
 }

@@ -88,30 +88,32 @@ Probes::Probes(const parallel::Communicator& group, const fracture::BreakableBod
 
 std::vector<ProbeValue> Probes::read(const parallel::NodeField& displacement,
                                      const parallel::NodeField* velocity) const {
-  std::vector<ProbeValue> values(places_.size());
-  std::vector<double> terms;
-  const auto u = displacement.local();
-  const auto at_nodes = [&](const Place& place, std::span<const double> field, std::size_t component) {
-    terms.clear();
-    for (const auto& [node, weight] : place.nodes)
-      terms.push_back(weight * field[3 * index(node) + component]);
-    return parallel::exact_sum(*group_, terms);
-  };
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    const Place& place = places_[i];
+  std::vector<std::vector<double>> terms;  // of the components of each place
+  const auto add_at_nodes = [&](const Place& place, std::span<const double> field) {
     for (std::size_t c = 0; c < 3; ++c) {
-      values[i].displacement[c] = at_nodes(place, u, c);
-      if (velocity != nullptr) values[i].velocity[c] = at_nodes(place, velocity->owned(), c);
+      auto& sum = terms.emplace_back();
+      for (const auto& [node, weight] : place.nodes) sum.push_back(weight * field[3 * index(node) + c]);
     }
-    std::vector<mechanics::Symmetric> stresses;
-    for (const auto& [t, weight] : place.tetrahedra)
-      stresses.push_back(body_->residual_stiffness().stress(t, body_->strain(t, u)));
-    for (std::size_t c = 0; c < values[i].stress.size(); ++c) {
-      terms.clear();
-      for (std::size_t k = 0; k < stresses.size(); ++k)
-        terms.push_back(place.tetrahedra[k].second * stresses[k][c]);
-      values[i].stress[c] = parallel::exact_sum(*group_, terms);
+  };
+  const auto u = displacement.local();
+  for (const Place& place : places_) {
+    add_at_nodes(place, u);
+    if (velocity != nullptr) add_at_nodes(place, velocity->owned());
+    const std::size_t first = terms.size();
+    terms.resize(first + std::tuple_size_v<mechanics::Symmetric>);
+    for (const auto& [t, weight] : place.tetrahedra) {
+      const auto stress = body_->residual_stiffness().stress(t, body_->strain(t, u));
+      for (std::size_t c = 0; c < stress.size(); ++c) terms[first + c].push_back(weight * stress[c]);
     }
+  }
+  const auto sums = parallel::exact_sums(*group_, terms);
+  auto next = sums.begin();
+  std::vector<ProbeValue> values(places_.size());
+  for (ProbeValue& value : values) {
+    for (double& component : value.displacement) component = *next++;
+    if (velocity != nullptr)
+      for (double& component : value.velocity) component = *next++;
+    for (double& component : value.stress) component = *next++;
   }
   return values;
 }

@@ -93,6 +93,29 @@ void ExactSum::all_reduce(const Communicator& group) {
   carry();
 }
 
+std::vector<double> ExactSum::of_each(const Communicator& group, std::span<const std::vector<double>> terms) {
+  std::vector<ExactSum> sums;
+  std::vector<std::int64_t> digits;
+  std::vector<double> values;
+  agree(group, [&] {
+    sums.resize(terms.size());
+    values.resize(terms.size());
+    digits.reserve(terms.size() * n_digits);
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      for (const double term : terms[i]) sums[i].add(term);
+      sums[i].carry();
+      digits.insert(digits.end(), sums[i].digit_.begin(), sums[i].digit_.end());
+    }
+  });
+  if (group.size() > 1) parallel::all_reduce(group, digits, MPI_SUM);
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    std::copy_n(digits.begin() + std::ssize(sums[i].digit_) * static_cast<std::ptrdiff_t>(i), n_digits,
+                sums[i].digit_.begin());
+    values[i] = sums[i].value();
+  }
+  return values;
+}
+
 double integer_sum(const Communicator& group, __int128 mine) {
   constexpr int bits = 48;
   constexpr __int128 mask = (__int128{1} << bits) - 1;
@@ -107,6 +130,10 @@ double exact_sum(const Communicator& group, std::span<const double> terms) {
   return agreed_sum(group, [&](ExactSum& sum) {
     for (const double term : terms) sum.add(term);
   });
+}
+
+std::vector<double> exact_sums(const Communicator& group, std::span<const std::vector<double>> terms) {
+  return terms.empty() ? std::vector<double>() : ExactSum::of_each(group, terms);
 }
 
 double exact_dot(const Communicator& group, std::span<const double> a, std::span<const double> b) {

@@ -12,6 +12,7 @@
 #include "mechanics/conjugate_gradients.h"
 #include "support/box_mesh.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,8 +71,13 @@ TEST_F(FaultyNumbers, EndExactSumsOnAllRanks) {
   for (const double fault : {nan, infinity}) {
     EXPECT_THROW(parallel::exact_sum(world_, numbers(fault, 5)), parallel::AgreedError);
     EXPECT_THROW(parallel::exact_dot(world_, numbers(fault, 5), ones_), parallel::AgreedError);
+    EXPECT_THROW(parallel::exact_sums(world_, std::vector{ones_, numbers(fault, 5)}), parallel::AgreedError);
   }
   const auto finite = numbers(1, 5);
+  EXPECT_THAT(
+      parallel::exact_sums(world_, std::vector{finite, {}, ones_}),
+      testing::ElementsAre(parallel::exact_sum(world_, finite), 0, parallel::exact_sum(world_, ones_)));
+  EXPECT_THAT(parallel::exact_sums(world_, {}), testing::IsEmpty());
   EXPECT_EQ(parallel::exact_dot(world_, finite, ones_), parallel::exact_sum(world_, finite));
 }
 

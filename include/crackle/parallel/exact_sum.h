@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace crackle::parallel {
 
@@ -25,6 +26,9 @@ public:
   /// Adds the sums of all ranks, in place. Collective.
   void all_reduce(const Communicator& group);
 
+  /// exact_sums() of all ranks' terms.
+  static std::vector<double> of_each(const Communicator& group, std::span<const std::vector<double>> terms);
+
 private:
   // Digit d counts multiples of 2^(32 d - 1074). Digits have 32 bits plus 31 bits for carries.
   static constexpr int n_digits = 68;
@@ -40,6 +44,11 @@ double integer_sum(const Communicator& group, __int128 mine);
 /// The sum of all ranks' terms, equal on every rank. Collective.
 /// @throws AgreedError on every rank when a term is not finite
 double exact_sum(const Communicator& group, std::span<const double> terms);
+
+/// Several such sums in one reduction. Collective.
+/// @param terms of each sum; every rank has the same number of sums
+/// @throws AgreedError on every rank when a term is not finite
+std::vector<double> exact_sums(const Communicator& group, std::span<const std::vector<double>> terms);
 
 /// The sum of all ranks' products a[i] b[i], each rounded once, equal on every rank. Collective.
 /// @throws AgreedError on every rank when a product is not finite
