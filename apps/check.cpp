@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle check: validates an input file and estimates the cost of running it.
 #include "crackle/common/failure.h"
-#include "crackle/common/heartbeat.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/dynamics/model_limits.h"
-#include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/memory.h"
-#include "crackle/ensemble/trial.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/uncertainty/random_inputs.h"
 
+#include "check_cases.h"
 #include "check_cost.h"
 #include "check_subject.h"
+#include "check_trial.h"
 #include "commands.h"
 
 #include <fmt/format.h>
@@ -41,31 +38,11 @@ struct CheckOptions {
   int phases = ensemble::usual_phases;
   std::int64_t samples = 0;  ///< number of samples to try; 0: sample 0 only
   bool measure = true;
-};
 
-/// Tries samples as a run would.
-/// @param first the mesh of sample 0 if available; or nullptr
-/// @return reasons of failures, each with its sample number; empty if there are none
-std::vector<std::string> try_samples(const input::Parameters& parameters, const geometry::Body& body,
-                                     const geometry::MotherPoints& base, const geometry::Realization* first,
-                                     const CheckOptions& options) {
-  Heartbeat heartbeat(notify);
-  ensemble::Trial trial(parameters, body, base,
-                        options.measure ? ensemble::TrialDepth::start : ensemble::TrialDepth::setup);
-  const auto n = std::clamp<std::int64_t>(options.samples, 1, parameters.ensemble.samples);
-  std::vector<std::string> failures;
-  for (std::int64_t i = 0; i < n; ++i) {
-    heartbeat.begin(n == 1 ? "starting sample 0"
-                           : fmt::format("starting sample {} ({} of {}); {} would fail so far", i, i + 1, n,
-                                         failures.size()));
-    const bool is_made = i == 0 && first != nullptr && parameters.random.empty();
-    const std::string failure = is_made ? trial.failure({.sample = 0, .realization = *first, .error = {}})
-                                        : trial.failure(static_cast<std::uint64_t>(i));
-    if (!failure.empty()) failures.push_back(fmt::format("sample {} would fail: {}", i, failure));
+  TrialExtent trial() const {
+    return {samples, measure ? ensemble::TrialDepth::start : ensemble::TrialDepth::setup};
   }
-  if (options.samples > 0) fmt::print("\nOf {}, {} would fail.\n", count_text(n, "sample"), failures.size());
-  return failures;
-}
+};
 
 /// @throws std::runtime_error with all failures, if any
 void refuse(const std::vector<std::string>& failures) {
@@ -84,76 +61,30 @@ std::optional<std::string> measuring_shortage(const Subject& subject,
   return ensemble::shortage(needed, "measuring the cost", available);
 }
 
-/// Checks the memory for the mesh only; the machine that computes the samples may have more memory, or more
-/// nodes.
-/// @throws std::runtime_error when there is too little
-void check_mesh_memory(const input::Parameters& parameters, const geometry::Body& body,
-                       const ensemble::AvailableMemory& available) {
-  if (const auto message =
-          ensemble::shortage(ensemble::expected_mesh_memory(parameters, body), "making the mesh", available))
-    throw std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
-}
+/// What is known of an input or of the first case of a sweep.
+struct Estimate {
+  std::vector<std::string> failures;  ///< reasons why samples would fail
+  std::optional<SampleTime> time;     ///< if measured
+};
 
 /// Prints each part as soon as it is known.
-/// @return reasons why samples would fail
-std::vector<std::string> print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
+Estimate print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
   const auto body = geometry::make_body(parameters);
   const auto available = ensemble::available_memory();
-  check_mesh_memory(parameters, *body, available);
   geometry::MotherPoints base;
   const Subject subject = make_subject(parameters, *body, base);
-  const int n_ranks = parameters.ensemble.ranks_per_sample;
-  const auto demand = ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
-                                              ensemble::one_group(n_ranks));
-  const double memory = demand.master + (n_ranks - 1) * demand.member;  // of all ranks that share a sample
-  print_subject(subject, memory, available);
-  const auto shortage = measuring_shortage(subject, available);
-  if (shortage) fmt::print("\nNo sample was started and the cost was not measured: {}\n", *shortage);
-  const auto failures = shortage ? std::vector<std::string>()
-                                 : try_samples(parameters, *body, base, &subject.realization, options);
-  if (!shortage && options.measure) {
+  print_subject(subject, available);
+  if (const auto shortage = measuring_shortage(subject, available)) {
+    fmt::print("\nNo sample was started and the cost was not measured: {}\n", *shortage);
+    return {};
+  }
+  Estimate estimate;
+  estimate.failures = try_samples(subject, base, options.trial());
+  if (options.measure) {
     print_rest_outlook(subject);
-    if (failures.empty()) print_cost(subject, options.phases, options.ranks);
+    if (estimate.failures.empty()) estimate.time = print_cost(subject, options.phases, options.ranks);
   }
-  return failures;
-}
-
-/// Tries samples of a case of a sweep.
-/// @return reasons why they would fail
-std::vector<std::string> try_case(const input::Parameters& parameters, const CheckOptions& options) {
-  try {
-    const auto body = geometry::make_body(parameters);
-    check_mesh_memory(parameters, *body, ensemble::available_memory());
-    geometry::MotherPoints base;
-    if (parameters.mesh.base == input::Base::shared)
-      base = ensemble::make_base_points(*body, parameters, notify);
-    return try_samples(parameters, *body, base, nullptr, options);
-  } catch (const std::runtime_error& error) {
-    return {error.what()};
-  }
-}
-
-/// Prints the cases after the first, whose warnings are known already.
-/// @return reasons why their samples would fail, if these are to be tried
-std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases,
-                                           const CheckOptions& options) {
-  const auto warnings_of = [](const input::Case& one) {
-    return dynamics::model_warnings(one.parameters, *geometry::make_body(one.parameters));
-  };
-  std::vector<std::string> failures;
-  std::vector<std::string> known;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    for (const std::string& warning : warnings_of(cases[i])) {
-      if (std::ranges::find(known, warning) != known.end()) continue;
-      known.push_back(warning);
-      if (i > 0) fmt::print("\nWarning: case {}: {}\n", i, warning);
-    }
-    if (i == 0 || options.samples == 0) continue;
-    fmt::print("\nCase {}: {}", i, to_string(cases[i].settings));
-    for (const std::string& failure : try_case(cases[i].parameters, options))
-      failures.push_back(fmt::format("case {}: {}", i, failure));
-  }
-  return failures;
+  return estimate;
 }
 
 /// Prints quantiles of each random input, and the number of draws that make an invalid input.
@@ -185,15 +116,6 @@ void print_random_inputs(const input::Parameters& parameters) {
   fmt::print("\n");
 }
 
-/// One line for each case of a sweep.
-void print_cases(const std::vector<input::Case>& cases) {
-  if (cases.empty()) return;
-  fmt::print("{} cases:\n", cases.size());
-  for (std::size_t i = 0; i < cases.size(); ++i) fmt::print("{:>4}  {}\n", i, to_string(cases[i].settings));
-  for (const std::string& warning : input::sweep_warnings(cases)) fmt::print("\nWarning: {}\n", warning);
-  fmt::print("\n");
-}
-
 int check(const parallel::Communicator& world, const CheckOptions& options) {
   const std::string& file = options.file;
   const input::Parameters parameters = read_given_input(world, file);
@@ -212,9 +134,11 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
                cases.empty() ? "" : " of the first case");
     std::fflush(stdout);
     try {
-      auto failures = print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
-      const auto others = print_other_cases(cases, options);
-      failures.insert(failures.end(), others.begin(), others.end());
+      auto [failures, time] = print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
+      if (!cases.empty()) {
+        const auto others = print_other_cases(cases, time, options.trial());
+        failures.insert(failures.end(), others.begin(), others.end());
+      }
       refuse(failures);
     } catch (const std::runtime_error& error) {
       fail("{}: {}", file, error.what());

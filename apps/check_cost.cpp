@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -102,11 +103,12 @@ std::string arrests_text(const input::Parameters& parameters) {
              : "";
 }
 
-std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks) {
+/// @param cost receives the cost of a sample
+std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, ensemble::SampleCost& cost) {
   const auto& parameters = subject.parameters;
   const auto measured = ensemble::measure_cost(parameters, subject.realization, measured_seconds);
   const auto work = ensemble::sample_work(parameters, phases);
-  const auto cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
+  cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
   const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;
   const bool breaks = measured.outlook.breaks;
   const int n_phases = breaks ? work.phases : 0;
@@ -134,7 +136,7 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks) 
   rows.emplace_back(
       "sample",
       fmt::format("{:.3g} s with {}{}", cost.total(), count_text(n_phases, "dynamic phase"),
-                  n_phases > 1    ? fmt::format("; {} arrest{}", n_phases - 1, n_phases == 2 ? "s" : "")
+                  n_phases > 1 ? fmt::format(", of which {} arrest{}", n_phases - 1, n_phases == 2 ? "s" : "")
                   : n_phases == 0 ? ": the loads never break the body"
                                   : ""));
   const double hours = subject.n_samples() * cost.total() / 3600;
@@ -150,14 +152,19 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks) 
   return text;
 }
 
+/// Ratio of the times of equilibria of two meshes.
+double solve_ratio(double n_tetrahedra, double n_measured) {
+  return std::pow(n_tetrahedra / n_measured, 4.0 / 3);
+}
+
 /// Time of two static solves, for a notice only [s].
 double solving_seconds(const Subject& subject) {
-  return solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3);
+  return solves_of_a_million * solve_ratio(subject.n_tetrahedra(), 1e6);
 }
 
 }  // namespace
 
-void print_cost(const Subject& subject, int phases, std::int64_t n_ranks) {
+std::optional<SampleTime> print_cost(const Subject& subject, int phases, std::int64_t n_ranks) {
   const auto& parameters = subject.parameters;
   const bool solves = parameters.time.start != input::Start::rest;
   const double wait = solves ? solving_seconds(subject) : 0;
@@ -167,15 +174,26 @@ void print_cost(const Subject& subject, int phases, std::int64_t n_ranks) {
   std::fflush(stdout);
   Heartbeat heartbeat(notify);
   heartbeat.begin("measuring the cost");
+  SampleTime time{{}, subject.n_tetrahedra(), subject.phase.force_evaluations};
   try {
-    fmt::print("{}", cost_text(subject, phases, n_ranks));
+    fmt::print("{}", cost_text(subject, phases, n_ranks, time.cost));
+    return time;
   } catch (const ensemble::NotMeasured& error) {
     fmt::print("not measured: {}\n", error.what());
   } catch (const std::runtime_error& error) {
     // No sample uses the input's own values of random quantities.
-    if (subject.parameters.random.empty()) throw;
+    if (parameters.random.empty()) throw;
     fmt::print("not measured, with the input's own values: {}\n", error.what());
   }
+  return {};
+}
+
+double scaled_seconds(const SampleTime& measured, const Subject& subject) {
+  const double updates = subject.n_tetrahedra() * static_cast<double>(subject.phase.force_evaluations);
+  const double measured_updates = measured.n_tetrahedra * static_cast<double>(measured.force_evaluations);
+  return measured.cost.dynamic * updates / measured_updates +
+         measured.cost.quasi_static * solve_ratio(subject.n_tetrahedra(), measured.n_tetrahedra) +
+         subject.rest_seconds;
 }
 
 void print_rest_outlook(const Subject& subject) {

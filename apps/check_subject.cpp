@@ -166,7 +166,7 @@ void add_waves(Rows& rows, const input::Parameters& parameters) {
 }
 
 /// All quantities of sample 0 that need no measurement.
-Rows subject_rows(const Subject& subject, double memory, double available) {
+Rows subject_rows(const Subject& subject, double available) {
   const auto& parameters = subject.parameters;
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const double file = ensemble::sample_file_size(parameters, subject.n_nodes(), subject.n_tetrahedra());
@@ -188,7 +188,7 @@ Rows subject_rows(const Subject& subject, double memory, double available) {
                {"steps", fmt::format("{} per dynamic phase", subject.phase.grid.n_steps)},
                {"force evaluations", fmt::format("{} per dynamic phase", subject.phase.force_evaluations)},
                {"memory", fmt::format("{:.0f} MB per sample, on {}; {:.3g} GB are available here",
-                                      memory / 1e6, count_text(n_ranks, "rank"), available / 1e9)},
+                                      subject.memory() / 1e6, count_text(n_ranks, "rank"), available / 1e9)},
                {"output", fmt::format("{:.3g} MB per sample, {:.3g} MB for {}", file / 1e6, all / 1e6,
                                       subject.samples_text())}});
   return rows;
@@ -203,10 +203,27 @@ std::string refining_regions_text(const input::Parameters& parameters) {
   return text;
 }
 
+/// Checks the memory for the mesh only; the machine that computes the samples may have more memory, or more
+/// nodes.
+/// @throws std::runtime_error when there is too little
+void check_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
+  if (const auto message = ensemble::shortage(ensemble::expected_mesh_memory(parameters, body),
+                                              "making the mesh", ensemble::available_memory()))
+    throw std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
+}
+
 }  // namespace
+
+double Subject::memory() const {
+  const int n_ranks = parameters.ensemble.ranks_per_sample;
+  const auto demand =
+      ensemble::memory_demand(parameters, n_nodes(), n_tetrahedra(), ensemble::one_group(n_ranks));
+  return demand.master + (n_ranks - 1) * demand.member;
+}
 
 Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
                      geometry::MotherPoints& base) {
+  check_mesh_memory(parameters, body);
   if (parameters.mesh.base == input::Base::shared)
     base = ensemble::make_base_points(body, parameters, notify);
   const ThreadClock clock;
@@ -220,9 +237,9 @@ Subject make_subject(const input::Parameters& parameters, const geometry::Body& 
   return {parameters, body, std::move(realization), stable_step, phase, clock.seconds() + analysis};
 }
 
-void print_subject(const Subject& subject, double memory, const ensemble::AvailableMemory& available) {
+void print_subject(const Subject& subject, const ensemble::AvailableMemory& available) {
   const auto& parameters = subject.parameters;
-  fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
+  fmt::print("{}{}", input::aligned(subject_rows(subject, available.bytes)),
              refining_regions_text(parameters));
   for (const auto& warning : fracture::resolution_warnings(parameters, subject.body, subject.phase.grid.step))
     fmt::print("\nWarning: {}\n", warning);
@@ -230,7 +247,7 @@ void print_subject(const Subject& subject, double memory, const ensemble::Availa
     fmt::print("\nWarning: {}\n", warning);
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
-  if (const auto message = ensemble::shortage(memory, whose, available))
+  if (const auto message = ensemble::shortage(subject.memory(), whose, available))
     fmt::print(
         "\nWarning: cannot be computed on this machine: {}; use a larger machine, coarser spacings, more "
         "nodes, or more ranks_per_sample\n",

@@ -27,16 +27,18 @@ struct Subject {
   double n_nodes() const { return static_cast<double>(realization.nodes.size()); }
   double n_tetrahedra() const { return static_cast<double>(realization.tetrahedra.size()); }
   int n_samples() const { return parameters.ensemble.samples; }
+  /// Of all ranks that share a sample [byte].
+  double memory() const;
   /// "1 sample", "200 samples"
   std::string samples_text() const { return count_text(n_samples(), "sample"); }
 };
 
 /// @param base receives the shared mother points
+/// @throws std::runtime_error when there is too little memory for the mesh, or no mesh can be made
 Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
                      geometry::MotherPoints& base);
 
 /// Prints what is known of sample 0 without computing it.
-/// @param memory of all ranks that share a sample [byte]
-void print_subject(const Subject& subject, double memory, const ensemble::AvailableMemory& available);
+void print_subject(const Subject& subject, const ensemble::AvailableMemory& available);
 
 }  // namespace crackle::apps

@@ -233,6 +233,18 @@ class Uncertainty(unittest.TestCase):
         self.assertEqual(results.read_bytes(), before)
         self.assertIn("3 pairs of samples", self.call("compare", "out/case-0", "out/case-2"))
 
+    def test_the_cost_of_a_sweep_is_that_of_all_its_cases(self):
+        finer = '\n[[sweep]]\nkey = ["mesh.spacing", "mesh.notch_spacing"]\nvalues = [["1.5 mm", "0.6 mm"], ["1 mm", "0.3 mm"]]\n'
+        output = self.call("check", self.write(PLATE + finer))
+        first = re.search(r"tetrahedra += (\d+).*\nsample += ([\d.]+) s .*\ncore-hours += ([\d.e-]+) for 6 samples", output, re.DOTALL)
+        other = re.search(r"\ncase 1 += (\d+) tetrahedra, \d+ steps, \d+ MB; sample ([\d.]+) s, ([\d.e-]+) core-hours\n"
+                          r"all cases = ([\d.e-]+) core-hours\n", output)
+        self.assertGreater(int(other[1]), 2 * int(first[1]))
+        self.assertGreater(float(other[2]), 2 * float(first[2]))
+        self.assertAlmostEqual(float(other[4]), float(first[3]) + float(other[3]), delta=0.01 * float(other[4]))
+        heavy = PLATE + '\n[[sweep]]\nkey = "boundary[1].force"\nvalues = [["0 N", "0 N", "5 N"], ["0 N", "0 N", "5000 N"]]\n'
+        self.assertIn("case 1: sample 0 would fail", self.call("check", "--samples", "1", self.write(heavy), status=1))
+
     def test_a_sweep_over_plans_has_the_draws_of_each(self):
         text = PLATE.replace("samples = 6", "samples = 3") + """
 [[random]]

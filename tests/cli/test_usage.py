@@ -181,7 +181,7 @@ class Usage(unittest.TestCase):
     def test_check_with_other_numbers_of_phases(self):
         rows, _ = self.check("--phases", "4")
         self.assertRegex(rows["core-hours"], "with 4 dynamic phases each")
-        self.assertRegex(rows["sample"], "with 4 dynamic phases; 3 arrest")
+        self.assertRegex(rows["sample"], "with 4 dynamic phases, of which 3 arrest$")
         rows, _ = self.check("--phases", "1")
         self.assertRegex(rows["core-hours"], "with 1 dynamic phase each$")
 
