@@ -258,7 +258,7 @@ Table fracture_table() {
            "release", in(&Parameters::fracture, &Fracture::release),
            {{"element", Release::element}, {"facet", Release::facet}, {"softening", Release::softening}},
            by_default("\"element\""),
-           "all dual facets of a tetrahedron open at once, one group of them does, or all soften in steps "
+           "a tetrahedron loses all its stiffness at once, that across one cut, or all in steps "
            "(requires strength and toughness)"),
        optional_quantity_key("release_time", in(&Parameters::fracture, &Fracture::release_time),
                              with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
