@@ -121,8 +121,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
   const input::Parameters parameters = read_given_input(world, file);
   std::vector<input::Case> cases;
   if (!parameters.sweeps.empty()) cases = read_cases(world, parameters, file);
-  parallel::agree(world, [&] {
-    if (!world.is_root()) return;
+  parallel::agree_on_root(world, [&] {
     if (parameters.mesh.points)
       geometry::read_points(*parameters.mesh.points, *geometry::make_body(parameters));
     const std::string notice = input::bits_notice(parameters.time.engine);

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 
 namespace crackle::apps {
 
@@ -29,7 +30,9 @@ struct InitOptions {
 };
 
 const Problem& problem(const std::string& name) {
-  return *std::ranges::find(problems(), name, &Problem::name);
+  const auto found = std::ranges::find(problems(), name, &Problem::name);
+  if (found == problems().end()) throw std::logic_error("no problem has the name " + name);
+  return *found;
 }
 
 void write_new(const std::filesystem::path& file, const std::string& text) {

@@ -5,6 +5,7 @@
 #include "crackle/common/stopwatch.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/material_map.h"
+#include "crackle/ensemble/realization_queue.h"
 #include "crackle/ensemble/sample_plan.h"
 #include "crackle/fracture/variation.h"
 #include "crackle/geometry/body.h"
@@ -48,15 +49,19 @@ struct MeshOptions {
 void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   const input::Parameters parameters = uncertainty::sample_parameters(ensemble, options.sample);
   MeshTimes times{};
-  const Stopwatch base_clock;
   const auto body = geometry::make_body(parameters);
-  const geometry::MotherPoints base = ensemble::make_base_points(*body, parameters, notify, options.sample);
-  times.base = base_clock.seconds();
+  geometry::MotherPoints base;
   const Stopwatch clock;
-  geometry::Realization realization =
-      geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, options.sample);
+  // The attempts of a run.
+  geometry::Realization realization = ensemble::with_retries([&](std::uint64_t sample, int attempt) {
+    const Stopwatch base_clock;
+    base = ensemble::make_base_points(*body, parameters, notify, sample, attempt);
+    times.base += base_clock.seconds();
+    return geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, sample,
+                                      attempt);
+  })(options.sample);
   ensemble::apply_material_map(parameters, *body, options.sample, realization);
-  times.realization = clock.seconds();
+  times.realization = clock.seconds() - times.base;
   std::vector<double> strength_factors;
   if (parameters.fracture.variation)
     strength_factors =

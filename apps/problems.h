@@ -8,11 +8,11 @@ namespace crackle::apps {
 
 /// An example input shipped with the program.
 struct Problem {
-  std::string name;  ///< of its file in jobs/ or jobs/gallery/, without ".toml"
+  std::string name;  ///< of its file in jobs/, jobs/gallery/ or jobs/verification/, without ".toml"
   std::string text;
 };
 
-/// Sorted by file name.
+/// All of them, no two of the same name.
 const std::vector<Problem>& problems();
 
 }  // namespace crackle::apps

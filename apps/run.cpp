@@ -11,11 +11,13 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdint>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 namespace crackle::apps {
@@ -86,6 +88,14 @@ std::optional<ensemble::SampleRange> chosen_range(const parallel::Communicator& 
   });
 }
 
+/// The command of the report: where the program is installed that lies beside it, else in the source tree.
+std::string report_command() {
+  std::error_code ignored;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+  const bool is_installed = std::filesystem::exists(program.parent_path() / "crackle-report", ignored);
+  return is_installed ? "crackle-report" : "tools/crackle-report";
+}
+
 int run_command(const parallel::Communicator& world, const input::Parameters& parameters,
                 const std::vector<input::Case>& cases, const RunArguments& arguments,
                 const CommandLine& typed) {
@@ -100,7 +110,7 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
       .checkpoint_interval = arguments.suspend.checkpoint_interval,
       .next = {.resume = continuation(typed, "--resume"),
                .retry_failed = continuation(typed, "--retry-failed"),
-               .report = "tools/crackle-report " + shell_line({{arguments.folder.string()}})},
+               .report = report_command() + " " + shell_line({{arguments.folder.string()}})},
   };
   return exit_status(ensemble::run(world, parameters, cases, options));
 }

@@ -8,18 +8,25 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
-from crackle.units import value_of
+from crackle.units import quantity_of
 from crackle_runs import RunError, command, run, with_keys
 
 N_DRAWS = 1000
 LEVELS = (2.5, 97.5)  # [%]
 
 
-def quantity(text: str) -> float:
+def quantity(text: str) -> tuple[float, str]:
     try:
-        return value_of(text)
+        return quantity_of(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not a number with a unit, such as '450 m/s' or '0.2 us'") from None
+
+
+def seconds(text: str) -> float:
+    time, unit = quantity(text)
+    if unit != "s":
+        raise argparse.ArgumentTypeError(f"'{text}' is not a time, such as '0.2 us'")
+    return time
 
 
 def crossings(times: np.ndarray, values: np.ndarray, measured: float) -> list[float]:
@@ -71,7 +78,8 @@ def draw(path: Path, title: str, times: np.ndarray, results: np.ndarray, measure
 def input_text(arguments: argparse.Namespace) -> str:
     """The input; all that can be seen to be wrong before hours of computing is."""
     reasons = {"--times: give two or more, above zero": min(arguments.times) <= 0 or len(set(arguments.times)) < 2,
-               "--error must not be negative": arguments.error < 0,
+               "--error must not be negative": arguments.error[0] < 0,
+               "--error: give it in the unit of --measured": arguments.error[1] != arguments.measured[1],
                "--samples: three or more are needed": arguments.samples is not None and arguments.samples < 3}
     for reason, is_given in reasons.items():
         if is_given:
@@ -88,6 +96,7 @@ def input_text(arguments: argparse.Namespace) -> str:
 
 def calibrate(arguments: argparse.Namespace) -> int:
     text, columns, unit = input_text(arguments), [], ""
+    (measured, measured_unit), (error, _) = arguments.measured, arguments.error
     times = np.array(sorted(set(arguments.times)))
     for time in (0.0, *times):
         keys = {"fracture.release_time": f'"{1e6 * time:.6g} us"' if time else None,
@@ -98,6 +107,8 @@ def calibrate(arguments: argparse.Namespace) -> int:
             raise RunError(f"no result '{arguments.result}' with numbers; `crackle stats --columns` lists all results")
         unit = ensemble.samples.attrs["units"].get(arguments.result, "")
         unit = "" if unit == "1" else unit
+        if unit != measured_unit:
+            raise RunError(f"--measured: '{arguments.result}' is {f'in {unit}' if unit else 'a pure number'}")
         columns.append(ensemble.samples[arguments.result].to_numpy(float))
         setting = f"release time {1e6 * time:.3g} us" if time else "immediate release"
         there = columns[-1][np.isfinite(columns[-1])]
@@ -109,13 +120,13 @@ def calibrate(arguments: argparse.Namespace) -> int:
         raise RunError(f"{whole.sum()} samples have a {arguments.result} at every release time, and three are needed")
     if not whole.all():
         print(f"left out: {(~whole).sum()} of {whole.size} samples without a {arguments.result} at some release time")
-    found = release_time(times, results[1:, whole], arguments.measured, arguments.error)
+    found = release_time(times, results[1:, whole], measured, error)
     draw(arguments.output / "calibration.png", f"{arguments.result} [{unit}]" if unit else arguments.result, times, results[1:, whole],
-         arguments.measured, arguments.error, found)
+         measured, error, found)
     shown = [f"{1e6 * time:.3g} us" if np.isfinite(time) else beyond for time, beyond in
              zip(found, ("", f"below {1e6 * times[0]:.3g} us", f"above {1e6 * times[-1]:.3g} us"))]
     if not shown[0]:
-        print(f"no release time between {1e6 * times[0]:.3g} and {1e6 * times[-1]:.3g} us gives {f'{arguments.measured:.4g} {unit}'.rstrip()}; "
+        print(f"no release time between {1e6 * times[0]:.3g} and {1e6 * times[-1]:.3g} us gives {f'{measured:.4g} {unit}'.rstrip()}; "
               f"immediate release gives {results[0, whole].mean():.4g}; try other --times, or see whether load and toughness are the experiment's")
     else:
         print(f'release_time = "{shown[0]}"  # 95 % interval {shown[1]} to {shown[2]}, on the spacing of this input')
@@ -131,7 +142,7 @@ def main() -> int:
     parser.add_argument("--measured", type=quantity, required=True, help="the measured mean, with its unit: '450 m/s'")
     parser.add_argument("--error", type=quantity, required=True, help="its standard error, such as '20 m/s'")
     parser.add_argument("--result", default="crack_speed_max", help="a result of `crackle stats --columns` (%(default)s)")
-    parser.add_argument("--times", type=quantity, nargs="+", default=[5e-8, 1e-7, 2e-7, 4e-7, 8e-7], metavar="TIME",
+    parser.add_argument("--times", type=seconds, nargs="+", default=[5e-8, 1e-7, 2e-7, 4e-7, 8e-7], metavar="TIME",
                         help="release times to compute (0.05, 0.1, 0.2, 0.4 and 0.8 us)")
     parser.add_argument("--samples", type=int, help="for each release time (the input's number)")
     parser.add_argument("--ranks", type=int, default=1, help="of mpirun: a master and workers (1: without mpirun)")

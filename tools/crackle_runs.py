@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import IO, Callable, Iterable
 
@@ -67,12 +68,15 @@ def with_keys(text: str, keys: dict[str, str]) -> str:
     """The input text with other values: {"mesh.spacing": '"1 mm"'}; a missing key is added to its table.
 
     Of several [[tables]] of one name the first one changes. A value None removes the key.
+
+    @raise RunError: the text is no TOML, or writes the table or the key in another way than as a heading and a line
     """
+    text = text if text.endswith("\n") else text + "\n"
     for key, value in keys.items():
         table, name = key.rsplit(".", 1)
         match = re.search(rf"(?m)^\[\[?{re.escape(table)}\]\]?.*$", text)
         if match is None:
-            raise ValueError(f"the input has no table {table}")
+            raise RunError(f"the input has no line [{table}], under which {name} could stand")
         start = match.end()
         following = re.search(r"(?m)^\[", text[start:])
         end = start + following.start() if following else len(text)
@@ -80,6 +84,18 @@ def with_keys(text: str, keys: dict[str, str]) -> str:
         if value is not None:
             body = f"\n{name} = {value}" + body
         text = text[:start] + body + text[end:]
+    try:
+        found = tomllib.loads(text)
+        for key, value in keys.items():
+            *path, name = key.split(".")
+            place = found
+            for step in path:
+                place = place[step] if isinstance(place, dict) else place[0][step]
+            place = place if isinstance(place, dict) else place[0]
+            if (name in place) != (value is not None):
+                raise RunError(f"{key} must stand in a line of its own, beginning with {name} =")
+    except tomllib.TOMLDecodeError as error:
+        raise RunError(f"the input with other values of {', '.join(keys)}: {error}") from None
     return text
 
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -76,6 +77,13 @@ std::string quantity_text(double value, const std::string& si, int n_digits, dou
   // More digits if there is no suitable prefix.
   return fmt::format("{:.{}g} {}", value * unit.factor,
                      std::abs(value) * unit.factor < greatest_plain ? n_digits : 6, unit.name);
+}
+
+double to_six_digits(double value) {
+  const std::string text = fmt::format("{:.6g}", value);
+  double result = value;
+  std::from_chars(text.data(), text.data() + text.size(), result);
+  return result;
 }
 
 std::string count_text(std::int64_t n, std::string_view noun) {

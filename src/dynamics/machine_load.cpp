@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -104,6 +105,15 @@ LoadResults load_results(const SampleResult& result) {
       rows, [&](const HistoryRow* row) { return row->load >= peak_share * results.peak_load; });
   results.displacement_at_peak = (**(first != rows.end() ? first : peak)).load_displacement;
   return results;
+}
+
+double load_displacement_at(std::span<const HistoryRow> history, double load_time) {
+  const auto after = std::ranges::lower_bound(history, load_time, {}, &HistoryRow::load_time);
+  if (after == history.end()) return history.empty() ? not_a_number : history.back().load_displacement;
+  if (after == history.begin()) return after->load_displacement;
+  const auto before = std::prev(after);
+  const double share = (load_time - before->load_time) / (after->load_time - before->load_time);
+  return std::lerp(before->load_displacement, after->load_displacement, share);
 }
 
 std::vector<std::pair<double, double>> dynamic_intervals(const SampleResult& result) {

@@ -168,7 +168,10 @@ bool QuasiStaticLoading::grows() const {
 }
 
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
-  if (vicinity_ != nullptr) vicinity_->update(*group_);
+  if (vicinity_ != nullptr) {
+    parallel::agree(*group_);
+    vicinity_->update(*group_);
+  }
   const auto changes = body_->changes();
   solver_.release(changes.subspan(n_changes_solved_));
   n_changes_solved_ = changes.size();

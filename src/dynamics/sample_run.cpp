@@ -371,7 +371,10 @@ private:
     if (!result_.load_is_reaction)
       for (const auto& [from, to] : dynamic_intervals(result_))
         for (const double time : kinks(from, to))
-          result_.loads.peak_load = std::max(result_.loads.peak_load, applied_load(time));
+          if (const double load = applied_load(time); load > result_.loads.peak_load) {
+            result_.loads.peak_load = load;
+            result_.loads.displacement_at_peak = load_displacement_at(result_.history, time);
+          }
     std::erase_if(result_.history, [](const HistoryRow& row) { return !row.is_output; });
     if (loads_.governing.empty())  // stress from the start alone: there is no machine
       result_.onset_force = result_.loads.peak_load = result_.loads.displacement_at_peak = not_a_number;

@@ -35,7 +35,7 @@ std::string waiting_notice(double n_mother_points) {
 
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
                                         const std::function<void(const std::string&)>& say,
-                                        std::uint64_t sample) {
+                                        std::uint64_t sample, int attempt) {
   Heartbeat heartbeat(say);
   const auto expects = [&](double n_points) {
     if (const std::string notice = waiting_notice(n_points); !notice.empty()) heartbeat.say(notice);
@@ -43,7 +43,7 @@ geometry::MotherPoints make_base_points(const geometry::Body& body, const input:
   };
   heartbeat.begin("counting the mother points");
   auto points =
-      geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed, expects, sample);
+      geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed, expects, sample, attempt);
   release_freed_memory();
   return points;
 }

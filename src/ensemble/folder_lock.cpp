@@ -284,16 +284,20 @@ LockFile::LockFile(fs::path file, const std::string& taken, double patience)
     : file_(std::move(file)), name_(file_.filename().string()), folder_(open_folder(file_.parent_path())) {
   try {
     create(taken, patience);
+    remove_leftovers();
+    thread_ = std::jthread([this](const std::stop_token& stop) { keep_touching(stop); });
   } catch (...) {
-    ::close(folder_);
+    release();
     throw;
   }
-  remove_leftovers();
-  thread_ = std::jthread([this](const std::stop_token& stop) { keep_touching(stop); });
 }
 
 LockFile::~LockFile() {
   thread_ = {};
+  release();
+}
+
+void LockFile::release() const {
   if (lock_text(folder_, name_) == self_.text()) ::unlinkat(folder_, name_.c_str(), 0);
   ::close(folder_);
 }
@@ -305,11 +309,14 @@ bool LockFile::try_to_create() const {
     fail("cannot write '{}': {}", file_.string(), std::strerror(errno));
   }
   const std::string text = self_.text();
+  errno = 0;
   const bool is_written = ::write(file.id(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
   const int write_error = errno;
   if (file.close() && is_written) return true;
+  const int error = is_written ? errno : write_error;
   ::unlinkat(folder_, name_.c_str(), 0);
-  fail("cannot write '{}': {}", file_.string(), std::strerror(write_error));
+  fail("cannot write '{}': {}", file_.string(),
+       error != 0 ? std::strerror(error) : "only a part was written");
 }
 
 void LockFile::create(const std::string& taken, double patience) {

@@ -123,7 +123,8 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
   demand.root = start + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
   if (parameters.ensemble.meshes != input::MeshMakers::master)
     demand.root = std::max(demand.root, start + made * n_tetrahedra);
-  demand.master = start + made * n_tetrahedra + ahead;
+  const bool groups_make_all = parameters.ensemble.meshes == input::MeshMakers::groups;
+  demand.master = groups_make_all ? start : start + made * n_tetrahedra + ahead;
   if (layout.shared()) demand.master = std::max(demand.master, demand.root + ahead);
   return demand;
 }

@@ -62,6 +62,7 @@ void complete_block(const parallel::Communicator& world,
     for (const auto& [sample, row] : unstored) {
       packer.put(sample);
       packer.put(row.error);
+      packer.put(row.inputs);
     }
     return packer.bytes();
   });
@@ -69,12 +70,14 @@ void complete_block(const parallel::Communicator& world,
   parallel::agree(world, [&] {
     for (Unpacker unpacker(bytes); !unpacker.empty();) {
       const auto sample = unpacker.get<std::uint64_t>();
-      const auto reason = unpacker.get<std::string>();
+      auto reason = unpacker.get<std::string>();
+      auto inputs = unpacker.get<std::vector<double>>();
       if (sample < block.first || sample >= block.first + block.rows.size()) continue;
       auto& row = block.rows[sample - block.first];
       if (row.status != analysis::SampleStatus::pending) continue;
       row.status = analysis::SampleStatus::failed;
-      row.error = reason;
+      row.error = std::move(reason);
+      row.inputs = std::move(inputs);
     }
   });
 }
@@ -182,8 +185,6 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
                            ? geometry::make_body(uncertainty::sample_parameters(parameters, sample))
                            : nullptr;
       const geometry::Body& of_sample = own ? *own : *body;
-      if (is_done)  // not stored in files of version 2
-        found.summary.leading_start = analysis::leading_start(of_sample, found.surface);
       stored.push_back(found.summary);
       measured.push_back(found.summary);
       analysis::measure_crossings(of_sample, found.surface, sections.sections, measured.back());

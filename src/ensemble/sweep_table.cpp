@@ -17,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <stdexcept>
 #include <string_view>
 #include <system_error>
 #include <type_traits>
@@ -128,7 +129,9 @@ std::string number_or_nothing(double value) {
 }
 
 const Cell& find_cell(const std::vector<Cell>& cells, const std::string& name) {
-  return *std::ranges::find(cells, name, &Cell::name);
+  const auto found = std::ranges::find(cells, name, &Cell::name);
+  if (found == cells.end()) throw std::logic_error("the table of a sweep has no column " + name);
+  return *found;
 }
 
 /// Columns of the text table.

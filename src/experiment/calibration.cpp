@@ -6,6 +6,8 @@
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 
+#include <boost/math/distributions/normal.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -43,10 +45,9 @@ std::vector<Spread> input_spreads(const InputTable& table, const PosteriorPoints
 }
 
 Spread prior_of(const InputTable& table, std::size_t input) {
-  // Quantile of the normal distribution at (1 + calibration_level) / 2.
-  constexpr double normal_quantile = 1.6448536269514722;
-  return {table.mean(input), table.standard_deviation(input), table.value(input, -normal_quantile),
-          table.value(input, normal_quantile)};
+  const double end = boost::math::quantile(boost::math::normal(), (1 + calibration_level) / 2);
+  return {table.mean(input), table.standard_deviation(input), table.value(input, -end),
+          table.value(input, end)};
 }
 
 /// The inputs by the components of some quantities.

@@ -49,8 +49,13 @@ std::string used_text(const Calibration& found) {
                      parts.empty() ? "" : "; left out: ", fmt::join(parts, ", "));
 }
 
+/// The head of a column of intervals.
+std::string level_text() {
+  return fmt::format("{:.4g} %", 100 * calibration_level);
+}
+
 std::string inputs_text(const Calibration& found) {
-  TextTable rows{{"input", "prior", "90 %", "posterior", "90 %", "deviation, of the prior's"}};
+  TextTable rows{{"input", "prior", level_text(), "posterior", level_text(), "deviation, of the prior's"}};
   for (const CalibratedInput& each : found.inputs) {
     const std::string& unit = each.random.unit;
     rows.push_back({each.random.key, mean_text(each.prior, unit), range_text(each.prior, unit),
@@ -90,7 +95,7 @@ std::string contributions_text(const Calibration& found) {
 }
 
 std::string predictions_text(const Calibration& found) {
-  TextTable rows{{"prediction", "observed", "mean", "90 %", "below the observed"}};
+  TextTable rows{{"prediction", "observed", "mean", level_text(), "below the observed"}};
   for (const Prediction& each : found.predictions)
     rows.push_back({readable(each.name), number_text(each.observed, each.unit, scale_of(each.predicted)),
                     mean_text(each.predicted, each.unit), range_text(each.predicted, each.unit),

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The posterior as [[random]] tables of an input.
 #include "crackle/common/index.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/experiment/calibration.h"
 #include "crackle/input/reader.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -92,14 +92,6 @@ RandomInput fitted(const CalibratedInput& input) {
   return random;
 }
 
-/// To six digits, so that no more are written.
-double rounded(double value) {
-  const std::string text = fmt::format("{:.6g}", value);
-  double result = value;
-  std::from_chars(text.data(), text.data() + text.size(), result);
-  return result;
-}
-
 std::string table_of(const RandomInput& random) {
   std::string keys = fmt::format("\"{}\"", random.key);
   for (const input::MovedNumber& each : random.moved) keys += fmt::format(", \"{}\"", each.key);
@@ -111,12 +103,12 @@ std::string table_of(const RandomInput& random) {
     const std::string shown = format_value(random, value);
     text += fmt::format(fmt::runtime(random.unit.empty() ? "{} = {}\n" : "{} = \"{}\"\n"), name, shown);
   };
-  add("mean", rounded(random.mean));
-  add("standard_deviation", rounded(random.standard_deviation));
+  add("mean", to_six_digits(random.mean));
+  add("standard_deviation", to_six_digits(random.standard_deviation));
   add("lower", random.lower);
   add("upper", random.upper);
-  add("scale", rounded(random.scale));
-  if (!std::isnan(random.shape)) text += fmt::format("shape = {}\n", rounded(random.shape));
+  add("scale", to_six_digits(random.scale));
+  if (!std::isnan(random.shape)) text += fmt::format("shape = {}\n", to_six_digits(random.shape));
   return text;
 }
 

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace crackle::fracture {
 
 namespace {
@@ -110,7 +112,7 @@ std::string unresolved_release_text(const input::Parameters& parameters, double 
   double release = 0;  // the shortest that is resolved too coarsely
   for (std::size_t m = 0; m < parameters.materials.size(); ++m)
     if (const double own = parameters.fracture_of(m).release_time; own > 0 && own < 2 * time_step)
-      release = own;
+      release = release == 0 ? own : std::min(release, own);
   if (release == 0) return {};
   return fmt::format(
       "a release_time of {} is shorter than two time steps of {}: tetrahedra break nearly at once; "

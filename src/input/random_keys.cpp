@@ -87,7 +87,8 @@ RandomInput named_number(const Source& source, double exponent) {
     return random;
   }
   for (const std::string_view table : without_random) {
-    if (!path->starts_with(table) || (*path)[table.size()] != '.') continue;
+    const std::string_view rest = std::string_view(*path).substr(std::min(table.size(), path->size()));
+    if (!path->starts_with(table) || !(rest.starts_with('.') || rest.starts_with('['))) continue;
     source.report("keys of [{}] cannot be random; give {}", table, accepted_random_key);
     return random;
   }

@@ -2,6 +2,7 @@
 #include "crackle/uncertainty/random_inputs.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/random.h"
 #include "crackle/input/reader.h"
 
@@ -11,7 +12,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -77,13 +77,6 @@ std::vector<double> sobol_point(std::uint64_t seed, std::size_t n_dimensions, st
   return point;
 }
 
-double rounded(double value) {
-  const std::string text = fmt::format("{:.6g}", value);
-  double result = value;
-  std::from_chars(text.data(), text.data() + text.size(), result);
-  return result;
-}
-
 }  // namespace
 
 double quantile(const RandomInput& random, double probability) {
@@ -109,7 +102,8 @@ std::vector<double> drawn_values(const input::Parameters& parameters, std::uint6
   const std::vector<double> point =
       plan_point(ensemble.plan, ensemble.seed, ensemble.n_inputs(), random.size(), ensemble.input_of(sample));
   std::vector<double> values;
-  for (std::size_t k = 0; k < random.size(); ++k) values.push_back(rounded(quantile(random[k], point[k])));
+  for (std::size_t k = 0; k < random.size(); ++k)
+    values.push_back(to_six_digits(quantile(random[k], point[k])));
   return values;
 }
 

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import tomllib
 import unittest
 from pathlib import Path
 
@@ -19,6 +20,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs")]
 
 import calibrating  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+from crackle_runs import RunError, with_keys  # noqa: E402
 from small_input import small_input  # noqa: E402
 
 OPTIONS = None
@@ -54,6 +56,16 @@ class Interval(unittest.TestCase):
 
 
 class Command(unittest.TestCase):
+    def test_inputs_with_other_values(self):
+        text = '[ensemble]\nsamples = 3\n[fracture]\ntoughness = "60 J/m^2"\nrelease_time = "1 us"'
+        self.assertNotIn("release_time", with_keys(text, {"fracture.release_time": None}))
+        changed = tomllib.loads(with_keys(text, {"fracture.release_time": '"2 us"', "ensemble.seed": "4"}))
+        self.assertEqual((changed["fracture"]["release_time"], changed["ensemble"]), ("2 us", {"samples": 3, "seed": 4}))
+        for other in (text.replace("[fracture]", "[ fracture ]"), text.replace("release_time", "  release_time"), "[fracture"):
+            for value in (None, '"2 us"'):
+                with self.assertRaises(RunError):
+                    with_keys(other, {"fracture.release_time": value})
+
     def test_a_small_plate(self):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
@@ -81,8 +93,11 @@ class Command(unittest.TestCase):
             wrong = calibrate("--measured", "300 m/s", "--error", "5 m/s", "--result", "crack_spead")
             self.assertEqual(wrong.returncode, 1)
             self.assertIn("no result 'crack_spead' with numbers", wrong.stderr)
+            wrong = calibrate("--measured", "300 m/s", "--error", "5 m/s", "--result", "peak_load")
+            self.assertEqual(wrong.returncode, 1)
+            self.assertIn("--measured: 'peak_load' is in N", wrong.stderr)
             for options, reason in ((("--samples", "2"), "three or more"), (("--error=-5 m/s",), "must not be negative"),
-                                    (("--times", "1 us"), "give two or more")):
+                                    (("--times", "1 us"), "give two or more"), (("--error", "5 N"), "in the unit of --measured")):
                 refused = calibrate("--measured", "300 m/s", "--error", "5 m/s", *options)
                 self.assertEqual((refused.returncode, refused.stdout), (1, ""))
                 self.assertIn(reason, refused.stderr)

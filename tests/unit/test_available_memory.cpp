@@ -99,6 +99,10 @@ TEST(MemoryDemand, FollowsTheLayout) {
   const auto few = of(2, 1).root;
   parameters.output.frames = 100;
   EXPECT_GT(of(2, 1).root, few + 80 * 5e6 * 24) << "displacement and velocity of each frame";
+  const auto maker = of(3, 1).master;
+  parameters.ensemble.meshes = input::MeshMakers::groups;
+  EXPECT_LT(of(3, 1).master, 0.1 * maker) << "a master that makes no meshes";
+  parameters.ensemble.meshes = input::MeshMakers::automatic;
   const auto alone = memory_demand(parameters, 5e6, 27e6, one_group(4));
   EXPECT_GT(alone.master, alone.member);
 }

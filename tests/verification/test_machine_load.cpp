@@ -105,7 +105,20 @@ TEST(LoadResults, EndAtSeparation) {
   EXPECT_EQ(load_results(result).peak_load, 50) << "from rest, inertia is the load";
 }
 
+TEST(LoadResults, InterpolateTheDisplacementBetweenMoments) {
+  std::vector<HistoryRow> history(3);
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    history[i].load_time = static_cast<double>(i * i);
+    history[i].load_displacement = 10 * history[i].load_time;
+  }
+  EXPECT_NEAR(load_displacement_at(history, 2.5), 25, 1e-12);
+  EXPECT_EQ(load_displacement_at(history, 4), 40);
+  EXPECT_EQ(load_displacement_at(history, 9), 40) << "the last moment's";
+  EXPECT_EQ(load_displacement_at(history, -1), 0);
+}
+
 TEST(LoadResults, AreUnknownWithoutAHistory) {
+  EXPECT_TRUE(std::isnan(load_displacement_at({}, 1)));
   EXPECT_TRUE(std::isnan(load_results({}).peak_load));
   EXPECT_TRUE(std::isnan(load_results({}).work_of_fracture));
 }

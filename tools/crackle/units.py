@@ -29,26 +29,40 @@ class Unit:
         return f"{what} [{self.name}]" if self.name else what
 
 
-def named(name: str) -> Optional[Unit]:
-    """The unit of a name, such as "mm", "us" or "kJ/m^2"; None where it is not made of a prefix and one of BASES."""
+def _prefix_and_base(name: str) -> Optional[tuple[str, str]]:
     name = name.replace("²", "^2")
-    for base, power in sorted(BASES.items(), key=lambda entry: -len(entry[0])):
+    for base in sorted(BASES, key=len, reverse=True):
         prefix = name.removesuffix(base).replace("u", "µ")
         if name.endswith(base) and prefix in PREFIXES:
-            return Unit(prefix + base, PREFIXES[prefix] ** power)
+            return prefix, base
     return None
 
 
-def value_of(text: str) -> float:
-    """A number with the name of a unit or of one per second, such as "0.2 us" or "450 m/s", or a pure number, in SI units.
+def named(name: str) -> Optional[Unit]:
+    """The unit of a name, such as "mm", "us" or "kJ/m^2"; None where it is not made of a prefix and one of BASES."""
+    parts = _prefix_and_base(name)
+    return Unit("".join(parts), PREFIXES[parts[0]] ** BASES[parts[1]]) if parts else None
+
+
+def quantity_of(text: str) -> tuple[float, str]:
+    """A number with the name of a unit or of one per second, such as "0.2 us" or "450 m/s", or a pure number: value and unit in SI,
+    (450.0, "m/s").
 
     @raise ValueError: it is none
     """
     number, _, name = text.strip().partition(" ")
-    unit = named(name.strip().removesuffix("/s")) if name else Unit("", 1.0)
-    if unit is None:
+    if not name:
+        return float(number), ""
+    of_time = "/s" if name.endswith("/s") else ""
+    parts = _prefix_and_base(name.strip().removesuffix("/s"))
+    if parts is None:
         raise ValueError(f"'{text}' is not a number with a unit, such as '450 m/s' or '0.2 us'")
-    return float(number) * unit.size
+    return float(number) * PREFIXES[parts[0]] ** BASES[parts[1]], parts[1] + of_time
+
+
+def value_of(text: str) -> float:
+    """The value of quantity_of()."""
+    return quantity_of(text)[0]
 
 
 MM, MM2, US, NEWTON, MILLIJOULE = (Unit(name, size) for name, size in (("mm", 1e-3), ("mm^2", 1e-6), ("µs", 1e-6), ("N", 1.0), ("mJ", 1e-3)))

@@ -6,6 +6,8 @@ import numpy as np
 
 from .results import Ensemble
 
+MOST_COMPARED = 2000  # samples of a group, each with each other
+
 
 def typical_samples(ensemble: Ensemble, n: int) -> list[int]:
     """At most n samples, grouped by pattern and by whether they branch in the projection, each group's most typical first.
@@ -55,9 +57,11 @@ def _share_out(sizes: list[int], n: int) -> list[int]:
 
 
 def spread(ensemble: Ensemble, group: list[int], count: int) -> list[int]:
-    """Of a group the sample nearest to all others, then those that differ most from the ones before."""
+    """Of a group the sample nearest to all others, then those that differ most from the ones before; of a very large one evenly
+    spread samples are considered."""
     if not group:
         return []
+    group = group[::-(-len(group) // MOST_COMPARED)]
     count = min(count, len(group))
     distance = _distances(ensemble.samples.position[group].reshape(len(group), -1), ensemble.plate.size[1])
     chosen: list[int] = []

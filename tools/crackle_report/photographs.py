@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import time
+import zipfile
 from dataclasses import dataclass
 from typing import Any, Callable, Optional, Sequence
 
@@ -205,7 +206,7 @@ class _Comparison:
             with np.load(self._file) as kept:
                 self._images = {int(number): image for number, identity, image in zip(kept["sample"], kept["identity"], kept["image"])
                                 if number in self._files.files and self._identity(number) == identity.tolist()}
-        except (OSError, ValueError, KeyError):
+        except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
             pass  # there are none yet, or no usable ones
 
     def save(self) -> None:

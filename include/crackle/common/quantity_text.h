@@ -28,6 +28,9 @@ std::string quantity_text(double value, const std::string& si, int n_digits = 4)
 /// N".
 std::string quantity_text(double value, const std::string& si, int n_digits, double largest);
 
+/// The value that six significant digits give, so that no more need to be written.
+double to_six_digits(double value);
+
 /// "1 sample", "2 samples": a number of what the noun names.
 std::string count_text(std::int64_t n, std::string_view noun);
 std::string count_text(std::integral auto n, std::string_view noun) {

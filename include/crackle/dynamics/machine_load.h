@@ -6,6 +6,7 @@
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/mechanics/boundary_loads.h"
 
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -18,10 +19,9 @@
 /// - Displacement: along the drive, averaged over these conditions; the prescribed value for prescribed
 ///   motions, otherwise the mean over the loaded area or body, weighted with a factor.
 /// - Peak load: the largest load up to separation, in dynamic phases at 200 moments or more of the duration
-/// and
-///   where loads turn; of applied loads exactly. In a dynamic phase after quasi-static loading, a reaction
-///   is capped at the static force for the current displacement, with the stiffness at the start of the
-///   phase: fracture cannot stiffen the body, so any excess is inertia, which no load cell would follow.
+///   and where loads turn; of applied loads exactly. In a dynamic phase after quasi-static loading, a
+///   reaction is capped at the static force for the current displacement, with the stiffness at the start of
+///   the phase: fracture cannot stiffen the body, so any excess is inertia, which no load cell would follow.
 /// - Displacement at peak: when the load first comes within 0.1 % of its peak.
 /// - Work of fracture: the external work of all loads up to separation, or to the end of the history of a
 ///   body that stays in one piece.
@@ -42,6 +42,9 @@ double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& stat
 
 /// From the moments of the history; NaN without any.
 LoadResults load_results(const SampleResult& result);
+
+/// The machine's displacement at a load time between two moments of the history, linear in time [m].
+double load_displacement_at(std::span<const HistoryRow> history, double load_time);
 
 /// The intervals of load time between consecutive moments of a dynamic phase, up to separation [s].
 std::vector<std::pair<double, double>> dynamic_intervals(const SampleResult& result);

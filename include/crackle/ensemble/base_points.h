@@ -22,10 +22,11 @@ double placing_seconds(double n_mother_points);
 /// Generates the base mother points of an ensemble or, with mesh.base = "own", of a single sample. Not
 /// collective.
 /// @param say receives the waiting_notice beforehand
+/// @param attempt at the sample's mesh, from 0; counts with mesh.base = "own"
 /// @throws std::runtime_error as geometry::make_mother_points
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
                                         const std::function<void(const std::string&)>& say = {},
-                                        std::uint64_t sample = 0);
+                                        std::uint64_t sample = 0, int attempt = 0);
 
 /// The base mother points shared by all samples of an ensemble. With mesh.base = "own" there are none; only
 /// the expected number per sample is checked. Not collective.

@@ -83,6 +83,8 @@ public:
 private:
   /// False if the lock exists already.
   bool try_to_create() const;
+  /// Removes the file if it is this lock's; closes the folder.
+  void release() const;
   void create(const std::string& taken, double patience);
   /// Removes files of processes that were killed while waiting for the lock.
   void remove_leftovers() const;

@@ -60,7 +60,7 @@ def _explain(options: Options) -> str:
 def _chosen_frames(frames: Frames, crack: CrackSurface, times: tuple[float, ...]) -> list[int]:
     """The frames nearest to the given times; without any, evenly from the onset to just after the last break."""
     if not times:
-        last = int(np.searchsorted(frames.time, crack.time.max(initial=0.0)))
+        last = int(np.searchsorted(frames.time, crack.last_opening))
         last = min(max(last, 1), frames.time.size - 1)
         times = tuple(np.linspace(0, frames.time[last], N_TIMES))
     return sorted({int(np.abs(frames.time - time).argmin()) for time in times})

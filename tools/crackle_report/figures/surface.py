@@ -37,7 +37,7 @@ def _view(ensemble: Ensemble, number: int, crack: CrackSurface) -> View:
     rgb = facet_colours(time, colours)
     lines = _edges(ensemble.plate)
     return View(Picture(f"surface-{number:04d}", f"Crack surface of sample {number} in space", _still(number, corner, rgb, lines, colours, times)),
-                corner.astype("<f4").tobytes(), np.maximum(time, 0).astype("<f4").tobytes(),
+                corner.astype("<f4").tobytes(), np.clip(time, 0, times.of(crack.last_opening)).astype("<f4").tobytes(),
                 np.round(255 * rgb).astype(np.uint8).tobytes(), lines.astype("<f4").tobytes(), times.name)
 
 
