@@ -381,9 +381,8 @@ void QuasiStaticLoading::refuse_overload() const {
                   load, load / most.value));
 }
 
-QuasiStaticEnd QuasiStaticLoading::advance(
-    EnergyAccount& account, const std::function<bool()>& must_suspend,
-    const std::function<void(const LoadState& loads)>& on_equilibrium) {
+QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account, const std::function<bool()>& must_suspend,
+                                           const OnEquilibrium& on_equilibrium) {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   for (;;) {
     if (must_suspend) {
@@ -401,59 +400,67 @@ QuasiStaticEnd QuasiStaticLoading::advance(
       return QuasiStaticEnd::unstable;
     }
     if (next.value > 1) ++n_overloads_;
-    if (next.value < 1) {
-      if (on_equilibrium) on_equilibrium(state);
-      // Increase the loads, kink by kink of the load curves, until a tetrahedron reaches the limit.
-      for (;;) {
-        const double kink = std::min(loads_->next_kink(time_), body_->initial_strain().next_kink(time_));
-        next = first_to_break(kink);
-        if (next.number < 0 && (std::isinf(kink) || !grows())) return QuasiStaticEnd::no_load;
-        const double last_time = time_;
-        time_ = next.number < 0 ? kink : time_ + next.value;
-        combine();
-        if (n_events_ > 0 && is_far(displacement_) && carried_share_->at(time_, unit_) < weak_share) {
-          time_ = last_time;
-          combine();
-          return QuasiStaticEnd::separated;
-        }
-        LoadState reached = measure_loads(*group_, *body_, *loads_, displacement_, time_);
-        account.add_static_work(state, reached);
-        state = std::move(reached);
-        if (on_equilibrium) on_equilibrium(state);
-        if (next.number >= 0) break;
-        group_->enter("static solve");
-        solve_initial_problems({});
-        group_->enter("quasi-static loading");
-      }
-    }
+    if (next.value < 1)
+      if (const auto end = raise_loads(account, on_equilibrium, state, next)) return *end;
     load_ = machine_load(*loads_, state).force;
-    const auto n_counted = std::ssize(body_->breaks());
-    const auto n_bridges = std::ssize(body_->bridge_releases());
-    const std::size_t n_changes = body_->changes().size();
-    for (const auto t : all_breaking(next))
-      body_->release(t, body_->strain(t, displacement_.local()), time_, 0);
-    fracture::update_strengths(*criterion_, *body_, body_->changes().subspan(n_changes));
-    parallel::agree(*group_);
-    body_->release_bridges(*group_, time_, 0,
-                           [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
-    parallel::NodeField before(*group_, body_->subdomain().layout);
-    before.assign(displacement_);
-    ++n_events_;
-    const std::int64_t n_before = n_breaks_;
-    parallel::agree(*group_);
-    n_breaks_ +=
-        parallel::all_reduce<std::int64_t>(*group_, std::ssize(body_->breaks()) - n_counted, MPI_SUM);
-    if (n_before == 0 && n_breaks_ > 0) load_at_first_break_ = load_;
-    const bool has_lost_bridges =
-        parallel::any_of_all(*group_, std::ssize(body_->bridge_releases()) > n_bridges);
-    if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return QuasiStaticEnd::separated;
-    account.add_relaxation(0, before, displacement_);
-    LoadState relaxed = measure_loads(*group_, *body_, *loads_, displacement_, time_);
-    // At constant load only the loads on fragments that have not come loose still do work.
-    state = measure_loads(*group_, *body_, *loads_, before, time_);
-    account.add_static_work(state, relaxed);
-    state = std::move(relaxed);
+    if (!break_and_relax(account, next, state)) return QuasiStaticEnd::separated;
   }
+}
+
+std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& account,
+                                                              const OnEquilibrium& on_equilibrium,
+                                                              LoadState& state, Critical& next) {
+  if (on_equilibrium) on_equilibrium(state);
+  for (;;) {
+    const double kink = std::min(loads_->next_kink(time_), body_->initial_strain().next_kink(time_));
+    next = first_to_break(kink);
+    if (next.number < 0 && (std::isinf(kink) || !grows())) return QuasiStaticEnd::no_load;
+    const double last_time = time_;
+    time_ = next.number < 0 ? kink : time_ + next.value;
+    combine();
+    if (n_events_ > 0 && is_far(displacement_) && carried_share_->at(time_, unit_) < weak_share) {
+      time_ = last_time;
+      combine();
+      return QuasiStaticEnd::separated;
+    }
+    LoadState reached = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+    account.add_static_work(state, reached);
+    state = std::move(reached);
+    if (on_equilibrium) on_equilibrium(state);
+    if (next.number >= 0) return {};
+    group_->enter("static solve");
+    solve_initial_problems({});
+    group_->enter("quasi-static loading");
+  }
+}
+
+bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical& next, LoadState& state) {
+  const auto n_counted = std::ssize(body_->breaks());
+  const auto n_bridges = std::ssize(body_->bridge_releases());
+  const std::size_t n_changes = body_->changes().size();
+  for (const auto t : all_breaking(next))
+    body_->release(t, body_->strain(t, displacement_.local()), time_, 0);
+  fracture::update_strengths(*criterion_, *body_, body_->changes().subspan(n_changes));
+  parallel::agree(*group_);
+  body_->release_bridges(*group_, time_, 0,
+                         [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
+  parallel::NodeField before(*group_, body_->subdomain().layout);
+  before.assign(displacement_);
+  ++n_events_;
+  const std::int64_t n_before = n_breaks_;
+  parallel::agree(*group_);
+  n_breaks_ += parallel::all_reduce<std::int64_t>(*group_, std::ssize(body_->breaks()) - n_counted, MPI_SUM);
+  if (n_before == 0 && n_breaks_ > 0) load_at_first_break_ = load_;
+  const bool has_lost_bridges =
+      parallel::any_of_all(*group_, std::ssize(body_->bridge_releases()) > n_bridges);
+  if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return false;
+  account.add_relaxation(0, before, displacement_);
+  LoadState relaxed = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+  // At constant load only the loads on fragments that have not come loose still do work.
+  state = measure_loads(*group_, *body_, *loads_, before, time_);
+  account.add_static_work(state, relaxed);
+  state = std::move(relaxed);
+  return true;
 }
 
 bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::NodeField& displacement,

@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -64,8 +65,9 @@ public:
   /// @param must_suspend this rank's request, polled after each break; may be empty
   /// @param on_equilibrium called on every rank with the loads before and after each increment, up to a break
   ///   or a kink of a load curve; may be empty
+  using OnEquilibrium = std::function<void(const LoadState& loads)>;
   QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& must_suspend = {},
-                         const std::function<void(const LoadState& loads)>& on_equilibrium = {});
+                         const OnEquilibrium& on_equilibrium = {});
 
   /// Frees most of the solver's memory until resume(). Local.
   void rest() { solver_.rest(); }
@@ -98,6 +100,16 @@ private:
     std::int32_t local = -1;   ///< on this rank, or -1
   };
 
+  /// Increases the loads, kink by kink of the load curves, until a tetrahedron reaches its limit. Collective.
+  /// @param state receives the loads reached
+  /// @param next receives the tetrahedron
+  /// @return the end of the loading, if it comes first
+  std::optional<QuasiStaticEnd> raise_loads(EnergyAccount& account, const OnEquilibrium& on_equilibrium,
+                                            LoadState& state, Critical& next);
+  /// Breaks or softens all that fails with a tetrahedron and solves for the next equilibrium. Collective.
+  /// @param state receives the loads in it
+  /// @return false when the body no longer carries any load
+  bool break_and_relax(EnergyAccount& account, const Critical& next, LoadState& state);
   void solve_unit_problems(const mechanics::Accuracy& accuracy);
   /// Solves for the parts of the initial strain that act or change now and are not solved for yet: of a
   /// history that is a sum of many, few do.
