@@ -51,12 +51,17 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   MeshTimes times{};
   const auto body = geometry::make_body(parameters);
   geometry::MotherPoints base;
+  const auto make_base = [&](int attempt) {
+    const Stopwatch base_clock;
+    base = ensemble::make_base_points(*body, parameters, notify, options.sample, attempt);
+    times.base += base_clock.seconds();
+  };
+  const bool is_own = parameters.mesh.base == input::Base::own;
   const Stopwatch clock;
+  if (!is_own) make_base(0);
   // The attempts of a run.
   geometry::Realization realization = ensemble::with_retries([&](std::uint64_t sample, int attempt) {
-    const Stopwatch base_clock;
-    base = ensemble::make_base_points(*body, parameters, notify, sample, attempt);
-    times.base += base_clock.seconds();
+    if (is_own) make_base(attempt);
     return geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, sample,
                                       attempt);
   })(options.sample);

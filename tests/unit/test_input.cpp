@@ -3,6 +3,8 @@
 #include "crackle/input/reader.h"
 #include "unit/input_samples.h"
 
+#include "support/temporary_folder.h"
+
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -108,7 +110,8 @@ TEST(Input, SamplesHaveBasePointsOfTheirOwnUnlessItSaysOtherwise) {
 }
 
 TEST(Input, PointsAreRelativeToTheInputFile) {
-  const auto folder = std::filesystem::path(::testing::TempDir()) / "crackle_input_points";
+  const test::TemporaryFolder temporary;
+  const auto& folder = temporary.path();
   std::filesystem::create_directories(folder / "sub");
   std::ofstream(folder / "sub" / "cloud.txt") << "0 0 0\n";
   auto tables = minimal_tables();
@@ -118,7 +121,6 @@ TEST(Input, PointsAreRelativeToTheInputFile) {
   ASSERT_TRUE(p.mesh.points.has_value());
   EXPECT_TRUE(std::filesystem::equivalent(*p.mesh.points, folder / "sub" / "cloud.txt"));
   EXPECT_EQ(p.mesh.base, input::Base::shared);
-  std::filesystem::remove_all(folder);
 }
 
 TEST(Input, MaterialAndFractureKeys) {
