@@ -61,7 +61,7 @@ std::optional<std::string> measuring_shortage(const Subject& subject,
   return ensemble::shortage(needed, "measuring the cost", available);
 }
 
-/// What is known of an input or of the first case of a sweep.
+/// Outcome of trying and measuring an input, or the first case of a sweep.
 struct Estimate {
   std::vector<std::string> failures;  ///< reasons why samples would fail
   std::optional<SampleTime> time;     ///< if measured

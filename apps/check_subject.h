@@ -27,7 +27,7 @@ struct Subject {
   double n_nodes() const { return static_cast<double>(realization.nodes.size()); }
   double n_tetrahedra() const { return static_cast<double>(realization.tetrahedra.size()); }
   int n_samples() const { return parameters.ensemble.samples; }
-  /// Of all ranks that share a sample [byte].
+  /// Memory of all ranks that share a sample [byte].
   double memory() const;
   /// "1 sample", "200 samples"
   std::string samples_text() const { return count_text(n_samples(), "sample"); }

@@ -102,18 +102,23 @@ def with_keys(text: str, keys: dict[str, str]) -> str:
 SOME_FAILED = 2
 
 
-def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: int = 1) -> crackle.Ensemble:
+def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: int = 1, beside: Iterable[Path] = ()) -> crackle.Ensemble:
     """The samples of an input, computed in `folder`; a run that was stopped goes on, finished ones are not computed again.
 
     @param may_fail: some samples may fail; without it that is a RunError
     @param ranks: of mpirun, a master and workers; 1 without mpirun
+    @param beside: files that the input finds beside itself
     """
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / "input.toml"
-    unchanged = source.is_file() and source.read_text() == text
+    copies = [(file, folder / file.name) for file in beside]
+    unchanged = source.is_file() and source.read_text() == text and all(
+        copy.is_file() and copy.read_bytes() == file.read_bytes() for file, copy in copies)
     results = folder / "out"
     if not (unchanged and (results / "ensemble.h5").is_file() and (folder / "done").is_file()):
         source.write_text(text)
+        for file, copy in copies:
+            shutil.copy(file, copy)
         (folder / "done").unlink(missing_ok=True)
         if not unchanged:
             shutil.rmtree(results, ignore_errors=True)

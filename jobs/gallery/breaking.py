@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import filecmp
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -60,13 +58,8 @@ def main() -> int:
             folder = arguments.output / (f"{name}-coarse" if arguments.coarse else name)
             problem = PROBLEMS.get(name)
             text = problem.input_text(arguments.coarse) if problem else (GALLERY / f"{name}.toml").read_text()
-            for raster in re.findall(r'(?m)^file = "(.*)"$', text):  # which an input finds beside itself
-                folder.mkdir(parents=True, exist_ok=True)
-                if not ((folder / raster).is_file() and filecmp.cmp(GALLERY / raster, folder / raster, shallow=False)):
-                    shutil.rmtree(folder / "out", ignore_errors=True)  # of another raster
-                    (folder / "done").unlink(missing_ok=True)
-                    shutil.copy(GALLERY / raster, folder)
-            ensemble = run(text, folder, arguments.program, ranks=arguments.ranks)
+            rasters = [GALLERY / raster for raster in re.findall(r'(?m)^file = "(.*)"$', text)]
+            ensemble = run(text, folder, arguments.program, ranks=arguments.ranks, beside=rasters)
             table = rows(problem, ensemble) if problem else []
             for quantity, found, reference in table:
                 print(f"{name}: {quantity}: {found}; reference: {reference}", flush=True)

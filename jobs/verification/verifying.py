@@ -36,7 +36,7 @@ def main() -> int:
                                      "beside the references from the literature. Finished runs are kept.")
     parser.add_argument("cases", nargs="*", metavar="CASE", default=[*CASES], help=f"of {', '.join(CASES)}, or toughness, which is computed "
                         "only when given; all others when none is")
-    parser.add_argument("--readme", action="store_true", help="put the tables of jobs/verification/README.md into it of which all cases were given")
+    parser.add_argument("--readme", action="store_true", help="update the tables of jobs/verification/README.md whose cases were all given")
 
     def verify(arguments: argparse.Namespace) -> int:
         if unknown := {*arguments.cases} - {*CASES, "toughness"}:

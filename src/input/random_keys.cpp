@@ -87,8 +87,9 @@ RandomInput named_number(const Source& source, double exponent) {
     return random;
   }
   for (const std::string_view table : without_random) {
-    const std::string_view rest = std::string_view(*path).substr(std::min(table.size(), path->size()));
-    if (!path->starts_with(table) || !(rest.starts_with('.') || rest.starts_with('['))) continue;
+    if (!path->starts_with(table)) continue;
+    const char next = (*path)[table.size()];
+    if (next != '.' && next != '[') continue;
     source.report("keys of [{}] cannot be random; give {}", table, accepted_random_key);
     return random;
   }
