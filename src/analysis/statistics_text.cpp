@@ -8,7 +8,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -161,12 +160,11 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
 }
 
 void append_patterns(std::string& text, const Statistics& statistics) {
-  constexpr std::array<const char*, n_patterns> names{"none", "one crack", "two cracks", "other"};
   auto out = std::back_inserter(text);
   fmt::format_to(out, "\npattern        share [%]   {:g} % interval\n", 100 * statistics.confidence);
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    fmt::format_to(out, "{:<12} {:>11}   {} to {}\n", names[k], number(100 * statistics.pattern_share[k], 1),
-                   number(100 * statistics.pattern_lower[k], 1),
+  for (int k = 0; k < n_patterns; ++k) {
+    fmt::format_to(out, "{:<12} {:>11}   {} to {}\n", category_name(pattern_categories, k),
+                   number(100 * statistics.pattern_share[k], 1), number(100 * statistics.pattern_lower[k], 1),
                    number(100 * statistics.pattern_upper[k], 1));
   }
 }

@@ -56,6 +56,9 @@ inline bool is_nominal(const ResultInfo& info) {
 /// Words for SampleStatus, as stored in the files.
 inline constexpr const char* status_categories = "0 pending, 1 done, 2 failed";
 
+/// Names of the values of Pattern.
+inline constexpr const char* pattern_categories = "0 none, 1 one crack, 2 two cracks, 3 other";
+
 /// Calls visit(info, member) for every scalar result of a sample, in the order of tables and messages.
 template <class Visit>
 void for_each_result(Visit&& visit) {
@@ -113,8 +116,7 @@ void for_each_result(Visit&& visit) {
           "over; undecided: still breaking after three durations)",
           shares, "outcome", "", 1, "d", "0 unbroken, 1 arrested, 2 separated, 3 in one piece, 4 undecided"},
       &Row::outcome);
-  visit(ResultInfo{"pattern", "", "crack pattern", none, "pattern", "", 1, "d",
-                   "0 none, 1 one crack, 2 two cracks, 3 other"},
+  visit(ResultInfo{"pattern", "", "crack pattern", none, "pattern", "", 1, "d", pattern_categories},
         &Row::pattern);
   visit(
       ResultInfo{
