@@ -26,6 +26,7 @@ import pictures  # noqa: E402
 import problems  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from crackle_runs import run  # noqa: E402
+from small_input import small_input  # noqa: E402
 
 ACCEPTED = {  # what a coarse run may find of each figure; forks of so few samples are a matter of chance
     "paper-plate": [(0, 2)], "pmma-strip": [(1, 2), (1, 90)], "glass-plate": [(7, 20), (25, 45), (45, 80), (0, 6), (0.4, 0.85), (1.2, 3)], "compact-tension": [(0.75, 1.25)],
@@ -105,6 +106,17 @@ class ClosedForms(unittest.TestCase):
         # Euler and Bernoulli's, 5130 N/mm, where shear does not count, and less where it does.
         self.assertAlmostEqual(problems.bar_stiffness(380e9, -1 + 1e-9) / 1e3, 5130, delta=1)
         self.assertAlmostEqual(problems.bar_stiffness(380e9, 0.22) / 1e3, 5047, delta=1)
+
+
+class Pictures(unittest.TestCase):
+    def test_a_small_plate_is_drawn_as_each_kind_of_body(self):
+        with tempfile.TemporaryDirectory() as name:
+            samples = run(small_input(samples=2), Path(name) / "plate", Path(OPTIONS.program))
+            for rings, quasi_static in ((False, False), (True, False), (False, True)):
+                picture = Path(name) / "picture.png"
+                pictures.draw_cracks(picture, samples, rings, quasi_static)
+                self.assertGreater(picture.stat().st_size, 5000)
+                picture.unlink()
 
 
 class Runs(unittest.TestCase):
