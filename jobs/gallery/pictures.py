@@ -90,7 +90,9 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False, quasi_st
         colours = time_colours(float(np.quantile(fast, COLOURED)) if len(fast) else 0, times)
         _draw_materials(panel, plate, sample)
         if len(time):
-            draw_facets(panel, CrackSurface(surface.corners.values, time, *np.zeros((2, len(time)), int), np.inf), colours, times=times)
+            undrawn = np.zeros(len(time), int)
+            facets = CrackSurface(surface.corners.values, time, notch=undrawn, tetrahedron=undrawn, phase_end=np.inf)
+            draw_facets(panel, facets, colours, times=times)
         if rings:
             draw_rings(panel, projected_branching(sample)[["y", "z"]].to_numpy())
         _time_bar(figure, panel, colours, times)

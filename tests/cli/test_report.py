@@ -330,7 +330,7 @@ class Report(Ensembles):
 class Pictures(Ensembles):
     def test_labels_do_not_overlap(self):
         style.apply()
-        for n_samples in (1, 2, 6, 31):
+        for n_samples in (1, 2, 6, 20, 31):
             folder = self.folder.with_name(f"of-{n_samples}")
             write_ensemble(folder, n_samples, failed=(1,) if n_samples > 2 else ())
             ensemble = reading.read_ensemble(folder)

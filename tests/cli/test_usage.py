@@ -90,14 +90,12 @@ class Usage(unittest.TestCase):
         self.assertIn("--part", invoke("run", "--help").stdout)
 
     def test_times(self):
-        good = ("90", "90s", "0.5 h", "10m", "10 min", "2d", "0:01", "30:00", "00:10:00", "1-12", "1-12:30", "1-12:30:00")
-        wrong = ("0", "-1h", "00:00:00", "1:2:3:4", "1-2:3:4:5", "-1:00", "1:-1", "1:2x", "a:b", "1:", ":1", "1-", "8 hours",
-                 "8h30m", "nan", "inf", "1e999")
-        for option, goods, wrongs in (("--time-limit", good, wrong), ("--checkpoint-interval", good[-1:], wrong[:1])):
-            for time in goods:
+        for option in ("--time-limit", "--checkpoint-interval"):
+            for time in ("90", "90s", "0.5 h", "10m", "10 min", "2d", "0:01", "30:00", "00:10:00", "1-12", "1-12:30", "1-12:30:00"):
                 result = invoke("run", "absent.toml", "-o", "out", option, time)
                 self.assertIn("absent.toml: there is no such file", result.stderr, time)
-            for time in wrongs:
+            for time in ("0", "-1h", "00:00:00", "1:2:3:4", "1-2:3:4:5", "-1:00", "1:-1", "1:2x", "a:b", "1:", ":1", "1-", "8 hours",
+                         "8h30m", "nan", "inf", "1e999"):
                 result = invoke("run", OPTIONS.demo, "-o", "out", f"{option}={time}")
                 self.assert_usage_error(result, option, f"'{time}' is not a time above 0", "30min", "8:00:00 (H:MM:SS)")
 
