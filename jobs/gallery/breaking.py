@@ -14,6 +14,7 @@ from PIL import Image
 import pictures
 from crackle import Ensemble
 from crackle_readme import put_block
+from crackle_report.writing import write_light_image
 from crackle_runs import ROOT, command, markdown, run
 from measured import PROBLEMS as MEASURED
 from problems import PROBLEMS as COMPUTED, Problem
@@ -34,7 +35,7 @@ def draw_experiments(problem: Problem, folder: Path, picture: Path, program: Pat
     subprocess.run([ROOT / "tools" / "crackle-report", folder, "--experiments", problem.experiments_file, "--no-animation", "--program", program],
                    check=True)
     with Image.open(folder / "report" / f"{problem.picture}.png") as drawn:
-        drawn.convert("RGB").quantize(64).save(picture, optimize=True)
+        write_light_image(drawn, picture)
 
 
 def main() -> int:
@@ -65,8 +66,9 @@ def main() -> int:
                 print(f"{name}: {quantity}: {found}; reference: {reference}", flush=True)
             print(f"{name}: {len(ensemble)} samples, {ensemble.samples.wall_time.mean():.2g} s each on one core", flush=True)
             if not problem:
-                loads = pictures.breaking_loads(ensemble)
-                print(f"{name}: {np.mean(loads):.4g} ± {np.std(loads, ddof=1):.2g} N, {', '.join(ensemble.samples.outcome.unique())}", flush=True)
+                loads = pictures.breaking_loads(ensemble)  # NaN where nothing pulls, as in a quench
+                load = f"{np.mean(loads):.4g} ± {np.std(loads, ddof=1):.2g} N, " if np.isfinite(loads).all() else ""
+                print(f"{name}: {load}{', '.join(ensemble.samples.outcome.unique())}", flush=True)
             if arguments.keep:
                 if problem and problem.picture:
                     draw_experiments(problem, ensemble.folder, GALLERY / f"{name}.png", arguments.program)

@@ -21,12 +21,19 @@ def write_whole(file: Path, content: bytes) -> None:
     os.replace(partial, file)
 
 
-def write_light_figure(figure: Figure, file: Path, dpi: float) -> None:
+def write_light_image(image: Image.Image, file: Path) -> None:
     """Few pixels and colours make small files; without dither, so that plain areas stay plain."""
-    content, light = io.BytesIO(), io.BytesIO()
-    figure.savefig(content, format="png", dpi=dpi)
-    image = Image.open(content).convert("RGB")
+    light = io.BytesIO()
+    image = image.convert("RGB")
     if image.width > WIDTH:
         image = image.resize((WIDTH, round(WIDTH * image.height / image.width)), Image.Resampling.LANCZOS)
-    image.quantize(N_COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(light, format="png", optimize=True)
+    # The means of clusters: the first palette tints greys.
+    image.quantize(N_COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=8, dither=Image.Dither.NONE).save(light, format="png", optimize=True)
     write_whole(file, light.getvalue())
+
+
+def write_light_figure(figure: Figure, file: Path, dpi: float) -> None:
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=dpi)
+    with Image.open(content) as image:
+        write_light_image(image, file)
