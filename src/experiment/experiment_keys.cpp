@@ -134,8 +134,8 @@ std::vector<BasicKey<Draft>> path_keys() {
   const Range turn{-2 * std::numbers::pi, 2 * std::numbers::pi};
   return {
       file("path", "y_mm,z_mm", "the path was not observed",
-           "the crack's path, from where it began; several arms, the main one first, are separated by blank "
-           "lines or told apart by a column arm",
+           "the crack's path, from where it began; several arms, the compared one first, are separated by "
+           "blank lines or told apart by a column arm",
            &Draft::path),
       quantity<Draft>("path_error", with_example(input::length_dimension, "0.2 mm"), error_range,
                       input::optional("points are exact"), "standard deviation of the points as read",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/statistics.h"
 #include "crackle/experiment/matching.h"
+#include "crackle/geometry/outline.h"
 #include "crackle/input/reader.h"
 
 #include <fmt/format.h>
@@ -22,9 +23,17 @@ std::string body_text(const geometry::Body& body, const input::Parameters& param
   const auto& [lower, upper] = body.bounds();
   std::string text = fmt::format("# The body goes from {} to {}.\n", in_millimetres(lower[1], lower[2]),
                                  in_millimetres(upper[1], upper[2]));
-  for (const geometry::CrackStart& start : body.crack_starts())
-    text += fmt::format("# Cracks start from {} at {}.\n", start.name,
-                        in_millimetres(start.tip[1], start.tip[2]));
+  const geometry::Outline outline = geometry::outline_of(body);
+  for (std::size_t i = 0; i < outline.names.size(); ++i) {
+    const geometry::CrackStart& start = body.crack_starts()[i];
+    if (start.is_free_surface) continue;
+    const double* const slot = &outline.slots[4 * i];  // min and max y, min and max z
+    text += start.is_straight
+                ? fmt::format("# Cracks start from {} at {}.\n", outline.names[i],
+                              in_millimetres(start.tip[1], start.tip[2]))
+                : fmt::format("# Cracks start from the walls of {}, from {} to {}.\n", outline.names[i],
+                              in_millimetres(slot[0], slot[2]), in_millimetres(slot[1], slot[3]));
+  }
   std::vector<std::string> sections;
   for (const input::Section& section : parameters.sections.all()) sections.push_back(input::name_of(section));
   if (!sections.empty()) text += fmt::format("# Sections: {}.\n", fmt::join(sections, "; "));

@@ -356,6 +356,17 @@ TEST(Observation, CracksFromHolesBeginAtTheirWalls) {
   EXPECT_EQ(started({{39, 10}, {30, 10}, {20, 9}}), free_surface);
 }
 
+TEST(ExperimentsTemplate, SaysWhereCracksStart) {
+  test::PlateText plate{R"(size = ["2 mm", "40 mm", "80 mm"])"};
+  plate.holes = {"center = [\"18 mm\", \"44 mm\"]\nradius = \"2.5 mm\""};
+  const input::Parameters parameters = input::parse(plate.text(), "x.toml");
+  const auto body = geometry::make_body(parameters.specimen);
+  const std::string text = experiments_template({}, *body, parameters, "out");
+  EXPECT_THAT(text, HasSubstr("# Cracks start from the walls of hole-0, from y = 15.5 mm, z = 41.5 mm to "
+                              "y = 20.5 mm, z = 46.5 mm.\n"));
+  EXPECT_THAT(text, Not(HasSubstr("free surface"))) << "it has no place";
+}
+
 TEST(Observation, ExperimentsFromAnotherStartAreTurned) {
   // Turned by 180 degrees the plate is the same, and each notch is at the place of the other.
   const auto body = testing::body({2, 16, 24}, {testing::notch(input::Face::y_min, 9, 4, 0.6),
