@@ -11,7 +11,7 @@ namespace {
 /// Rank of a value in ascending values, from 1, made continuous by its distance to its neighbours: below 1
 /// for the first one, and the less the farther it is from all others. Equal values share the largest rank.
 double continuous_rank(const std::vector<double>& sorted, double value) {
-  const auto [first, end] = std::ranges::equal_range(sorted, value);
+  const auto [first, end] = std::equal_range(sorted.begin(), sorted.end(), value);
   const auto rank = static_cast<double>(end - sorted.begin());
   if (end - first > 1 || end == sorted.end()) return rank;
   const double gap_after = *end - value;

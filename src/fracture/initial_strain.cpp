@@ -58,8 +58,8 @@ mechanics::InitialStrain make_initial_strain(const input::Parameters& parameters
   std::vector<mechanics::InitialStrain::Part> parts;
   for (const input::InitialStress& initial : parameters.initial_stresses) {
     const auto extent = input::bounds_of(parameters.specimen)[index(initial.along)];
-    auto& part = parts.emplace_back(mechanics::LoadCurve(1, 0, initial.history));
-    part.strain.resize(index(n));
+    mechanics::InitialStrain::Part& part = parts.emplace_back(mechanics::InitialStrain::Part{
+        mechanics::LoadCurve(1, 0, initial.history), std::vector<Symmetric>(index(n))});
     for (std::int32_t t = 0; t < n; ++t) {
       const std::size_t material = tetrahedra.material_of(index(t));
       if (!initial.material.empty() && initial.material != parameters.materials[material].name) continue;

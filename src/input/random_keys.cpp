@@ -107,8 +107,8 @@ RandomInput named_number(const Source& source, double exponent) {
   if (value->kind == ValueKind::string) {
     std::vector<Dimension> dimensions = known_dimensions(exponent);
     // A rate in 1/s could also be an angular velocity.
-    std::ranges::stable_partition(
-        dimensions, [&](const Dimension& one) { return one.name.ends_with(" " + key->dimension); });
+    std::stable_partition(dimensions.begin(), dimensions.end(),
+                          [&](const Dimension& one) { return one.name.ends_with(" " + key->dimension); });
     for (const Dimension& dimension : dimensions) {
       const Quantity quantity = source.context.units.read(value->string, dimension);
       if (quantity.error != QuantityError::none) continue;
