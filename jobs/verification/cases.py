@@ -40,14 +40,10 @@ def slow_growth(folder: Path, program: Path) -> list[Figure]:
     text = re.sub(r"(?s)\[\[mesh\.region\]\].*?\n\n", "", (JOBS / "griffith-strip.toml").read_text())
     head, _ = text.split('[[boundary]]\non = "z-min"')
     tail = "[time]" + text.split("[time]")[1]
-    parts = [(0.0, 16.0)] + [(16 + 1.25 * i, 16 + 1.25 * (i + 1)) for i in range(16)]  # [mm]
-    loads = "".join(f'[[boundary]]\non = "{face}"\nfix = ["x", "y"]\n' for face in ("z-min", "z-max"))
-    for low, high in parts:
-        travel = 5e-4 * min(1, 1 - 0.7 * ((low + high) / 2 - 16) / 20)
-        region = f'{{ y = ["{low + (1e-3 if low else 0)} mm", "{high} mm"] }}'
-        for face, sign in (("z-min", "-"), ("z-max", "")):
-            loads += (f'[[boundary]]\non = "{face}"\nregion = {region}\n'
-                      f'displacement = ["free", "free", "{sign}{travel:.7g} mm"]\nhistory = [["0 s", 0], ["11 s", 11]]\n')
+    wedge = 'factor = { along = "y", table = [["16 mm", 1], ["36 mm", 0.3]] }'
+    loads = "".join(f'[[boundary]]\non = "{face}"\nfix = ["x", "y"]\n'
+                    f'[[boundary]]\non = "{face}"\ndisplacement = ["free", "free", "{sign}0.0005 mm"]\n'
+                    f'history = [["0 s", 0], ["11 s", 11]]\n{wedge}\n' for face, sign in (("z-min", "-"), ("z-max", "")))
     keys = {"specimen.size": '["2 mm", "36 mm", "12 mm"]', "specimen.notch.at": '"6 mm"', "specimen.notch.depth": '"20 mm"',
             "mesh.spacing": '"1 mm"', "ensemble.samples": "3", "time.arrest": '"1 fs"', "sections.y": '["22 mm", "26 mm", "30 mm"]', "output.frames": "0"}
     samples = run(with_keys(head + loads + tail, keys), folder / "slow-growth", program)

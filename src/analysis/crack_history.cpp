@@ -91,10 +91,11 @@ private:
 };
 
 /// The longest way of each crack start.
-std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurface& surface) {
+std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurface& surface,
+                                   double rayleigh_speed) {
   const auto& starts = body.crack_starts();
   std::vector<TipCourse> courses(starts.size());
-  for (const CrackWay& way : crack_ways(body, surface)) {
+  for (const CrackWay& way : crack_ways(body, surface, rayleigh_speed)) {
     TipCourse& longest = courses[index(way.start)];
     if (way.length() > longest.length()) longest = TipCourse(way);
   }
@@ -128,10 +129,10 @@ std::vector<Releases> releases_of(const CrackSurface& surface, std::size_t n_sta
 }  // namespace
 
 CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
-                           const dynamics::SampleResult& result) {
+                           const dynamics::SampleResult& result, double rayleigh_speed) {
   CrackHistory history;
   const std::size_t n_starts = history.n_starts = body.crack_starts().size();
-  const std::vector<TipCourse> courses = tip_courses(body, surface);
+  const std::vector<TipCourse> courses = tip_courses(body, surface, rayleigh_speed);
   const auto releases = releases_of(surface, n_starts, result);
   std::vector<double> area(n_starts, 0.0);
   const double start = start_of_times(result.breaks, result.phase_start);

@@ -314,9 +314,9 @@ double fastest(const History& history, double window, double spacing) {
 
 }  // namespace
 
-double max_crack_speed(const geometry::Body& body, const CrackSurface& surface) {
+double max_crack_speed(const geometry::Body& body, const CrackSurface& surface, double rayleigh_speed) {
   double largest = not_a_number;
-  for (const CrackWay& way : crack_ways(body, surface)) {
+  for (const CrackWay& way : crack_ways(body, surface, rayleigh_speed)) {
     Front front(body.size()[0], way.spacing, way.window);
     for (const Opened& opened : way.opened) front.open(opened);
     for (const History& history : front.histories())

@@ -13,20 +13,53 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <span>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace crackle::analysis {
 
 namespace {
 
+/// A chain's steps from one branch to another beside it.
+class SideSteps {
+public:
+  /// Takes the steps out of the path.
+  /// @param reached when the crack had opened at each place or farther on [s]
+  SideSteps(std::vector<Polyline::Place>& path, const std::vector<double>& reached, double rayleigh_speed) {
+    Polyline::Place last = path.front();
+    double aside = 0;
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      const Polyline::Place here = path[i];
+      const double ahead = here.advance - last.advance, step = here.across - last.across;
+      if (std::abs(step) > 2 * ahead &&
+          reached[i] - reached[i - 1] < std::hypot(ahead, step) / rayleigh_speed) {
+        aside += step;
+        steps_.push_back({last.advance + ahead / 2, aside});
+      }
+      path[i].across -= aside;
+      last = here;
+    }
+  }
+
+  /// What has been taken out of the path up to here [m].
+  double before(double advance) const {
+    const auto next = std::ranges::upper_bound(steps_, advance, {}, &Polyline::Place::advance);
+    return next == steps_.begin() ? 0 : std::prev(next)->across;
+  }
+
+private:
+  std::vector<Polyline::Place> steps_;  // where, and the sum of all up to there
+};
+
 /// The opened tetrahedra of these facets, sorted so that the order of simultaneous breaks has no influence.
 /// @param facets in order of breaking
-/// @param path,first of the crack along its chord `line`, and the place where the path begins
+/// @param path,steps,first of the crack along its chord `line`, and the place where the path begins
 std::vector<CrackWay::Opened> opened_by(const CrackSurface& surface, std::span<const std::size_t> facets,
                                         const geometry::CrackStart& line, const Polyline& path,
-                                        double first) {
+                                        const SideSteps& steps, double first) {
   std::vector<CrackWay::Opened> all;
   for (std::size_t i = 0; i < facets.size();) {
     const CrackFacet& facet = surface.facets[facets[i]];
@@ -44,7 +77,8 @@ std::vector<CrackWay::Opened> opened_by(const CrackSurface& surface, std::span<c
       }
     }
     const geometry::Point middle = sum / n;
-    opened.place = first + path.foot({line.advance(middle), dot(middle, line.across)});
+    const double advance = line.advance(middle);
+    opened.place = first + path.foot({advance, dot(middle, line.across) - steps.before(advance)});
     all.push_back(opened);
   }
   std::ranges::sort(all, {}, [](const CrackWay::Opened& o) { return std::tie(o.time, o.place, o.x); });
@@ -53,7 +87,8 @@ std::vector<CrackWay::Opened> opened_by(const CrackSurface& surface, std::span<c
 
 }  // namespace
 
-std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface) {
+std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface,
+                                 double rayleigh_speed) {
   std::vector<CrackWay> ways;
   const double thickness = body.size()[0];
   std::vector<CrackLigament> chords = crack_chords(body, surface);
@@ -75,6 +110,9 @@ std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface&
     }
     if (places.size() < 2) continue;
     sort_out(facets);
+    std::vector<double> reached = times;
+    for (std::size_t i = reached.size() - 1; i-- > 0;) reached[i] = std::min(reached[i], reached[i + 1]);
+    const SideSteps steps(places, reached, rayleigh_speed);
     const Polyline path = Polyline(std::move(places)).smoothed(way_smoothing * spacing);
     const double first = std::hypot(path.front().advance, path.front().across - dot(line.tip, line.across));
     const geometry::CrackStart& start = body.crack_starts()[index(chord.start)];
@@ -83,11 +121,9 @@ std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface&
                  spacing,
                  std::max(speed_window_share * ligament, speed_window_spacings * spacing),
                  {},
-                 opened_by(surface, facets, line, path, first)};
+                 opened_by(surface, facets, line, path, steps, first)};
     for (std::size_t i = 0; i < times.size(); ++i)
-      way.points.push_back({first + path.arc_lengths()[i], times[i], times[i]});
-    for (std::size_t i = times.size(); i-- > 1;)
-      way.points[i - 1].reached = std::min(way.points[i - 1].reached, way.points[i].reached);
+      way.points.push_back({first + path.arc_lengths()[i], times[i], reached[i]});
     ways.push_back(std::move(way));
   }
   return ways;

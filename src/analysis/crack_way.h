@@ -43,6 +43,11 @@ struct CrackWay {
 /// the main branch along the chord (find_branches). The through-thickness means of the pieces are smoothed
 /// over way_smoothing spacings to both sides, since their scatter would make the path longer than the crack
 /// is. A tetrahedron of the chain has the place of the nearest point of the path.
-std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface);
+///
+/// Where branches grow side by side, the chain can pass from one to the other. Such a step to the side, by
+/// more than two slabs at once and faster than this speed, is no part of the way.
+/// @param rayleigh_speed that no crack exceeds; infinity: all of the chain counts [m/s]
+std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface,
+                                 double rayleigh_speed);
 
 }  // namespace crackle::analysis

@@ -87,10 +87,11 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.breaks = static_cast<std::int64_t>(result.breaks.size());
   row.crack_area = surface.area();
   // Without crack starts the direction of a crack is unknown.
-  if (!body.crack_starts().empty()) row.crack_speed_max = max_crack_speed(body, surface);
+  const double rayleigh_speed = mechanics::rayleigh_speed(material);
+  if (!body.crack_starts().empty()) row.crack_speed_max = max_crack_speed(body, surface, rayleigh_speed);
   row.energy_error = result.energy_error;
   row.equilibrium_residual = result.equilibrium_residual;
-  row.crack_speed_ratio = row.crack_speed_max / mechanics::rayleigh_speed(material);
+  row.crack_speed_ratio = row.crack_speed_max / rayleigh_speed;
   row.traced_area = body.size()[0] * traced_length(lines);
   row.effective_toughness = row.traced_area > 0 && !result.energy.empty()
                                 ? result.energy.back().released / row.traced_area

@@ -57,11 +57,12 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   analysis.lines = analysis::crack_lines(own_body, analysis.surface, analysis.branches);
   analysis.crossings =
       analysis::section_crossings(own_body, analysis.surface, analysis.branches, own.sections);
-  analysis.summary =
-      analysis::summarize(own_body, result, analysis.surface, analysis.lines, analysis.branches,
-                          analysis.crossings, std::ranges::max(own.materials, {}, mechanics::rayleigh_speed));
+  const input::Material& fastest = std::ranges::max(own.materials, {}, mechanics::rayleigh_speed);
+  analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
+                                         analysis.branches, analysis.crossings, fastest);
   if (own.draw) analysis.summary.inputs = own.draw->values;
-  analysis.history = analysis::crack_history(own_body, analysis.surface, result);
+  analysis.history =
+      analysis::crack_history(own_body, analysis.surface, result, mechanics::rayleigh_speed(fastest));
   return analysis;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_history.h"
+#include "crackle/common/real.h"
 
 #include "support/structured_mesh.h"
 
@@ -36,7 +37,7 @@ protected:
       result.history.push_back(row);
     }
     surface = make_crack_surface(mesh.body(), mesh.realization(), result.breaks, 0);
-    return crack_history(mesh.body(), surface, result);
+    return crack_history(mesh.body(), surface, result, infinity);
   }
 
   StructuredMesh mesh{
@@ -85,7 +86,7 @@ TEST_F(Histories, FollowTheSpeedOfATipThatSlowsDown) {
 TEST_F(Histories, OfAnEarlierPhaseHaveLengthButNoSpeed) {
   auto found = history([&](const Point& p) { return p[1] > 4 && p[1] < 34 ? (p[1] - 4) / 500 : -1; }, 0.06);
   for (auto& row : result.history) row.phase = 0;
-  found = crack_history(mesh.body(), surface, result);
+  found = crack_history(mesh.body(), surface, result, infinity);
   EXPECT_GT(found.length[30], 10);
   for (const double speed : found.speed) EXPECT_TRUE(std::isnan(speed));
 }
@@ -100,7 +101,7 @@ TEST_F(Histories, OfABodyThatNeverRanGrowWithTheLoad) {
   result.phase_start = dynamics::SampleResult::none;
   result.counts.dynamic_phases = 0;
   surface = make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.phase_start);
-  const auto found = crack_history(mesh.body(), surface, result);
+  const auto found = crack_history(mesh.body(), surface, result, infinity);
   for (std::size_t i = 2; i < 19; ++i)
     EXPECT_NEAR(found.length[2 * i], 500 * result.history[i].load_time, 1.2) << i;
 }

@@ -28,8 +28,9 @@ using test::direction;
 
 constexpr double mm = 1e-3, us = 1e-6;
 constexpr double thickness = 0.4 * mm;
-constexpr double step = 0.04 * mm;  // of the squares, at which the energy grows
-constexpr double toughness = 150;   // [J/m^2]
+constexpr double step = 0.04 * mm;      // of the squares, at which the energy grows
+constexpr double toughness = 150;       // [J/m^2]
+constexpr double rayleigh_speed = 900;  // [m/s]
 
 /// A crack as the analysis sees it.
 struct Measured {
@@ -42,7 +43,7 @@ struct Measured {
 };
 
 /// Every tetrahedron of start 0's cracks releases the energy of its facets' area.
-Measured measure(const geometry::Body& body, const CrackSurface& surface) {
+Measured measure(const geometry::Body& body, const CrackSurface& surface, double fastest = rayleigh_speed) {
   constexpr int n_rows = 101;
   std::map<std::int64_t, double> energy;
   for (const CrackFacet& facet : surface.facets) energy[facet.tetrahedron] += toughness * facet.area;
@@ -51,7 +52,7 @@ Measured measure(const geometry::Body& body, const CrackSurface& surface) {
     result.breaks.push_back({tetrahedron, 0, 0, 0, released, 0});
   result.phase_start = 0;
   result.counts.dynamic_phases = 1;
-  Measured found{max_crack_speed(body, surface), {}, {}};
+  Measured found{max_crack_speed(body, surface, fastest), {}, {}};
   for (int i = 0; i < n_rows; ++i) {
     dynamics::HistoryRow row;
     row.phase = 1;
@@ -64,7 +65,7 @@ Measured measure(const geometry::Body& body, const CrackSurface& surface) {
     found.time.push_back(row.energy.time);
     result.history.push_back(row);
   }
-  found.history = crack_history(body, surface, result);
+  found.history = crack_history(body, surface, result, fastest);
   return found;
 }
 
@@ -183,6 +184,23 @@ TEST(CrackWays, LeadToTheFarthestBranch) {
   EXPECT_NEAR(found.length_at(100), 27 * mm, 0.7 * mm);
 }
 
+TEST(CrackWays, StepToBranchesBesideInNoTime) {
+  // The crack meets a branch that has grown beside it, and stops.
+  const Start start = std::move(starts().front());
+  test::FlatCracks made(thickness, step);
+  made.begin(0);
+  const double time = made.add(start.tip, 0, 15 * mm, 500, 0);
+  const Point met = start.tip + 15 * mm * direction(0);
+  const double across = 99.5;  // to the line from the tip to the branch's end
+  made.add(met, across, 5 * mm, 50000, time);
+  made.add(met + 5 * mm * direction(across), 0, 15 * mm, 500, time);
+  const Measured found = measure(*start.body, made.surface());
+  std::printf("with a step to the side: %.2f of 500 m/s\n", found.largest);
+  EXPECT_NEAR(found.largest, 500, 10);
+  EXPECT_NEAR(found.length_at(100), 30 * mm, 0.7 * mm);
+  EXPECT_GT(measure(*start.body, made.surface(), infinity).largest, 900);
+}
+
 TEST(CrackWays, AreTheSameInARoughCrackOfTetrahedra) {
   for (const double spacing : {0.4, 0.6}) {
     for (const double angle : angles) {
@@ -196,7 +214,7 @@ TEST(CrackWays, AreTheSameInARoughCrackOfTetrahedra) {
       });
       const double length = 500 * surface.facets.back().time / crack.mm();
       const double mean_rate = toughness * surface.area() / (length * crack.body().size()[0]);
-      const Measured found = measure(crack.body(), surface);
+      const Measured found = measure(crack.body(), surface, rayleigh_speed / crack.mm());
       double speed = 0, rate = 0, n = 0;
       for (std::size_t row = 25; row < 80; ++row, ++n) {
         speed += found.speed_at(row);

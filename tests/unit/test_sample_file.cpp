@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/packing.h"
+#include "crackle/common/real.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
@@ -205,7 +206,7 @@ TEST_F(SampleFile, HoldsTheHistory) {
                               .probes = {{{1, 2, 3}, {x, 0, 0}, {0, 0, x, 0, 0, 0}}}});
   }
   result.loads = {7, 0, 5};
-  crack_history = analysis::crack_history(mesh.body(), surface, result);
+  crack_history = analysis::crack_history(mesh.body(), surface, result, infinity);
   summary =
       analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
   EXPECT_EQ(summary.peak_load, 7);

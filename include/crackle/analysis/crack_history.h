@@ -29,7 +29,8 @@ struct CrackHistory {
 /// place; the rate is the slope of one fitted to the energy that the tetrahedra of all the start's cracks had
 /// released when the tip came there, divided by the thickness. Both are given for the last dynamic phase,
 /// while the tip is on its way.
+/// @param rayleigh_speed see max_crack_speed [m/s]
 CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
-                           const dynamics::SampleResult& result);
+                           const dynamics::SampleResult& result, double rayleigh_speed);
 
 }  // namespace crackle::analysis

@@ -105,14 +105,14 @@ double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
 /// other in all other cases, and if a crack that belongs to no start covers developed_share of the width.
 Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 
-/// Largest speed of the crack fronts along their own ways over a window [m/s]; 0 if no front advances by a
-/// window during the dynamic phase.
+/// Largest speed of the crack fronts along their own ways over a window [m/s].
 ///
 /// A way is the crack's path in the plane of the plate, in any direction, curved or kinked; that of the main
 /// branch (find_branches) along the straight line from the root to the crack's farthest end (crack_chords).
 /// It is the longest chain of connected pieces (as in crack_lines) across that line, with a smoothed path,
 /// and the tetrahedra of the chain have the arc length of the nearest point of the path. Side branches and
-/// splinters do not count. A window is a share of the ligament from which the crack starts
+/// splinters do not count, nor do the chain's steps from one branch to another beside it, which are faster
+/// than Rayleigh waves. A window is a share of the ligament from which the crack starts
 /// (speed_window_share), measured along the way.
 ///
 /// The front of a start's crack is divided into columns through the thickness, two mean spacings wide. A
@@ -141,6 +141,6 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 /// | 0.3 | 0.1 to 1.5, 0.1 to 5.6 | 0.0 to 0.2, 0.1 to 0.4 | -0.4 to 2.7, 0.5 to 4.3 |
 ///
 /// The largest errors are at a spacing of 0.6 mm in a thickness of 1 mm, where the front is a single column.
-double max_crack_speed(const geometry::Body& body, const CrackSurface& surface);
+double max_crack_speed(const geometry::Body& body, const CrackSurface& surface, double rayleigh_speed);
 
 }  // namespace crackle::analysis
