@@ -76,9 +76,8 @@ def threshold(load: np.ndarray, branched: np.ndarray) -> str:
     profile = likelihood.max(axis=1)
     inside = grid[profile > profile.max() - 1.92]  # half of the 95 % quantile of chi squared with one degree of freedom
     best = grid[profile > profile.max() - 1e-6]  # a plateau where the shares jump from none to all
-    low = f"{inside[0]:.4f}" if inside[0] > grid[0] else f"less than {grid[0]:.4f}"
     high = f"{inside[-1]:.4f}" if inside[-1] < grid[-1] else f"more than {grid[-1]:.4f}"
-    return f"{best.mean():.4f} mm ({low} to {high})"
+    return f"{best.mean():.4f} mm ({f'{inside[0]:.4f} to' if inside[0] > grid[0] else 'up to'} {high})"
 
 
 def figures_of(release: str, folder: Path, program: Path) -> list[Figure]:
