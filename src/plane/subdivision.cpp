@@ -148,8 +148,8 @@ private:
   }
 
   void cut(const std::array<int, 2>& a, const std::array<int, 2>& b) {
-    const bool touched = cut_at_ends(a, b), touches = cut_at_ends(b, a);
-    if (touched || touches || a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]) return;
+    const bool a_is_cut = cut_at_ends(a, b), b_is_cut = cut_at_ends(b, a);
+    if (a_is_cut || b_is_cut || a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]) return;
     const auto p =
         crossing(corners_[index(a[0])], corners_[index(a[1])], corners_[index(b[0])], corners_[index(b[1])]);
     if (!p) return;
