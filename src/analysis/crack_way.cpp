@@ -23,35 +23,51 @@ namespace crackle::analysis {
 
 namespace {
 
+Polyline::Place operator-(const Polyline::Place& a, const Polyline::Place& b) {
+  return {a.advance - b.advance, a.across - b.across};
+}
+
 /// A chain's steps from one branch to another beside it.
 class SideSteps {
 public:
-  /// Takes the steps out of the path.
+  /// Takes the steps out of the path: what is left of each is as long as a crack can run meanwhile.
   /// @param reached when the crack had opened at each place or farther on [s]
-  SideSteps(std::vector<Polyline::Place>& path, const std::vector<double>& reached, double rayleigh_speed) {
-    Polyline::Place last = path.front();
-    double aside = 0;
-    for (std::size_t i = 1; i < path.size(); ++i) {
-      const Polyline::Place here = path[i];
+  SideSteps(std::vector<Polyline::Place>& path, const std::vector<double>& reached, double spacing,
+            double rayleigh_speed) {
+    Polyline::Place last = path.front(), out{0, 0};
+    for (std::size_t i = 1; i < path.size();) {
+      // To the next place at which the crack was before it was farther on.
+      std::size_t next = i;
+      while (next + 1 < path.size() && reached[next + 1] == reached[i]) ++next;
+      const Polyline::Place here = path[next];
       const double ahead = here.advance - last.advance, step = here.across - last.across;
-      if (std::abs(step) > 2 * ahead &&
-          reached[i] - reached[i - 1] < std::hypot(ahead, step) / rayleigh_speed) {
-        aside += step;
-        steps_.push_back({last.advance + ahead / 2, aside});
+      const double run = rayleigh_speed * (reached[next] - reached[i - 1]);
+      const bool is_step = std::abs(step) > 2 * spacing && std::hypot(ahead, step) > run;
+      const double left = std::isfinite(run) ? std::clamp(run, 0.01 * ahead, ahead) : ahead;
+      const double pace = left / static_cast<double>(next + 1 - i);
+      for (std::size_t k = i; k <= next; ++k)
+        path[k] = is_step ? Polyline::Place{path[k - 1].advance + pace, path[k - 1].across} : path[k] - out;
+      if (is_step) {
+        out = here - path[next];
+        steps_.push_back({last.advance + ahead / 2, out});
       }
-      path[i].across -= aside;
       last = here;
+      i = next + 1;
     }
   }
 
-  /// What has been taken out of the path up to here [m].
-  double before(double advance) const {
-    const auto next = std::ranges::upper_bound(steps_, advance, {}, &Polyline::Place::advance);
-    return next == steps_.begin() ? 0 : std::prev(next)->across;
+  /// A place without the steps before it.
+  Polyline::Place without(const Polyline::Place& place) const {
+    const auto next = std::ranges::upper_bound(steps_, place.advance, {}, &Step::at);
+    return next == steps_.begin() ? place : place - std::prev(next)->out;
   }
 
 private:
-  std::vector<Polyline::Place> steps_;  // where, and the sum of all up to there
+  struct Step {
+    double at;            ///< advance [m]
+    Polyline::Place out;  ///< sum of what has been taken out up to there
+  };
+  std::vector<Step> steps_;
 };
 
 /// The opened tetrahedra of these facets, sorted so that the order of simultaneous breaks has no influence.
@@ -77,8 +93,7 @@ std::vector<CrackWay::Opened> opened_by(const CrackSurface& surface, std::span<c
       }
     }
     const geometry::Point middle = sum / n;
-    const double advance = line.advance(middle);
-    opened.place = first + path.foot({advance, dot(middle, line.across) - steps.before(advance)});
+    opened.place = first + path.foot(steps.without({line.advance(middle), dot(middle, line.across)}));
     all.push_back(opened);
   }
   std::ranges::sort(all, {}, [](const CrackWay::Opened& o) { return std::tie(o.time, o.place, o.x); });
@@ -112,7 +127,7 @@ std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface&
     sort_out(facets);
     std::vector<double> reached = times;
     for (std::size_t i = reached.size() - 1; i-- > 0;) reached[i] = std::min(reached[i], reached[i + 1]);
-    const SideSteps steps(places, reached, rayleigh_speed);
+    const SideSteps steps(places, reached, spacing, rayleigh_speed);
     const Polyline path = Polyline(std::move(places)).smoothed(way_smoothing * spacing);
     const double first = std::hypot(path.front().advance, path.front().across - dot(line.tip, line.across));
     const geometry::CrackStart& start = body.crack_starts()[index(chord.start)];

@@ -44,8 +44,8 @@ struct CrackWay {
 /// over way_smoothing spacings to both sides, since their scatter would make the path longer than the crack
 /// is. A tetrahedron of the chain has the place of the nearest point of the path.
 ///
-/// Where branches grow side by side, the chain can pass from one to the other. Such a step to the side, by
-/// more than two slabs at once and faster than this speed, is no part of the way.
+/// Where branches grow side by side, the chain can pass from one to the other. Of such a step to the side, by
+/// more than two spacings and faster than a crack runs, only what it could run meanwhile is part of the way.
 /// @param rayleigh_speed that no crack exceeds; infinity: all of the chain counts [m/s]
 std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface,
                                  double rayleigh_speed);
