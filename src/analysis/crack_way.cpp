@@ -42,14 +42,13 @@ public:
       const Polyline::Place here = path[next];
       const double ahead = here.advance - last.advance, step = here.across - last.across;
       const double run = rayleigh_speed * (reached[next] - reached[i - 1]);
-      const bool is_step = std::abs(step) > 2 * spacing && std::hypot(ahead, step) > run;
-      const double left = std::isfinite(run) ? std::clamp(run, 0.01 * ahead, ahead) : ahead;
-      const double pace = left / static_cast<double>(next + 1 - i);
-      for (std::size_t k = i; k <= next; ++k)
-        path[k] = is_step ? Polyline::Place{path[k - 1].advance + pace, path[k - 1].across} : path[k] - out;
-      if (is_step) {
+      if (std::abs(step) > 2 * spacing && std::hypot(ahead, step) > run) {
+        const double pace = std::clamp(run, 0.01 * ahead, ahead) / static_cast<double>(next + 1 - i);
+        for (std::size_t k = i; k <= next; ++k) path[k] = {path[k - 1].advance + pace, path[k - 1].across};
         out = here - path[next];
         steps_.push_back({last.advance + ahead / 2, out});
+      } else {
+        for (std::size_t k = i; k <= next; ++k) path[k] = path[k] - out;
       }
       last = here;
       i = next + 1;

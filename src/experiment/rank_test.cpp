@@ -11,6 +11,7 @@ namespace {
 /// Rank of a value in ascending values, from 1, made continuous by its distance to its neighbours: below 1
 /// for the first one, and the less the farther it is from all others. Equal values share the largest rank.
 double continuous_rank(const std::vector<double>& sorted, double value) {
+  // Not of std::ranges, whose subranges of GCC 12 are beyond clang 14.
   const auto [first, end] = std::equal_range(sorted.begin(), sorted.end(), value);
   const auto rank = static_cast<double>(end - sorted.begin());
   if (end - first > 1 || end == sorted.end()) return rank;

@@ -101,7 +101,7 @@ struct Residue {
 };
 
 Residue residue_of(const InitialStress& stress, const std::pair<double, double>& extent) {
-  const double lower = extent.first, upper = extent.second;
+  const double lower = extent.first, upper = extent.second;  // clang 14 captures no structured bindings
   std::vector<double> places{lower};
   for (const auto& [place, value] : stress.profile)
     if (place > lower && place < upper) places.push_back(place);

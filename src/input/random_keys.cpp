@@ -106,7 +106,8 @@ RandomInput named_number(const Source& source, double exponent) {
   }
   if (value->kind == ValueKind::string) {
     std::vector<Dimension> dimensions = known_dimensions(exponent);
-    // A rate in 1/s could also be an angular velocity.
+    // A rate in 1/s could also be an angular velocity. (Not of std::ranges, whose subranges of GCC 12 are
+    // beyond clang 14.)
     std::stable_partition(dimensions.begin(), dimensions.end(),
                           [&](const Dimension& one) { return one.name.ends_with(" " + key->dimension); });
     for (const Dimension& dimension : dimensions) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cracks that start at a slanted slot, at a hole, on the free surface and inside the body.
 #include "crackle/analysis/crack_ligaments.h"
-#include "crackle/common/real.h"
 
 #include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_path.h"
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/geometry/outline.h"
 #include "support/body_of_shape.h"
 #include "support/flat_cracks.h"

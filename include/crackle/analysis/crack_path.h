@@ -112,8 +112,8 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 /// It is the longest chain of connected pieces (as in crack_lines) across that line, with a smoothed path,
 /// and the tetrahedra of the chain have the arc length of the nearest point of the path. Side branches and
 /// splinters do not count, nor do the chain's steps from one branch to another beside it, which are faster
-/// than Rayleigh waves. A window is a share of the ligament from which the crack starts
-/// (speed_window_share), measured along the way.
+/// than rayleigh_speed, the material's [m/s]. A window is a share of the ligament from which the crack
+/// starts (speed_window_share), measured along the way.
 ///
 /// The front of a start's crack is divided into columns through the thickness, two mean spacings wide. A
 /// column advances when a tetrahedron opens ahead of all earlier ones, to the mean position of its facets; in
