@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle check: validates an input file and estimates the cost of running it.
 #include "crackle/common/failure.h"
+#include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/memory.h"
 #include "crackle/geometry/body.h"
@@ -71,6 +72,9 @@ struct Estimate {
 Estimate print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
   const auto body = geometry::make_body(parameters);
   const auto available = ensemble::available_memory();
+  for (const std::string& warning : dynamics::model_warnings(parameters, *body))
+    fmt::print("Warning: {}\n\n", warning);
+  std::fflush(stdout);
   geometry::MotherPoints base;
   const Subject subject = make_subject(parameters, *body, base);
   print_subject(subject, available);

@@ -5,7 +5,6 @@
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
-#include "crackle/dynamics/model_limits.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
@@ -242,8 +241,6 @@ void print_subject(const Subject& subject, const ensemble::AvailableMemory& avai
   fmt::print("{}{}", input::aligned(subject_rows(subject, available.bytes)),
              refining_regions_text(parameters));
   for (const auto& warning : fracture::resolution_warnings(parameters, subject.body, subject.phase.grid.step))
-    fmt::print("\nWarning: {}\n", warning);
-  for (const auto& warning : dynamics::model_warnings(parameters, subject.body))
     fmt::print("\nWarning: {}\n", warning);
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);

@@ -32,6 +32,8 @@ constexpr double compressible = 0.4;
 /// Range of the share of an end held by a plane of symmetry ahead of a crack: a support is smaller, a roller
 /// along the whole end larger.
 constexpr double least_ligament = 0.25, greatest_ligament = 0.98;
+/// A mesh this many times finer than any spacing given is hardly meant.
+constexpr double hardly_meant = 50;
 /// Loading within this many wave transits is fast.
 constexpr double few_transits = 5;
 
@@ -187,6 +189,19 @@ std::string symmetry_warning(const input::Parameters& parameters, const geometry
   return {};
 }
 
+/// Warns of a detail that makes the mesh far finer than any spacing given, like lines that nearly coincide.
+std::string tiny_detail_warning(const input::Parameters& parameters, const geometry::Body& body) {
+  if (parameters.mesh.points) return {};
+  const geometry::SpacingField spacing(body, parameters.mesh);
+  const geometry::SpacingSource* const detail = spacing.finest();
+  const double given = parameters.mesh.finest_spacing();
+  if (!detail || !(hardly_meant * detail->spacing < given)) return {};
+  return fmt::format(
+      "{} makes the mesh as fine as {}, with {} as the finest spacing given, and may need millions of "
+      "points; lines and corners that should coincide need equal coordinates",
+      detail->reason, quantity_text(detail->spacing, "m"), quantity_text(given, "m"));
+}
+
 }  // namespace
 
 double bending_stiffness_ratio(double cells) {
@@ -210,7 +225,8 @@ double locking_load_ratio(double poisson_ratio) {
 std::vector<std::string> model_warnings(const input::Parameters& parameters, const geometry::Body& body) {
   std::vector<std::string> warnings = input::plausibility_warnings(parameters);
   for (std::string text :
-       {bending_warning(parameters, body), locking_warning(parameters), symmetry_warning(parameters, body)})
+       {bending_warning(parameters, body), locking_warning(parameters), symmetry_warning(parameters, body),
+        tiny_detail_warning(parameters, body)})
     if (!text.empty()) warnings.push_back(std::move(text));
   return warnings;
 }

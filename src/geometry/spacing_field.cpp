@@ -89,12 +89,15 @@ double SpacingField::largest_growth() const {
   return growth;
 }
 
+const SpacingSource* SpacingField::finest() const {
+  return sources_.empty() ? nullptr : &*std::ranges::min_element(sources_, {}, &SpacingSource::spacing);
+}
+
 std::string SpacingField::range_text() const {
-  const auto finest = std::min_element(sources_.begin(), sources_.end(),
-                                       [](const auto& a, const auto& b) { return a.spacing < b.spacing; });
-  if (finest == sources_.end()) return fmt::format("the spacing is {:.3g} mm", far_ * 1e3);
+  const SpacingSource* const least = finest();
+  if (!least) return fmt::format("the spacing is {:.3g} mm", far_ * 1e3);
   return fmt::format("the spacing is {:.3g} mm at its finest ({}) and {:.3g} mm at its coarsest",
-                     finest->spacing * 1e3, finest->reason, far_ * 1e3);
+                     least->spacing * 1e3, least->reason, far_ * 1e3);
 }
 
 }  // namespace crackle::geometry

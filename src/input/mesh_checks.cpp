@@ -66,8 +66,7 @@ void check_softening(const Parameters& parameters, Findings& findings) {
   for (const char* const key : {"fracture.strength", "fracture.toughness", "fracture.softening", "material"})
     if (findings.faulty(key)) return;
   const Mesh& mesh = parameters.mesh;
-  double finest = std::min(mesh.spacing, mesh.notch_spacing > 0 ? mesh.notch_spacing : mesh.spacing);
-  for (const MeshRegion& region : mesh.regions) finest = std::min(finest, region.spacing);
+  const double finest = mesh.finest_spacing();
   const double limit = snap_back_spacing(parameters);
   if (finest < limit || mesh.points) return;
   findings.report(

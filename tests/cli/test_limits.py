@@ -112,6 +112,24 @@ fix = ["y"]
     def test_loads_above_the_first_break_are_refused(self):
         self.assert_same_refusal(PULLED.replace('"0 N"]', '"5 kN"]'), "the load at time 0, 5000 N, exceeds that of the first break")
 
+    def test_lines_that_nearly_coincide_are_told(self):
+        halves = """[[boundary]]
+on = "z-max"
+region = {{ y = ["0 mm", "5 mm"] }}
+velocity = ["free", "free", "1 mm/s"]
+[[boundary]]
+on = "z-max"
+region = {{ y = ["{} mm", "10 mm"] }}
+velocity = ["free", "free", "1 mm/s"]
+"""
+        whole = PLATE[PLATE.index('[[boundary]]\non = "z-max"'):PLATE.index("[time]")]
+        told = ("the region of boundary[1] makes the mesh as fine as 5 um, with 1 mm as the finest spacing given, and may need millions "
+                "of points; lines and corners that should coincide need equal coordinates")
+        near = PLATE.replace(whole, halves.format("5.005"))
+        self.assertIn(f"Warning: {told}\n", self.call(near, "check", "--no-measure").stdout)
+        self.assertIn(f"warning: {told}\n", self.call(near, "run", "-o", "out").stdout)
+        self.assertNotIn("Warning", self.call(PLATE.replace(whole, halves.format("5")), "check", "--no-measure").stdout)
+
     def test_a_blow_is_not_taken_for_a_weak_load(self):
         blow = (ROOT / "jobs" / "verification" / "kalthoff.toml").read_text().replace('spacing = "2 mm"', 'spacing = "4 mm"')
         self.assertNotIn("far from breaking", self.call(blow, "check").stdout)

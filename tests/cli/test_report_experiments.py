@@ -35,6 +35,7 @@ N = 12
 HELD_OUT = 0  # the first sample whose crack has several points
 SCALE = 0.13e-3  # of a pixel [m]
 ORIGIN = (1e-3, 14e-3)  # of the experiment's axes in the body [m]
+OTHER_ARM = ((8e-3, 15e-3), (12e-3, 18e-3))  # of the path, not compared [m]
 
 
 def photograph(frames, k: int, file: Path, light_field: bool, is_reversed: bool, random: np.random.Generator) -> str:
@@ -59,7 +60,8 @@ class Experiments(unittest.TestCase):
         files = SampleFiles(cls.out)
         HELD_OUT = next(sample for sample in range(N) if len(files.lines(sample)[0].points) >= 3)
         frames, line = files.frames(HELD_OUT), files.lines(HELD_OUT)[0].points
-        (cls.folder / "path.csv").write_text("y_mm,z_mm\n" + "".join(f"{1e3 * (y - ORIGIN[0])},{1e3 * (z - ORIGIN[1])}\n" for y, z in line))
+        (cls.folder / "path.csv").write_text("y_mm,z_mm\n" + "".join(f"{1e3 * (y - ORIGIN[0])},{1e3 * (z - ORIGIN[1])}\n" for y, z in line)
+                                             + "\n" + "".join(f"{1e3 * (y - ORIGIN[0])},{1e3 * (z - ORIGIN[1])}\n" for y, z in OTHER_ARM))
         random = np.random.default_rng(1)
         pictures = [photograph(frames, k, cls.folder / f"{k}.png", k == 1, k == 2, random) for k in (0, 1, 2)]
         cls.file = cls.folder / "experiments.toml"
@@ -85,6 +87,9 @@ class Experiments(unittest.TestCase):
         self.assertEqual(len(section.pictures), 3)
         for picture in section.pictures:
             self.assertEqual(overlapping_texts(picture.figure), [], picture.name)
+        body = section.pictures[0].figure.axes[0]
+        self.assertEqual([text.get_text() for text in body.get_legend().get_texts()], ["other arms, not compared"])
+        np.testing.assert_allclose(body.get_legend_handles_labels()[0][0].get_xydata(), 1e3 * np.array(OTHER_ARM))
         # Wrong by 2 mm in its place, or of the other field, a picture is not that of the sample.
         for change in ({"corner": np.array(experiment["observed"]["pictures"][0]["corner"]) + 2e-3}, {"light_field": True}):
             one = {**experiment, "observed": {"pictures": [{**experiment["observed"]["pictures"][0], **change}]}, "by": {}}

@@ -33,6 +33,8 @@ public:
   double upper_bound(const Box& region) const;  ///< a bound over a box [m]
   double largest_growth() const;                ///< bound on the change per unit distance
 
+  /// The source of the smallest spacing; null where none makes the mesh finer.
+  const SpacingSource* finest() const;
   /// For messages: the smallest spacing with its reason, and the largest one.
   std::string range_text() const;
 

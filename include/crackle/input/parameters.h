@@ -9,6 +9,7 @@
 #include "crackle/input/profile.h"
 #include "crackle/plane/shape.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -201,6 +202,13 @@ struct Mesh {
   std::optional<std::filesystem::path> points;  ///< file with base mother points, to be used instead
   std::string points_digest;  ///< of that file's contents, which are part of the input; empty without a file
   std::vector<MeshRegion> regions;
+
+  /// The finest spacing that the input gives [m].
+  double finest_spacing() const {
+    double finest = notch_spacing > 0 ? std::min(spacing, notch_spacing) : spacing;
+    for (const MeshRegion& region : regions) finest = std::min(finest, region.spacing);
+    return finest;
+  }
 };
 
 enum class Distribution { weibull, lognormal };

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from crackle.units import Unit
 
 from .. import style, tables
 from ..drawing import Sheet, draw_facets, draw_grid, draw_plate, time_bar, time_colours
@@ -168,11 +169,15 @@ def _overlay(ensemble: Ensemble, experiment: dict[str, Any], photograph: Photogr
         for j, line in enumerate(ensemble.files.lines(nearest["sample"])):
             axes.plot(*lengths.of(line.points.T), color=style.NOTCH_COLOURS[k + 3], linewidth=1.4,
                       label=f"sample {nearest['sample']}" if j == 0 else None)
-    for k, line in enumerate(experiment["observed"]["lines"]):
-        axes.plot(*lengths.of(np.array(line).T), "--", color=EXPERIMENT, linewidth=1.4, label="path as read off" if k == 0 else None)
+    _draw_read_off(axes, experiment["observed"]["lines"], lengths, "path as read off")
     axes.set_title(f"{experiment['name']}, t = {ensemble.times.of(photograph.time):.3g} {ensemble.times.name}", pad=3, fontweight="bold")
     axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1))
     return figure
+
+
+def _draw_read_off(axes: Axes, lines: Sequence[Sequence[Sequence[float]]], lengths: Unit, label: str) -> None:
+    for k, line in enumerate(lines):
+        axes.plot(*lengths.of(np.array(line).T), "--", color=EXPERIMENT, linewidth=1.4, label=label if k == 0 else None)
 
 
 def _path(ensemble: Ensemble, experiment: dict[str, Any]) -> Figure:
@@ -200,6 +205,9 @@ def _path(ensemble: Ensemble, experiment: dict[str, Any]) -> Figure:
     along.fill_between(lengths.of(way), lengths.of(low), lengths.of(high), color=BAND, alpha=0.2, linewidth=0,
                        label=f"{100 * found['band_level']:.3g} % band of whole paths")
     body.plot(*curve(offset), color=EXPERIMENT, linewidth=1.6)
+    if others := experiment["observed"]["lines"][1:]:
+        _draw_read_off(body, others, lengths, "other arms, not compared")
+        body.legend(loc="best")
     along.plot(lengths.of(way), lengths.of(offset), color=EXPERIMENT, linewidth=1.6, label=experiment["name"])
     along.plot([], [], color=style.BEFORE_ONSET, linewidth=0.8, label=f"{len(samples)} samples")
     body.set_xlabel(lengths.label("y"))
