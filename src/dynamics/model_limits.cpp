@@ -224,9 +224,8 @@ double locking_load_ratio(double poisson_ratio) {
 
 std::vector<std::string> model_warnings(const input::Parameters& parameters, const geometry::Body& body) {
   std::vector<std::string> warnings = input::plausibility_warnings(parameters);
-  for (std::string text :
-       {bending_warning(parameters, body), locking_warning(parameters), symmetry_warning(parameters, body),
-        tiny_detail_warning(parameters, body)})
+  for (std::string text : {bending_warning(parameters, body), locking_warning(parameters),
+                           symmetry_warning(parameters, body), tiny_detail_warning(parameters, body)})
     if (!text.empty()) warnings.push_back(std::move(text));
   return warnings;
 }
