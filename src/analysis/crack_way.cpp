@@ -72,10 +72,9 @@ private:
 /// The opened tetrahedra of these facets, sorted so that the order of simultaneous breaks has no influence.
 /// @param facets in order of breaking
 /// @param path,steps,first of the crack along its chord `line`, and the place where the path begins
-/// @param spacing mean, of the crack
 std::vector<CrackWay::Opened> opened_by(const CrackSurface& surface, std::span<const std::size_t> facets,
                                         const geometry::CrackStart& line, const Polyline& path,
-                                        const SideSteps& steps, double first, double spacing) {
+                                        const SideSteps& steps, double first) {
   std::vector<CrackWay::Opened> all;
   for (std::size_t i = 0; i < facets.size();) {
     const CrackFacet& facet = surface.facets[facets[i]];
@@ -93,8 +92,7 @@ std::vector<CrackWay::Opened> opened_by(const CrackSurface& surface, std::span<c
       }
     }
     const geometry::Point middle = sum / n;
-    opened.place = first + path.along(steps.without({line.advance(middle), dot(middle, line.across)}),
-                                      beside_path * spacing);
+    opened.place = first + path.foot(steps.without({line.advance(middle), dot(middle, line.across)}));
     all.push_back(opened);
   }
   std::ranges::sort(all, {}, [](const CrackWay::Opened& o) { return std::tie(o.time, o.place, o.x); });
@@ -137,7 +135,7 @@ std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface&
                  spacing,
                  std::max(speed_window_share * ligament, speed_window_spacings * spacing),
                  {},
-                 opened_by(surface, facets, line, path, steps, first, spacing)};
+                 opened_by(surface, facets, line, path, steps, first)};
     for (std::size_t i = 0; i < times.size(); ++i)
       way.points.push_back({first + path.arc_lengths()[i], times[i], reached[i]});
     ways.push_back(std::move(way));

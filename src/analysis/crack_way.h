@@ -12,8 +12,6 @@ namespace crackle::analysis {
 
 /// The path of a way is smoothed over this many spacings to both sides.
 inline constexpr double way_smoothing = 3;
-/// What lies farther from the path is a branch beside it [spacings].
-inline constexpr double beside_path = 1.5;
 
 /// A crack that runs in any direction, curved or kinked, as a course along its own path. Its places are arc
 /// lengths from the root in the plane of the plate.
@@ -44,9 +42,7 @@ struct CrackWay {
 /// The path is that of the longest chain of connected pieces in slabs across the chord (longest_chain), of
 /// the main branch along the chord (find_branches). The through-thickness means of the pieces are smoothed
 /// over way_smoothing spacings to both sides, since their scatter would make the path longer than the crack
-/// is. A tetrahedron of the chain has the place of the nearest point of the path. One that lies more than
-/// beside_path spacings from it belongs to a branch beside it, which would count ahead of its tip where the
-/// path turns towards it: such a tetrahedron has the place of the point that is as far along the chord.
+/// is. A tetrahedron of the chain has the place of the nearest point of the path.
 ///
 /// Where branches grow side by side, the chain can pass from one to the other. Of such a step to the side, by
 /// more than two spacings and faster than a crack runs, only what it could run meanwhile is part of the way.

@@ -52,7 +52,7 @@ double Polyline::direction(double from, double to) const {
   return is_backward ? angle + std::numbers::pi : angle;
 }
 
-double Polyline::along(const Place& p, double beside) const {
+double Polyline::foot(const Place& p) const {
   double least = infinity;
   double foot = 0;
   for (std::size_t i = 1; i < places_.size(); ++i) {
@@ -71,15 +71,7 @@ double Polyline::along(const Place& p, double beside) const {
     least = distance;
     foot = arc_length_[i - 1] + share * length;
   }
-  return least > beside ? abreast(p.advance) : foot;
-}
-
-double Polyline::abreast(double advance) const {
-  std::size_t end = 1;
-  while (end + 1 < places_.size() && places_[end].advance < advance) ++end;
-  const double part = places_[end].advance - places_[end - 1].advance;
-  const double length = arc_length_[end] - arc_length_[end - 1];
-  return arc_length_[end - 1] + (part > 0 ? (advance - places_[end - 1].advance) / part * length : 0);
+  return foot;
 }
 
 Polyline Polyline::smoothed(double reach) const {

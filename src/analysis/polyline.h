@@ -25,9 +25,8 @@ public:
   double direction(double from, double to) const;
 
   /// Arc length of the point nearest to p of the path, straight on beyond its ends: there it is negative or
-  /// more than length(). If that is farther away than `beside`, the one of the first point with p's advance
-  /// [m].
-  double along(const Place& p, double beside) const;
+  /// more than length() [m].
+  double foot(const Place& p) const;
 
   /// The path without the scatter of its points: each is moved to the straight line fitted to those within
   /// `reach` to both sides along the path, or within twice as much to one side at an end.
@@ -37,8 +36,6 @@ private:
   /// The segment that contains an arc length, by the index of its end.
   std::size_t segment(double length) const;
   Place at(double length) const;
-  /// Arc length of the first point with this advance [m].
-  double abreast(double advance) const;
 
   std::vector<Place> places_;
   std::vector<double> arc_length_;

@@ -133,7 +133,7 @@ std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSumm
   if (summary.status != SampleStatus::done || !(summary.crack_speed_ratio > 1)) return std::nullopt;
   return fmt::format(
       "warning: sample {}: a crack speed of {:.0f} m/s is {:.2f} times the Rayleigh speed, the limit for an "
-      "opening crack",
+      "opening crack; it is overestimated where cracks meet or branches run side by side",
       sample, summary.crack_speed_max, summary.crack_speed_ratio);
 }
 

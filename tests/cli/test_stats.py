@@ -475,7 +475,8 @@ class Stats(unittest.TestCase):
     def test_cracks_faster_than_the_rayleigh_speed_are_warned_of(self):
         number = int(self.sample.stem)
         for ratio, expected in ((0.99, []), (1.25, [f"warning: sample {number}: a crack speed of 1234 m/s is 1.25 times "
-                                                    "the Rayleigh speed, the limit for an opening crack"])):
+                                                    "the Rayleigh speed, the limit for an opening crack; it is overestimated "
+                                                    "where cracks meet or branches run side by side"])):
             with opened(self.sample) as root:
                 root["summary/crack_speed_max"][()] = 1234
                 root["summary/crack_speed_ratio"][()] = ratio

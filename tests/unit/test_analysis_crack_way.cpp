@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Speed and energy release rate of cracks in any direction from where they start.
-#include "analysis/polyline.h"
 #include "crackle/analysis/crack_history.h"
 #include "crackle/analysis/crack_path.h"
 #include "support/flat_cracks.h"
@@ -200,22 +199,6 @@ TEST(CrackWays, StepToBranchesBesideInNoTime) {
   EXPECT_NEAR(found.largest, 500, 10);
   EXPECT_NEAR(found.length_at(100), 30 * mm, 0.7 * mm);
   EXPECT_GT(measure(*start.body, made.surface(), infinity).largest, 900);
-}
-
-TEST(CrackWays, PlaceBranchesBesideAbreast) {
-  // Straight, then 30 degrees down: what lies below would be nearest to points far ahead.
-  const double c = std::cos(std::numbers::pi / 6), s = std::sin(std::numbers::pi / 6);
-  const Polyline path({{0, 0}, {10, 0}, {10 + 20 * c, -20 * s}});
-  for (const double way : {2.0, 12.0, 15.0, 25.0})
-    for (const double aside : {-4.0, -0.5, 0.0, 0.5, 4.0}) {
-      const bool is_straight = way < 10;
-      const Polyline::Place place = is_straight
-                                        ? Polyline::Place{way, aside}
-                                        : Polyline::Place{10 + (way - 10) * c, -(way - 10) * s + aside};
-      const double nearest = is_straight ? way : way - s * aside;
-      EXPECT_NEAR(path.along(place, 1), std::abs(aside) < 1 ? nearest : way, 1e-12) << way << " " << aside;
-    }
-  EXPECT_NEAR(path.along({12, -4}, infinity), 10 + 2 * c + 4 * s, 1e-12);
 }
 
 TEST(CrackWays, AreTheSameInARoughCrackOfTetrahedra) {
