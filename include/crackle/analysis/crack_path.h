@@ -128,9 +128,9 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 /// agrees within speed_standard_errors. Among all stretches, and windows at their ends, the one with the
 /// smallest time plus speed_standard_errors is the fastest; its speed, without the errors, is returned. Thus
 /// a front at constant speed is measured over most of its way, and one with changing speed over a
-/// window. Where two cracks meet, or the way passes between branches side by side, the speed is overestimated:
-/// of 200 samples of the paper's model four have 0.95 to 1.23 times the Rayleigh speed, all others at most
-/// 0.83. NaN if no front advances by a window in the last dynamic phase.
+/// window. Where two cracks meet, or the way passes between branches side by side, the speed is
+/// overestimated: of 200 samples of the paper's model four have 0.95 to 1.23 times the Rayleigh speed, all
+/// others at most 0.83. NaN if no front advances by a window in the last dynamic phase.
 ///
 /// Error of the measured speed for synthetic fronts, in meshes of 0.2 to 0.6 mm and a ligament of 19 mm, 24
 /// each: bias and standard deviation [%], range over the meshes. The scatter is that of each tetrahedron's
