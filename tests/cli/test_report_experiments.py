@@ -60,8 +60,8 @@ class Experiments(unittest.TestCase):
         files = SampleFiles(cls.out)
         HELD_OUT = next(sample for sample in range(N) if len(files.lines(sample)[0].points) >= 3)
         frames, line = files.frames(HELD_OUT), files.lines(HELD_OUT)[0].points
-        (cls.folder / "path.csv").write_text("y_mm,z_mm\n" + "".join(f"{1e3 * (y - ORIGIN[0])},{1e3 * (z - ORIGIN[1])}\n" for y, z in line)
-                                             + "\n" + "".join(f"{1e3 * (y - ORIGIN[0])},{1e3 * (z - ORIGIN[1])}\n" for y, z in OTHER_ARM))
+        arms = ["".join(f"{1e3 * (y - ORIGIN[0])},{1e3 * (z - ORIGIN[1])}\n" for y, z in arm) for arm in (line, OTHER_ARM)]
+        (cls.folder / "path.csv").write_text("y_mm,z_mm\n" + "\n".join(arms))
         random = np.random.default_rng(1)
         pictures = [photograph(frames, k, cls.folder / f"{k}.png", k == 1, k == 2, random) for k in (0, 1, 2)]
         cls.file = cls.folder / "experiments.toml"
