@@ -3,6 +3,8 @@
 
 #include "crackle/ensemble/sample_schedule.h"
 
+#include "support/group.h"
+
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -204,7 +206,7 @@ protected:
     return world_.size() == 1 || world_.size() >= 1 + ranks_per_sample;
   }
 
-  parallel::Communicator world_{MPI_COMM_WORLD};
+  parallel::Communicator world_{test::group()};
   GroupLayout layout_;
   input::MeshMakers makers_ = input::MeshMakers::master;
   Calls calls_;

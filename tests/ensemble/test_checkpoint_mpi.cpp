@@ -7,6 +7,7 @@
 #include "crackle/parallel/collectives.h"
 
 #include "support/box_mesh.h"
+#include "support/group.h"
 #include "support/same_result.h"
 
 #include <gtest/gtest.h>
@@ -141,7 +142,7 @@ protected:
     return saved;
   }
 
-  parallel::Communicator world_{MPI_COMM_WORLD}, self_{MPI_COMM_SELF};
+  parallel::Communicator world_{test::group()}, self_{MPI_COMM_SELF};
   double halo_ = 0;
   geometry::Realization mesh_ =
       test::make_box({.size = torn_bar().specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});

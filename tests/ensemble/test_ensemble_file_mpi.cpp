@@ -5,6 +5,7 @@
 
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
+#include "support/group.h"
 #include "support/result_comparison.h"
 #include "support/temporary_folder.h"
 
@@ -96,7 +97,7 @@ protected:
     return std::distance(fs::directory_iterator(shared_folder), fs::directory_iterator());
   }
 
-  parallel::Communicator world{MPI_COMM_WORLD};
+  parallel::Communicator world{test::group()};
   test::TemporaryFolder folder;
   fs::path shared_folder;
   input::Parameters parameters;

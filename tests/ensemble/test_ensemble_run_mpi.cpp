@@ -7,6 +7,7 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "strip_plate.h"
+#include "support/group.h"
 #include "support/result_comparison.h"
 #include "support/temporary_folder.h"
 
@@ -121,7 +122,7 @@ protected:
     if (world_.is_root()) expect_same_ensemble(root_ / "all", root_ / "cut", 4);
   }
 
-  parallel::Communicator world_{MPI_COMM_WORLD};
+  parallel::Communicator world_{test::group()};
   std::optional<test::TemporaryFolder> folder_;  // on rank 0
   fs::path root_;
   std::ostringstream log_;

@@ -5,6 +5,7 @@
 #include "crackle/parallel/agreement.h"
 
 #include "support/box_mesh.h"
+#include "support/group.h"
 #include "two_pieces.h"
 
 #include <execinfo.h>
@@ -125,7 +126,7 @@ input::Parameters pulled_bar() {
 class FailingAllocation : public testing::TestWithParam<input::Engine> {};
 
 TEST_P(FailingAllocation, EndsTheSampleOnAllRanks) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   if (world.size() > 3) GTEST_SKIP() << "groups of one, two and three ranks are enough";
   auto parameters = pulled_bar();
   parameters.time.engine = GetParam();

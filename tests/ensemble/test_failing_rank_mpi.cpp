@@ -7,6 +7,7 @@
 #include "crackle/parallel/agreement.h"
 
 #include "support/box_mesh.h"
+#include "support/group.h"
 
 #include <gtest/gtest.h>
 
@@ -86,7 +87,7 @@ private:
 class FailingRank : public testing::TestWithParam<std::tuple<input::Release, input::Engine>> {};
 
 TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
   parameters.materials[0] = test::epoxy();

@@ -9,6 +9,7 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
+#include "support/group.h"
 #include "support/result_comparison.h"
 #include "support/temporary_folder.h"
 #include "two_pieces.h"
@@ -194,7 +195,7 @@ protected:
     return stages;
   }
 
-  parallel::Communicator world_{MPI_COMM_WORLD};
+  parallel::Communicator world_{test::group()};
   std::optional<Watchdog> watchdog_;             // on the ranks of the group
   std::optional<test::TemporaryFolder> folder_;  // on rank 0
   fs::path root_;

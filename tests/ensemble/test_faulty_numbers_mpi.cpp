@@ -11,6 +11,7 @@
 
 #include "mechanics/conjugate_gradients.h"
 #include "support/box_mesh.h"
+#include "support/group.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -45,7 +46,7 @@ protected:
     return values;
   }
 
-  parallel::Communicator world_{MPI_COMM_WORLD};
+  parallel::Communicator world_{test::group()};
   std::vector<double> ones_ = std::vector<double>(20, 1.0);
   geometry::Realization mesh_ = test::make_box({.size = {0.004, 0.006, 0.02}, .cells = {3, 4, 8}});
   geometry::Subdomain part_ =

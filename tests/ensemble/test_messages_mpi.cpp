@@ -8,6 +8,7 @@
 #include "crackle/parallel/sleeping_wait.h"
 
 #include "support/cpu_time.h"
+#include "support/group.h"
 
 #include <gmock/gmock.h>
 
@@ -22,7 +23,7 @@ using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
 TEST(Message, ArraysArriveWholeInPiecesOfAnySize) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   if (world.size() < 2) GTEST_SKIP() << "needs 2 ranks";
   const int last = world.size() - 1;
   for (const std::size_t length : {0, 1, 13, 1000}) {
@@ -39,7 +40,7 @@ TEST(Message, ArraysArriveWholeInPiecesOfAnySize) {
 }
 
 TEST(Message, LengthThatIsNoWholeNumberOfElementsIsRefused) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   if (world.size() < 2) GTEST_SKIP() << "needs 2 ranks";
   if (world.is_root()) {
     parallel::send_array(world, std::vector<char>(3), 1, 5);
@@ -73,7 +74,7 @@ TEST(Packing, LengthBeyondTheEndIsRefused) {
 }
 
 TEST(SampleGroup, SharesArriveWhole) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   ensemble::SampleGroup group(world);
   const auto share_of = [](int rank) {
     geometry::Subdomain subdomain;
@@ -141,7 +142,7 @@ TEST(SleepingWait, PausesGrowToTheLongest) {
 }
 
 TEST(SleepingWait, WaitingRanksLeaveTheCore) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   const double before = test::cpu_seconds();
   if (world.rank() == world.size() - 1) std::this_thread::sleep_for(1s);
   parallel::barrier_asleep(world);
@@ -152,7 +153,7 @@ TEST(SleepingWait, WaitingRanksLeaveTheCore) {
 }
 
 TEST(Agreement, FailureOfTheRootIsThrownOnAllRanks) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   int n_calls = 0;
   const auto fail = [&] {
     ++n_calls;
@@ -170,7 +171,7 @@ TEST(Agreement, FailureOfTheRootIsThrownOnAllRanks) {
 }
 
 TEST(Agreement, AnythingThrownIsAgreed) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   const int last = world.size() - 1;
   try {
     parallel::agree(world, [&] {
@@ -184,7 +185,7 @@ TEST(Agreement, AnythingThrownIsAgreed) {
 }
 
 TEST(Agreement, TextOfTheRootIsShared) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   const std::string text = "[ensemble]\nsamples = 3\n";
   EXPECT_EQ(parallel::share(world, world.is_root() ? text : "other"), text);
   EXPECT_EQ(parallel::share(world, std::string(world.is_root() ? "" : "other")), "");

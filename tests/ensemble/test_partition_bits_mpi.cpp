@@ -15,6 +15,7 @@
 #include "mechanics/stiffness_product.h"
 #include "support/box_mesh.h"
 #include "support/criterion.h"
+#include "support/group.h"
 #include "support/partitions.h"
 
 #include <gtest/gtest.h>
@@ -141,7 +142,7 @@ protected:
   void on_partitions(const Compare& compare) {
     for (const auto& [name, make] : test::hostile_partitions(size)) {
       SCOPED_TRACE(name);
-      Share shared(MPI_COMM_WORLD, mesh_, make);
+      Share shared(test::group(), mesh_, make);
       Share alone(MPI_COMM_SELF, mesh_, make);
       compare(shared, alone);
     }
@@ -236,7 +237,7 @@ TEST_F(PartitionBits, StiffnessProductsInSinglePrecision) {
 
 TEST_F(PartitionBits, AnOperandThatIsNotFiniteIsRefusedByAll) {
   const auto partition = test::hostile_partitions(size).front().make;
-  const Share shared(MPI_COMM_WORLD, mesh_, partition);
+  const Share shared(test::group(), mesh_, partition);
   const auto product = product_of<double>(shared);
   std::vector<double> force(3 * static_cast<std::size_t>(shared.subdomain.layout.n_owned));
   for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
@@ -392,7 +393,7 @@ TEST_F(PartitionBits, RangesOfManyMaterials) {
     SCOPED_TRACE(name);
     for (int i = 0; i < 12; ++i) {
       const double poisson_ratio = 0.05 + 0.033 * i;
-      Share shared(MPI_COMM_WORLD, mesh_, make, poisson_ratio);
+      Share shared(test::group(), mesh_, make, poisson_ratio);
       Share alone(MPI_COMM_SELF, mesh_, make, poisson_ratio);
       expect_equal_ranges(shared, alone, i);
     }

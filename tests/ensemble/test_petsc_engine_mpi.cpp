@@ -10,6 +10,7 @@
 
 #include "mechanics/petsc_stiffness.h"
 #include "support/box_mesh.h"
+#include "support/group.h"
 #include "support/partitions.h"
 #include "support/same_result.h"
 
@@ -112,7 +113,7 @@ protected:
     return result;
   }
 
-  parallel::Communicator world_{MPI_COMM_WORLD}, self_{MPI_COMM_SELF};
+  parallel::Communicator world_{test::group()}, self_{MPI_COMM_SELF};
   geometry::Realization mesh_ =
       test::make_box({.size = torn_bar().specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
   int n_suspended_ = 0;

@@ -7,6 +7,7 @@
 #include "crackle/geometry/interface_numbers.h"
 
 #include "support/box_mesh.h"
+#include "support/group.h"
 #include "support/job.h"
 #include "support/partitions.h"
 #include "support/plate_family.h"
@@ -19,7 +20,6 @@
 #include <cmath>
 #include <cstdio>
 #include <set>
-#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -46,19 +46,16 @@ geometry::Partition by_metis(const geometry::Realization& mesh, int n_parts) {
   return geometry::partition(mesh, n_parts);
 }
 
-/// Compares the sample on all ranks and on one: bitwise equal.
-/// @return the sample on one rank; on the root only
-dynamics::SampleResult compare(const input::Parameters& parameters, const geometry::Realization& mesh,
-                               std::size_t least_breaks,
-                               const test::MakePartition& make_partition = by_metis) {
-  const parallel::Communicator world(MPI_COMM_WORLD);
-  const parallel::Communicator self(MPI_COMM_SELF);
-  const auto partition = make_partition(mesh, world.size());
+using Partitions = std::vector<test::NamedPartition>;
+
+/// The sample on the ranks of a group against that on one rank.
+void compare_on(const parallel::Communicator& world, const input::Parameters& parameters,
+                const geometry::Realization& mesh, const geometry::Partition& partition,
+                const dynamics::SampleResult* alone_on_root) {
   const auto parts = geometry::split(mesh, partition, parameters.fracture.length);
   const auto shared = run_sample(world, parameters, parts[index(world.rank())]);
-  if (!world.is_root()) return shared;
-  const auto alone = run_sample(self, parameters, test::whole(mesh));
-
+  if (!world.is_root()) return;
+  const dynamics::SampleResult& alone = *alone_on_root;
   const auto part_of = [&](const fracture::Break& record) {
     return partition.tetrahedron_part[index(record.tetrahedron)];
   };
@@ -72,21 +69,38 @@ dynamics::SampleResult compare(const input::Parameters& parameters, const geomet
       shared.energy_error, static_cast<long long>(shared.counts.static_solves),
       static_cast<long long>(shared.counts.dynamic_phases),
       static_cast<long long>(shared.counts.range_restarts), shared.stiffness_reductions.size());
-  EXPECT_GT(alone.breaks.size(), least_breaks) << "the case must break";
   test::expect_same_course(shared, alone);
   EXPECT_EQ(shared.counts.static_solves, alone.counts.static_solves);
   EXPECT_EQ(shared.counts.solver_iterations, alone.counts.solver_iterations);
-  EXPECT_EQ(alone.bridge_releases.empty(), parameters.fracture.release != input::Release::facet);
-  EXPECT_EQ(alone.stiffness_reductions.empty(), parameters.fracture.release != input::Release::softening);
+}
+
+/// Compares the sample on all ranks, divided among them in each of some ways, and on one: bitwise equal.
+/// @return the sample on one rank; nullptr on other ranks than the root
+const dynamics::SampleResult* compare(const input::Parameters& parameters, const geometry::Realization& mesh,
+                                      std::size_t least_breaks,
+                                      const Partitions& partitions = {{"by METIS", by_metis}}) {
+  const parallel::Communicator world(test::group());
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const dynamics::SampleResult* alone = nullptr;
+  if (world.is_root()) {
+    alone = &test::reference([&] { return run_sample(self, parameters, test::whole(mesh)); });
+    EXPECT_GT(alone->breaks.size(), least_breaks) << "the case must break";
+    EXPECT_EQ(alone->bridge_releases.empty(), parameters.fracture.release != input::Release::facet);
+    EXPECT_EQ(alone->stiffness_reductions.empty(), parameters.fracture.release != input::Release::softening);
+  }
+  for (const auto& each : partitions) {
+    SCOPED_TRACE(each.name);
+    compare_on(world, parameters, mesh, each.make(mesh, world.size()), alone);
+  }
   return alone;
 }
 
 /// For a box.
-dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t least_breaks,
-                               const test::MakePartition& make_partition = by_metis) {
+const dynamics::SampleResult* compare(const input::Parameters& parameters, std::size_t least_breaks,
+                                      const Partitions& partitions = {{"by METIS", by_metis}}) {
   return compare(parameters,
                  test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2}),
-                 least_breaks, make_partition);
+                 least_breaks, partitions);
 }
 
 /// Two blocks of 4 x 4 x 12 mm that share a line of nodes, with or without an adjacent column.
@@ -108,14 +122,14 @@ TEST(HingeOnManyRanks, EndsTheSampleAsOnOneRank) {
   parameters.boundaries.back() =
       test::boundary(Face::z_max, BoundaryKind::displacement, {false, false, true}, {}, {0, 0, 1e-6});
   parameters.boundaries.back().region[1] = {0.0035, 0.0045};
-  const auto alone = compare(parameters, hinged_blocks(true), 0);
-  if (!parallel::Communicator(MPI_COMM_WORLD).is_root()) return;
-  EXPECT_EQ(alone.outcome, Outcome::separated);
-  EXPECT_EQ(alone.history.back().load_time, alone.breaks.back().load_time);
+  const auto* alone = compare(parameters, hinged_blocks(true), 0);
+  if (!alone) return;
+  EXPECT_EQ(alone->outcome, Outcome::separated);
+  EXPECT_EQ(alone->history.back().load_time, alone->breaks.back().load_time);
 }
 
 TEST(FacePieces, AreTheSameOnManyRanksAndEndAtAHinge) {
-  const parallel::Communicator world(MPI_COMM_WORLD), self(MPI_COMM_SELF);
+  const parallel::Communicator world(test::group()), self(MPI_COMM_SELF);
   const auto mesh = hinged_blocks(false);
   const auto whole = test::whole(mesh);
   const fracture::BreakableBody intact(whole, test::epoxy());
@@ -134,7 +148,7 @@ TEST(FacePieces, AreTheSameOnManyRanksAndEndAtAHinge) {
 class SampleOnManyRanks : public ::testing::TestWithParam<input::Precision> {
 protected:
   void SetUp() override {
-    if (parallel::Communicator(MPI_COMM_WORLD).size() == 1) GTEST_SKIP() << "compared with itself";
+    if (parallel::Communicator(test::group()).size() == 1) GTEST_SKIP() << "compared with itself";
   }
 };
 
@@ -191,7 +205,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAveragedStress) {
   compare(parameters, 50);
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
-  compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
+  compare(parameters, 20, {test::hostile_partitions(parameters.specimen.size)[2]});
 }
 
 /// Teeth that fall one by one, in equilibria and in dynamics.
@@ -206,7 +220,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithSoftening) {
   parameters.fracture.toughness = 450;
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0.5, 10});
-  compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
+  compare(parameters, 20, {test::hostile_partitions(parameters.specimen.size)[2]});
 }
 
 /// Tetrahedra that lose their stiffness over many steps, and strengths that decrease where a break comes
@@ -219,10 +233,10 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithReleaseInTimeAndNucleation) {
   parameters.fracture.toughness = 50;
   compare(parameters, 50);
   parameters.fracture.release = input::Release::facet;
-  compare(parameters, 50, test::hostile_partitions(parameters.specimen.size)[2].make);
+  compare(parameters, 50, {test::hostile_partitions(parameters.specimen.size)[2]});
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
-  compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
+  compare(parameters, 20, {test::hostile_partitions(parameters.specimen.size)[2]});
 }
 
 /// A random field of the strength, with and without a correlation length.
@@ -267,7 +281,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithSeveralMaterials) {
   parameters.time.start = input::Start::quasi_static;
   parameters.fracture.release = input::Release::facet;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
-  compare(parameters, mesh, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
+  compare(parameters, mesh, 20, {test::hostile_partitions(parameters.specimen.size)[2]});
 }
 
 /// Dashpots at nodes shared by several parts, and damping of all of them.
@@ -280,14 +294,13 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithDampingAndAbsorbingFaces) {
     parameters.boundaries.push_back(test::boundary(face, BoundaryKind::absorbing));
     parameters.boundaries.back().region[2] = {0, 0.004};
   }
-  const auto alone = compare(parameters, 50);
-  if (parallel::Communicator(MPI_COMM_WORLD).is_root()) {
-    EXPECT_GT(alone.energy.back().dissipated, 0.05 * alone.energy.back().external);
-    EXPECT_LT(alone.energy_error, 0.02);
+  if (const auto* alone = compare(parameters, 50)) {
+    EXPECT_GT(alone->energy.back().dissipated, 0.05 * alone->energy.back().external);
+    EXPECT_LT(alone->energy_error, 0.02);
   }
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries[1] = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
-  compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
+  compare(parameters, 20, {test::hostile_partitions(parameters.specimen.size)[2]});
 }
 
 /// Release by facets with the bridging rule, whose edges may lie between two ghosts, and a strength that
@@ -321,18 +334,12 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankForAnyPartition) {
   parameters.time.precision = GetParam();
   const auto cases = test::hostile_partitions(parameters.specimen.size);
   if (GetParam() == input::Precision::mixed) {
-    for (const auto& each : cases) {
-      SCOPED_TRACE(each.name);
-      compare(parameters, 50, each.make);
-    }
+    compare(parameters, 50, {cases.begin(), cases.end()});
     return;
   }
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
-  for (const auto& each : std::span(cases).subspan(3, 3)) {
-    SCOPED_TRACE(each.name);
-    compare(parameters, 20, each.make);
-  }
+  compare(parameters, 20, {cases.begin() + 3, cases.begin() + 6});
 }
 
 /// Loading that is resumed many times: many static solves, mostly of a partly broken body, whose break times
@@ -340,7 +347,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankForAnyPartition) {
 class SampleInManyPhases : public ::testing::TestWithParam<int> {
 protected:
   void SetUp() override {
-    if (parallel::Communicator(MPI_COMM_WORLD).size() == 1) GTEST_SKIP() << "compared with itself";
+    if (parallel::Communicator(test::group()).size() == 1) GTEST_SKIP() << "compared with itself";
   }
 };
 
@@ -385,18 +392,14 @@ input::Parameters in_many_phases(int number) {
 
 TEST_P(SampleInManyPhases, HasTheBitsOfOneRank) {
   const auto parameters = in_many_phases(GetParam());
-  const parallel::Communicator world(MPI_COMM_WORLD);
   const auto hostile = test::hostile_partitions(parameters.specimen.size);
   // Bent bodies take a hundred static solves: one partition each, other than METIS's, is enough for them.
   const bool is_bent = GetParam() >= 2;
-  std::vector<test::NamedPartition> cases = {hostile[is_bent ? index(GetParam()) : 2]};
+  Partitions cases = {hostile[is_bent ? index(GetParam()) : 2]};
   if (!is_bent) cases.insert(cases.end(), {{"by METIS", by_metis}, hostile[3]});
-  for (const auto& each : cases) {
-    SCOPED_TRACE(each.name);
-    const auto alone = compare(parameters, 20, each.make);
-    if (!world.is_root()) continue;
-    EXPECT_GT(alone.counts.static_solves, 3);
-    EXPECT_GT(alone.counts.dynamic_phases, GetParam() < 2 ? 0 : 3);
+  if (const auto* alone = compare(parameters, 20, cases)) {
+    EXPECT_GT(alone->counts.static_solves, 3);
+    EXPECT_GT(alone->counts.dynamic_phases, GetParam() < 2 ? 0 : 3);
   }
 }
 
@@ -410,7 +413,7 @@ TEST_P(SampleOnManyRanks, ExchangesGhostsOnceForEachForce) {
   parameters.fracture.strength = 1e12;
   const auto mesh =
       test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(test::group());
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
   for (const auto integrator : {input::Integrator::bilateral4, input::Integrator::verlet}) {
     parameters.time.integrator = integrator;

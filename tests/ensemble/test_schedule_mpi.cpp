@@ -3,6 +3,7 @@
 #include "crackle/parallel/sleeping_wait.h"
 #include "schedule_fixture.h"
 #include "support/cpu_time.h"
+#include "support/group.h"
 
 #include <chrono>
 #include <stdexcept>
@@ -106,7 +107,7 @@ TEST_F(Schedule, NothingToDo) {
 TEST_F(Schedule, LongSampleKeepsNoOtherWaiting) {
   if (world_.size() < 3) GTEST_SKIP() << "needs 2 groups";
   // Sample 0 ends only after all others have been computed elsewhere.
-  const parallel::Communicator tokens(MPI_COMM_WORLD);
+  const parallel::Communicator tokens(test::group());
   constexpr std::uint64_t n = 9;
   test_.computing = [&](const auto&, std::uint64_t sample, const auto&) {
     if (sample > 0) {
