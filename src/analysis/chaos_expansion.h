@@ -10,9 +10,9 @@
 
 namespace crackle::analysis {
 
-// OpenTURNS makes the polynomials only. Its expansions leave out single values instead of draws in
-// cross-validation, divide by the variance of the model instead of the total one, take hundreds of times as
-// long (sensitivities need 400 fits for each result), and have bits that depend on the installed BLAS.
+// Not a library's: OpenTURNS' expansions leave out single values instead of draws in cross-validation, divide
+// by the variance of the model instead of the total one, take hundreds of times as long (sensitivities need
+// 400 fits for each result), and have bits that depend on the installed BLAS.
 
 /// The products of orthonormal polynomials of several random inputs, up to a total degree, at given draws.
 class ChaosBasis {

@@ -24,7 +24,6 @@ namespace {
 
 // From the peak resident set on bodies of 24,000 to 10 million tetrahedra (tests/cli/test_memory.py) [byte].
 constexpr double libraries = 50e6;           // and the program, per rank
-constexpr double openturns = 65e6;           // additional, with random inputs
 constexpr double computed = 380;             // per tetrahedron computed by a rank: operators, solver, motion
 constexpr double averaged = 150;             // additional, with averaged stress: neighbours, balls
 constexpr double pushed = 75;                // additional, with each body force: weights, work, remainders
@@ -96,10 +95,6 @@ double expected_nodes(const input::Parameters& parameters, const geometry::Body&
   return geometry::estimate_n_points(body, parameters.mesh);
 }
 
-double program(const input::Parameters& parameters) {
-  return libraries + (parameters.random.empty() ? 0 : openturns);
-}
-
 double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
   if (rank == 0) return demand.master;
   const int group = layout.group_of(rank);
@@ -117,7 +112,7 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
   const double frames = parameters.output.frames * n_nodes;
   const double ahead =
       std::min(static_cast<double>(most_bytes_ahead), (layout.n_groups + 1) * kept * n_tetrahedra);
-  const double start = program(parameters);
+  const double start = libraries;
   MemoryDemand demand{};
   demand.member = start + part;
   demand.root = start + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
@@ -136,7 +131,7 @@ MemoryDemand expected_memory_demand(const input::Parameters& parameters, const g
 }
 
 double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
-  return program(parameters) + made * tetrahedra_per_node * expected_nodes(parameters, body);
+  return libraries + made * tetrahedra_per_node * expected_nodes(parameters, body);
 }
 
 AvailableMemory available_memory(const fs::path& root) {

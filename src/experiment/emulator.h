@@ -16,11 +16,11 @@ namespace crackle::experiment {
 inline constexpr double most_deviations = 7.5;
 
 /// Random inputs as functions of independent standard normal variables, and the polynomials of each. Looked
-/// up in a table, since OpenTURNS takes some 10 us for a quantile; linear interpolation is off by 1e-5 of a
-/// standard deviation.
+/// up in a table, since a quantile of a beta distribution takes some 10 us; linear interpolation is off by
+/// 1e-5 of a standard deviation.
 class InputTable {
 public:
-  /// @throws std::runtime_error when OpenTURNS cannot make them
+  /// @throws std::runtime_error when a distribution is degenerate
   InputTable(const std::vector<input::RandomInput>& random, int highest_degree);
 
   std::size_t n_inputs() const { return value_.size(); }

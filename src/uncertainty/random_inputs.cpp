@@ -6,10 +6,11 @@
 #include "crackle/common/random.h"
 #include "crackle/input/reader.h"
 
-#include "openturns.h"
+#include "distribution.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <boost/random/sobol.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -65,14 +66,17 @@ std::vector<double> hypercube_point(std::uint64_t seed, std::uint64_t n_points, 
   return point;
 }
 
-/// With a random digital shift, which keeps the points a net and moves the origin, where unbounded
-/// distributions have no quantile.
+/// With the origin, which Boost leaves out, as without it 2^m points are no net (Owen 2020, "On dropping the
+/// first Sobol' point"); and with a random digital shift, which keeps the points a net and moves the origin,
+/// where unbounded distributions have no quantile.
 std::vector<double> sobol_point(std::uint64_t seed, std::size_t n_dimensions, std::uint64_t number) {
-  std::vector<double> point = openturns().sobol_point(n_dimensions, number);
+  boost::random::sobol_engine<std::uint64_t, 64> sequence(n_dimensions);
+  if (number > 0) sequence.seed(number - 1);
   const RandomStream shifts(seed, 0, "shift of a Sobol sequence");
+  std::vector<double> point;
   for (std::size_t k = 0; k < n_dimensions; ++k) {
-    const auto interval = static_cast<std::uint64_t>(std::ldexp(point[k], n_bits));
-    point[k] = middle_of(interval ^ random_interval(shifts.substream(k)));
+    const std::uint64_t interval = number > 0 ? sequence() >> (64 - n_bits) : 0;
+    point.push_back(middle_of(interval ^ random_interval(shifts.substream(k))));
   }
   return point;
 }
@@ -80,7 +84,11 @@ std::vector<double> sobol_point(std::uint64_t seed, std::size_t n_dimensions, st
 }  // namespace
 
 double quantile(const RandomInput& random, double probability) {
-  return openturns().quantile(random, probability);
+  try {
+    return distribution_of(random).quantile(probability);
+  } catch (const std::logic_error& error) {  // std::domain_error of Boost
+    fail("{} has no quantile of {}: {}", random.key, probability, error.what());
+  }
 }
 
 std::vector<double> plan_point(input::SamplingPlan plan, std::uint64_t seed, std::uint64_t n_points,

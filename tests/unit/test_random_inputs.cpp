@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Random inputs: distributions against their closed forms, sampling plans, draws and the resulting inputs.
 #include "crackle/input/reader.h"
+#include "crackle/uncertainty/polynomials.h"
 #include "crackle/uncertainty/random_inputs.h"
 
 #include "input_samples.h"
@@ -11,7 +12,10 @@
 #include <boost/math/distributions/beta.hpp>
 #include <boost/math/distributions/lognormal.hpp>
 #include <boost/math/distributions/normal.hpp>
+#include <boost/math/quadrature/gauss.hpp>
+#include <boost/math/special_functions/jacobi.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -124,6 +128,70 @@ TEST(RandomInputs, QuantilesHaveTheirClosedForms) {
     }
   }
   std::printf("quantiles of %zu distributions off by %.1e at most\n", cases.size(), worst);
+}
+
+/// The first points of scipy.stats.qmc.Sobol(d, scramble=False), in binary digits, in dimensions 0, 2 and 7:
+/// after the random shift is taken back.
+TEST(RandomInputs, SobolPointsAreThoseOfJoeAndKuo) {
+  const auto bits = [](std::uint64_t number, std::size_t k) {
+    return static_cast<std::uint64_t>(
+        std::ldexp(plan_point(input::SamplingPlan::sobol, 5, 0, 8, number)[k], 53));
+  };
+  const std::vector<std::array<double, 3>> expected{
+      {0, 0, 0}, {0.5, 0.5, 0.5}, {0.75, 0.25, 0.75}, {0.25, 0.75, 0.25}, {0.375, 0.625, 0.875}};
+  for (std::uint64_t number = 0; number < expected.size(); ++number)
+    for (const std::size_t k : {0, 1, 2}) {
+      const std::size_t dimension = std::array{0, 2, 7}[k];
+      const std::uint64_t unshifted = bits(number, dimension) ^ bits(0, dimension);
+      EXPECT_NEAR(std::ldexp(static_cast<double>(unshifted), -53), expected[number][k], 1e-14)
+          << "point " << number << ", dimension " << dimension;
+    }
+}
+
+/// The mean of a polynomial of a triangular variable is exact by Gauss's rule on both sides of the mode;
+/// those of a beta variable are Jacobi's.
+TEST(RandomInputs, PolynomialsAreOrthonormal) {
+  using input::RandomDistribution;
+  constexpr int highest = 8;
+  input::RandomInput triangular{.distribution = RandomDistribution::triangular};
+  triangular.lower = 2, triangular.mode = 3, triangular.upper = 7;
+  const auto mean_of_product = [&](std::size_t i, std::size_t j) {
+    const auto weighted = [&](double x) {
+      const auto p = orthonormal_polynomials(triangular, std::vector{x}, highest);
+      const double density = x < 3 ? (x - 2) / 1 * 0.4 : (7 - x) / 4 * 0.4;
+      return p[i][0] * p[j][0] * density;
+    };
+    boost::math::quadrature::gauss<double, 15> rule;
+    return rule.integrate(weighted, 2.0, 3.0) + rule.integrate(weighted, 3.0, 7.0);
+  };
+  double worst = 0;
+  for (std::size_t i = 0; i <= highest; i += 2)
+    for (std::size_t j = 0; j <= i; ++j)
+      worst = std::max(worst, std::abs(mean_of_product(i, j) - (i == j ? 1 : 0)));
+  std::printf("triangular: products off by %.1e at most\n", worst);
+  EXPECT_LT(worst, 1e-8);
+
+  // On (-1, 1), of the shapes 2 and 3.5: mean 2 (2 / 5.5) - 1.
+  const double a = 2, b = 3.5;
+  input::RandomInput beta{.distribution = RandomDistribution::beta};
+  beta.lower = -1, beta.upper = 1, beta.mean = 2 * a / (a + b) - 1;
+  beta.standard_deviation = 2 * std::sqrt(a * b / (a + b + 1)) / (a + b);
+  const std::vector<double> values{-0.95, -0.5, 0.1, 0.8};
+  const auto found = orthonormal_polynomials(beta, values, highest);
+  double furthest = 0;
+  for (unsigned n = 1; n <= highest; ++n)
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      // Jacobi's have the weight (1 - x)^(b - 1) (1 + x)^(a - 1); the constant follows from their norms.
+      const double p = b - 1, q = a - 1, m = n;
+      const double norm =
+          std::exp(std::lgamma(m + p + 1) + std::lgamma(m + q + 1) - std::lgamma(m + p + q + 1) -
+                   std::lgamma(m + 1) + std::lgamma(p + q + 2) - std::lgamma(p + 1) - std::lgamma(q + 1)) /
+          (2 * m + p + q + 1);
+      const double expected = boost::math::jacobi(n, p, q, values[i]) / std::sqrt(norm);
+      furthest = std::max(furthest, std::abs(found[n][i] - expected) / std::max(1.0, std::abs(expected)));
+    }
+  std::printf("beta: off Jacobi's polynomials by %.1e at most\n", furthest);
+  EXPECT_LT(furthest, 1e-8);
 }
 
 TEST(RandomInputs, ALatinHypercubeHasOnePointInEachLayer) {

@@ -10,10 +10,10 @@ namespace crackle::uncertainty {
 
 /// The orthonormal polynomials of a random input's distribution up to a degree, at given values of that
 /// input: Hermite polynomials of the corresponding standard normal variable for normal, lognormal and Weibull
-/// distributions, Legendre polynomials for the uniform one, and those made by OpenTURNS for the others.
+/// distributions, Legendre polynomials for the uniform one, and those of Stieltjes' procedure for the others.
 /// @param values of the input [SI]
 /// @return (highest_degree + 1) x values.size()
-/// @throws std::runtime_error when OpenTURNS cannot make them
+/// @throws std::runtime_error when the distribution is degenerate
 std::vector<std::vector<double>> orthonormal_polynomials(const input::RandomInput& random,
                                                          std::span<const double> values, int highest_degree);
 

@@ -9,7 +9,7 @@
 /// Random inputs: sampling of their values.
 namespace crackle::uncertainty {
 
-/// The quantile of a distribution for a probability between 0 and 1, exclusive [SI]; by OpenTURNS.
+/// The quantile of a distribution for a probability between 0 and 1, exclusive [SI].
 /// @throws std::runtime_error when the distribution has none
 double quantile(const input::RandomInput& random, double probability);
 

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/input/parameters.h"
+
+#include <functional>
+
+namespace crackle::uncertainty {
+
+/// The distribution of a random input's values [SI]. Its functions throw std::exception where they have no
+/// value.
+struct Distribution {
+  std::function<double(double probability)> quantile;
+  std::function<double(double value)> cdf;
+  double corner = 0;  ///< probability at which the quantile is not smooth
+};
+
+Distribution distribution_of(const input::RandomInput& random);
+
+}  // namespace crackle::uncertainty
