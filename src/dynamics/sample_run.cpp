@@ -61,7 +61,8 @@ public:
                  setup_.average.get(),
                  parameters.damping_rate(),
                  setup_.vicinity.get(),
-                 parameters.stress_varies()} {
+                 parameters.stress_varies(),
+                 parameters.bulk_viscosity()} {
     result_.stable_step = setup_.stable_step;
     result_.load_is_reaction = machine_reacts();
     result_.time_step = setup_.grid.step;

@@ -41,7 +41,7 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
            input.fracture.release, input.fracture.contact),
       loads(all_loads(ranks, input, part, body.operators())),
       splitting(dynamics::splitting(input.time.integrator)),
-      stable_step(splitting.stability_limit / largest_frequency(ranks, part, body.operators(), body.force())),
+      stable_step(dynamics::stable_step(ranks, input, part, body.operators(), body.material(), body.force())),
       grid(choose_time_grid(input.time, stable_step)),
       criterion(fracture::make_criterion(
           input, fracture::tetrahedron_strengths(ranks, input, sample, body), grid.step,

@@ -77,7 +77,8 @@ public:
                                           average.get(),
                                           parameters_.damping_rate(),
                                           nullptr,
-                                          parameters_.stress_varies()};
+                                          parameters_.stress_varies(),
+                                          parameters_.bulk_viscosity()};
     agitate();
     const ThreadClock start;
     const auto motion =

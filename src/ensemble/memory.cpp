@@ -28,6 +28,7 @@ constexpr double openturns = 65e6;           // additional, with random inputs
 constexpr double computed = 380;             // per tetrahedron computed by a rank: operators, solver, motion
 constexpr double averaged = 150;             // additional, with averaged stress: neighbours, balls
 constexpr double pushed = 75;                // additional, with each body force: weights, work, remainders
+constexpr double viscous = 85;               // additional, with bulk viscosity: coefficients, forces, remainders
 constexpr double kept = 30;                  // per tetrahedron of a realization
 constexpr double made = 180;                 // per tetrahedron of a realization being made or partitioned
 constexpr double frame_kept = 24;            // per node of a frame
@@ -112,6 +113,7 @@ double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) 
 MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout) {
   const double each = computed + (parameters.fracture.length > 0 ? averaged : 0) +
+                      (parameters.bulk_viscosity().acts() ? viscous : 0) +
                       pushed * static_cast<double>(parameters.body_forces().size());
   const double part = each * n_tetrahedra / layout.ranks_per_group;
   const double frames = parameters.output.frames * n_nodes;

@@ -122,7 +122,7 @@ void check_course(const Boundary& condition, const std::string& key, Start start
     findings.report(key + ".history", "is given together with rate; give only one of the two");
   } else if (condition.kind == BoundaryKind::velocity && start != Start::rest && (has_rate || has_history)) {
     findings.report(key + (has_rate ? ".rate" : ".history"),
-                    "a velocity that changes with time requires start = \"rest\": quasi-static loading needs "
+                    "a velocity that changes with time requires start = \"rest\": equilibria need "
                     "displacements that are piecewise linear in time; give a constant velocity, or a "
                     "displacement with a history");
   }
@@ -341,10 +341,14 @@ void check_constrained_in_all_directions(const Parameters& parameters, Findings&
     if (!is_constrained) loose.emplace_back(axis_names[axis]);
   }
   if (loose.empty()) return;
+  const bool absorbs = std::ranges::any_of(parameters.boundaries, [](const Boundary& condition) {
+    return condition.kind == BoundaryKind::absorbing;
+  });
   findings.report("boundary",
-                  "no condition supports the body in {}, but start = \"quasi-static\" needs equilibrium; "
-                  "give a fix, displacement or velocity in each of x, y and z",
-                  fmt::join(loose, " and "));
+                  "no condition supports the body in {}{}, but start = \"{}\" needs equilibrium; give a fix, "
+                  "displacement or velocity in each of x, y and z, or start = \"rest\"",
+                  fmt::join(loose, " and "), absorbs ? " (an absorbing face carries no static load)" : "",
+                  parameters.time.start == Start::equilibrium ? "equilibrium" : "quasi-static");
 }
 
 }  // namespace

@@ -292,6 +292,8 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
 
 void check_time(const Parameters& parameters, Findings& findings) {
   const Time& time = parameters.time;
+  if (parameters.damping && !findings.given("damping.mass") && !findings.given("damping.bulk"))
+    findings.report("damping.mass", "the key is missing; give a rate such as \"500 1/s\", or bulk");
   if (time.engine == Engine::petsc && time.precision == Precision::mixed && findings.given("time.precision"))
     findings.report(
         "time.precision",

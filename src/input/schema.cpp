@@ -342,21 +342,46 @@ Table time_table() {
            "fixed-point numbers of 32 or 64 bits; samples that overflow 32 are repeated in 64"),
        automatic_time_key(
            "arrest", in(&Parameters::time, &Time::arrest), "20 us",
-           "time without a break that counts as arrest; \"auto\": a bar wave's way along the body"),
+           "time without a break that counts as arrest, with start = \"equilibrium\" once something has "
+           "broken; \"auto\": a bar wave's way along the body"),
        optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
                              with_example(time_dimension, "20 us"), positive_time, optional("off"),
                              "time from separation to the end of a dynamic phase")}};
 }
 
+Key bulk_viscosity_key() {
+  const std::string form = "two numbers from 0 to 10, the linear and the quadratic one, such as [0.06, 1.2]";
+  return {
+      "bulk",
+      "number",
+      optional("none"),
+      form,
+      "coefficients of bulk viscosity, which takes the overshoot off sudden loads and impacts",
+      [=](const Source& source, Parameters& parameters, std::size_t) {
+        const auto both = read_elements(source, 2, form);
+        if (!both) return;
+        const auto linear = read_number((*both)[0], {0, 10}), quadratic = read_number((*both)[1], {0, 10});
+        if (linear && quadratic) parameters.damping->bulk = {*linear, *quadratic};
+      },
+      [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+        const BulkViscosity& bulk = parameters.damping->bulk;
+        if (!bulk.acts()) return {};
+        return bracketed({format_number(bulk.linear), format_number(bulk.quadratic)});
+      }};
+}
+
 Table damping_table() {
-  return {"damping",
-          Occurrence::optional,
-          "damping in the dynamic phase; requires time.integrator = \"verlet\"",
-          {quantity_key(
-              "mass", [](Parameters& parameters, std::size_t) -> double& { return parameters.damping->mass; },
-              rate_of_decay_dimension, {0, 1e12}, required(), "damping force per mass and velocity")},
-          [](const Parameters& parameters) { return parameters.damping ? std::size_t{1} : 0; },
-          [](Parameters& parameters) { parameters.damping.emplace(); }};
+  return {
+      "damping",
+      Occurrence::optional,
+      "damping in the dynamic phase",
+      {optional_quantity_key(
+           "mass", [](Parameters& parameters, std::size_t) -> double& { return parameters.damping->mass; },
+           rate_of_decay_dimension, {0, 1e12}, optional("none; mass or bulk is required"),
+           "damping force per mass and velocity; requires time.integrator = \"verlet\""),
+       bulk_viscosity_key()},
+      [](const Parameters& parameters) { return parameters.damping ? std::size_t{1} : 0; },
+      [](Parameters& parameters) { parameters.damping.emplace(); }};
 }
 
 Table sections_table() {

@@ -14,7 +14,7 @@ namespace crackle::dynamics {
 
 /// The energy balance at one time of the last dynamic phase [J]: external = kinetic + strain + released +
 /// dissipated, each counted from the unloaded body. `dissipated` includes the residual motion of arrested
-/// phases and quasi-static breaks, damping and absorbing faces.
+/// phases and quasi-static breaks, damping, bulk viscosity and absorbing faces.
 struct EnergyRow {
   double time;  ///< since the start of the phase [s]
   double kinetic;
