@@ -145,7 +145,7 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, 
                                               breaks ? arrests_text(parameters) : ""));
   std::string text = input::aligned(rows);
   for (const std::string& warning :
-       {dynamics::weak_load_warning(parameters, measured.outlook),
+       {dynamics::weak_load_warning(measured.outlook),
         dynamics::fast_loading_warning(parameters, measured.outlook.time), unaffordable_text(subject, hours)})
     if (!warning.empty()) text += fmt::format("\nWarning: {}\n", warning);
   if (n_ranks > 0) text += plan_text(subject, measured, work, cost, rate, n_ranks);
@@ -202,7 +202,9 @@ void print_rest_outlook(const Subject& subject) {
   Heartbeat heartbeat(notify);
   heartbeat.begin("solving for the equilibrium");
   try {
-    const auto outlook = dynamics::static_outlook(parameters, subject.realization);
+    const auto outlook = dynamics::rest_outlook(parameters, subject.realization);
+    if (const auto waves = dynamics::wave_text(parameters, outlook.waves); !waves.empty())
+      fmt::print("\nWith start = \"rest\", {}.\n", waves);
     if (const auto warning = dynamics::weak_load_warning(parameters, outlook); !warning.empty())
       fmt::print("\nWarning: {}\n", warning);
   } catch (const std::runtime_error&) {

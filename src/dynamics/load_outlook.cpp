@@ -21,37 +21,8 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Maximum amplification of the static stress that waves are assumed to cause.
+/// Maximum amplification of a stress by reflection, superposition and notches that is assumed possible.
 constexpr double wave_amplification = 10;
-
-/// Largest speed of the body at the start [m/s].
-double initial_speed(const input::Parameters& parameters) {
-  const input::Region bounds = input::bounds_of(parameters.specimen);
-  const auto velocities = parameters.initial_velocities();
-  double speed = 0;
-  // A velocity that is linear in the coordinates is largest at a corner.
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    Vector p{}, sum{};
-    for (std::size_t k = 0; k < 3; ++k) p[k] = (corner >> k & 1u) != 0 ? bounds[k].second : bounds[k].first;
-    for (const auto& velocity : velocities) sum = sum + velocity.at(p);
-    speed = std::max(speed, norm(sum));
-  }
-  return speed;
-}
-
-/// Largest stress of the plane wave that a prescribed or initial velocity sends into the body: density times
-/// dilatational speed times velocity [Pa].
-double impact_stress(const input::Parameters& parameters) {
-  double speed = initial_speed(parameters);
-  for (const auto& condition : parameters.boundaries)
-    if (condition.kind == input::BoundaryKind::velocity)
-      speed = std::max(
-          speed, norm(condition.value) * (condition.factor ? condition.factor->largest_magnitude() : 1));
-  double impedance = 0;
-  for (const auto& material : parameters.materials)
-    impedance = std::max(impedance, material.density * mechanics::dilatational_speed(material));
-  return impedance * speed;
-}
 
 std::string text_of_load(double load) {
   return quantity_text(std::abs(load), "N");
@@ -106,29 +77,35 @@ LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLo
   return outlook;
 }
 
-LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::Realization& realization) {
+RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Realization& realization) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
   SampleSetup setup(self, parameters, subdomain, 0);
-  if (!setup.free_motions().empty()) return {};
-  // Equilibria say nothing about a wave that breaks the body.
-  double least_strength = infinity;
-  for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
-    least_strength = std::min(least_strength, setup.criterion->strength(t));
-  const bool is_struck = parameters.time.start == input::Start::rest &&
-                         wave_amplification * impact_stress(parameters) >= least_strength;
-  if (is_struck) return {};
+  RestOutlook outlook{wave_outlook(setup), {}};
+  const bool may_break = wave_amplification * outlook.waves.stress >= outlook.waves.strength;
+  // A slow load bends a body at far higher stresses than those of its waves.
+  if (may_break || !setup.free_motions().empty()) return outlook;
   EnergyAccount account(self, setup.body);
   QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion, arrest_window(parameters),
                              setup.average.get());
   loading.load_at_start(account);
-  return first_break(loading, setup.loads, account);
+  outlook.equilibrium = first_break(loading, setup.loads, account);
+  return outlook;
 }
 
-std::string weak_load_warning(const input::Parameters& parameters, const LoadOutlook& outlook) {
-  const bool at_rest = parameters.time.start == input::Start::rest;
-  if (outlook.breaks) return at_rest ? too_late(parameters, outlook) : std::string();
-  if (at_rest && (outlook.share == 0 || wave_amplification * outlook.share >= 1)) return {};
+std::string weak_load_warning(const input::Parameters& parameters, const RestOutlook& outlook) {
+  if (wave_amplification * outlook.waves.stress >= outlook.waves.strength) return {};
+  const auto& equilibrium = outlook.equilibrium;
+  if (equilibrium && equilibrium->breaks) return too_late(parameters, *equilibrium);
+  if (equilibrium && wave_amplification * equilibrium->share >= 1) return {};
+  return fmt::format(
+      "the loads hardly break the body: their waves reach about {}, {:.2g} % of the strength (an estimate); "
+      "raise them",
+      quantity_text(outlook.waves.stress, "Pa"), 100 * outlook.waves.stress / outlook.waves.strength);
+}
+
+std::string weak_load_warning(const LoadOutlook& outlook) {
+  if (outlook.breaks) return {};
   if (outlook.share == 0)
     return fmt::format("the loads do not break the body{}: no part of it is in tension",
                        outlook.grows ? ", however high they rise" : "");

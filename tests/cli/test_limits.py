@@ -146,6 +146,30 @@ velocity = ["free", "free", "1 mm/s"]
         self.assertRegex(told, r"in equilibrium they reach the first break after [12]\d\d(\.\d)? s, at about [12]\d\d(\.\d)? N, "
                                r"but the phase lasts 1 us")
 
+    def test_a_start_from_rest_is_judged_by_waves(self):
+        """A pulse of pressure on a bar whose far end is held comes back as tension from the loaded end."""
+        bar = (PLATE[:PLATE.index("[[boundary]]")].replace('"10 mm", "20 mm"', '"2 mm", "40 mm"').replace('toughness = "30 J/m^2"', 'strength = "3 MPa"')
+               + """[[boundary]]
+on = "z-max"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "z-min"
+traction = ["0 Pa", "0 Pa", "5 MPa"]
+history = [["0 us", 0], ["2 us", 1], ["6 us", 1], ["8 us", 0]]
+""" + PLATE[PLATE.index("[time]"):].replace("[time]", '[time]\nstart = "rest"').replace("1 us", "20 us").replace('y = ["5', 'z = ["20'))
+        waves = "waves of the loads reach about {} MPa (an estimate), twice that where a fixed end reflects them; the strength is {} MPa at least"
+        said = self.call(bar, "check").stdout
+        self.assertIn(waves.format(5, 3) + ".\n", said)
+        self.assertNotIn("Warning: the loads", said)
+        said = self.call(bar.replace("3 MPa", "500 MPa"), "check").stdout
+        self.assertIn(waves.format(5, 500) + ".\n", said)
+        self.assertIn("Warning: the loads hardly break the body: their waves reach about 5 MPa, 1 % of the strength (an estimate); raise them\n", said)
+        sudden = bar[:bar.index("history")] + bar[bar.index("[time]"):]
+        self.assertIn("damping.bulk = [0.06, 1.2]", self.call(sudden, "check").stdout)
+        damped = self.call(sudden + "[damping]\nbulk = [0.06, 1.2]\n", "check").stdout
+        self.assertNotIn("damping.bulk = [0.06, 1.2] leaves", damped)
+        self.assertIn(waves.format(5, 3) + ".\n", damped)
+
     def test_a_rate_without_effect_is_told(self):
         said = self.call(PULLED, "check").stdout
         self.assertRegex(said, r"loading += in equilibrium up to the first break \([\d.]+ N, after [\d.]+ s\); until then the loading rate has no effect")

@@ -4,9 +4,11 @@
 #include "crackle/common/real.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/quasi_static.h"
+#include "crackle/dynamics/wave_outlook.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -36,13 +38,20 @@ struct LoadOutlook {
 LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLoads& loads,
                         EnergyAccount& account);
 
-/// The same for a realization, for any `start`; an unsupported body, and one at rest that is struck so fast
-/// that the wave may break it, are taken to break. Not collective (runs on one rank).
-/// @throws std::runtime_error when there is no equilibrium
-LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::Realization& realization);
+/// Warning that the loads do not break the body in equilibrium, with the margin and advice; empty if they do.
+std::string weak_load_warning(const LoadOutlook& outlook);
 
-/// Warning that the loads of the input do not break the body, with the margin and advice; empty if they do.
-/// With start = "rest" only a large margin counts, since waves may superpose.
-std::string weak_load_warning(const input::Parameters& parameters, const LoadOutlook& outlook);
+/// Predictions for a start from rest.
+struct RestOutlook {
+  WaveOutlook waves;
+  std::optional<LoadOutlook> equilibrium;  ///< if the waves hardly break the body, and it is supported
+};
+
+/// Not collective (runs on one rank).
+/// @throws std::runtime_error when there is no equilibrium
+RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Realization& realization);
+
+/// Warning that neither waves nor equilibrium come near a break; only a large margin counts.
+std::string weak_load_warning(const input::Parameters& parameters, const RestOutlook& outlook);
 
 }  // namespace crackle::dynamics
