@@ -111,7 +111,7 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, 
   cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
   const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;
   const bool breaks = measured.outlook.breaks;
-  const int n_phases = breaks ? work.phases : 0;
+  const int n_phases = breaks ? work.phases : work.phases_unbroken;
   Rows rows{
       {"dynamic phase",
        fmt::format("{:.3g} s for the full duration: {:.3g} ms per step, {:.3g} million tetrahedron updates "
@@ -137,8 +137,8 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, 
       "sample",
       fmt::format("{:.3g} s with {}{}", cost.total(), count_text(n_phases, "dynamic phase"),
                   n_phases > 1 ? fmt::format(", of which {} arrest{}", n_phases - 1, n_phases == 2 ? "s" : "")
-                  : n_phases == 0 ? ": the loads never break the body"
-                                  : ""));
+                  : breaks     ? ""
+                               : ": the loads never break the body"));
   const double hours = subject.n_samples() * cost.total() / 3600;
   rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each{}", hours, subject.samples_text(),
                                               count_text(n_phases, "dynamic phase"),

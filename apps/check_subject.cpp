@@ -158,10 +158,13 @@ void add_waves(Rows& rows, const input::Parameters& parameters) {
                     fmt::format("{} along the length (dilatational), {} across the width (shear)",
                                 time_text(parameters.specimen.size[2] / dilatational),
                                 time_text(parameters.specimen.size[1] / slowest_shear)));
-  rows.emplace_back("arrest window",
-                    parameters.time.start != input::Start::rest
-                        ? time_text(dynamics::arrest_window(parameters)) + " without a break"
-                        : "none: with start = \"rest\" the phase lasts for the whole duration");
+  const input::Start start = parameters.time.start;
+  rows.emplace_back(
+      "arrest window",
+      start == input::Start::rest
+          ? "none: with start = \"rest\" the phase lasts for the whole duration"
+          : time_text(dynamics::arrest_window(parameters)) + " without a break" +
+                (start == input::Start::equilibrium ? ", counted from the first break on" : ""));
 }
 
 /// All quantities of sample 0 that need no measurement.

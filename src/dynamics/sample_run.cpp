@@ -250,6 +250,8 @@ private:
     const std::int64_t number = result_.counts.dynamic_phases;
     PhaseOptions options{.grid = setup_.grid,
                          .arrest_window = arrest_window,
+                         // Loads that change, and waves, may take their time to break a body in equilibrium.
+                         .awaits_break = starts_moving(number),
                          .release_time = fracture::fracture_field(parameters_, fracture::span_of(subdomain_),
                                                                   &input::Fracture::release_time),
                          .ends_out_of_range = parameters_.time.precision == input::Precision::double_,
@@ -298,9 +300,10 @@ private:
     result_.frames = std::move(phase.frames);
     result_.note = phase.note;
     counted_time_ = phase.counted_time;
+    if (phase.arrested) note_early_arrest(phase);
     say(fmt::format("dynamic phase {}: {} after {:.1f} us, {} tetrahedra broken so far",
                     result_.counts.dynamic_phases,
-                    phase.arrested    ? "arrested"
+                    phase.arrested    ? result_.energy.back().broken == 0 ? "nothing broke" : "arrested"
                     : phase.separated ? "the body is apart"
                                       : "complete",
                     1e6 * phase.time, result_.energy.back().broken));
@@ -311,6 +314,22 @@ private:
           1e6 * phase.counted_time, phase.separated ? "the body was apart by" : "it was in one piece at",
           1e6 * phase.time);
     if (!result_.note.empty()) say(result_.note);
+  }
+
+  /// True for the dynamic phase in which the loads set an equilibrium in motion.
+  bool starts_moving(std::int64_t phase) const {
+    return parameters_.time.start == input::Start::equilibrium && phase == 1;
+  }
+
+  /// Arrest is the rule between quasi-static loading, but ends the motion of a body that started with it.
+  void note_early_arrest(const PhaseResult& phase) {
+    const double duration = setup_.grid.duration();
+    if (starts_moving(result_.counts.dynamic_phases) && phase.time < duration)
+      early_arrest_ = fmt::format(
+          "arrest ended the motion {:.4g} us after the start, before time.duration, {:.4g} us: nothing had "
+          "broken for {:.4g} us; to go on, raise time.arrest",
+          1e6 * phase.time, 1e6 * duration, 1e6 * arrest_window(parameters_));
+    if (result_.note.empty()) result_.note = early_arrest_;
   }
 
   /// Restores an arrested phase computed by an earlier run.
@@ -331,6 +350,7 @@ private:
     phase.dissipated = ended.dissipated;
     phase.separated_at = ended.separated_at;
     phase.last_break = ended.last_break;
+    note_early_arrest(phase);
     return phase;
   }
 
@@ -433,6 +453,7 @@ private:
   SampleResult result_;
   double load_at_first_break_ = not_a_number;  // in quasi-static loading [N]
   double counted_time_ = 0;                    // of the last dynamic phase [s]
+  std::string early_arrest_;                   // the remark on it, if any
 };
 
 /// Runs the sample in the precision of the input, or in double if mixed precision is out of range.

@@ -46,17 +46,18 @@ SampleWork sample_work(const input::Parameters& parameters, int phases) {
                        running_durations + dynamics::arrest_window(parameters) / parameters.time.duration);
   // One equilibrium after each quasi-static break and one after each arrest.
   const double solves = static_breaks_per_phase * phases + (phases - 1);
-  return {phases, 1 + (phases - 1) * arrested, static_cast<int>(std::lround(solves))};
+  return {phases, parameters.time.start == input::Start::equilibrium ? 1 : 0, 1 + (phases - 1) * arrested,
+          static_cast<int>(std::lround(solves))};
 }
 
 SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, const SampleWork& work,
                        double rest) {
   SampleCost cost;
   cost.phase = measured.phase_start + measured.step * static_cast<double>(phase.grid.n_steps);
-  if (measured.outlook.breaks) {
-    cost.dynamic = work.phases * measured.phase_start +
-                   work.full_durations * measured.step * static_cast<double>(phase.grid.n_steps);
-  }
+  cost.dynamic = measured.outlook.breaks
+                     ? work.phases * measured.phase_start +
+                           work.full_durations * measured.step * static_cast<double>(phase.grid.n_steps)
+                     : work.phases_unbroken * cost.phase;
   cost.quasi_static = measured.first_solve + work.solves * measured.next_solve;
   cost.rest = rest + measured.setup;
   return cost;

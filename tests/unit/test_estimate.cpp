@@ -95,6 +95,8 @@ TEST(Estimate, CostIsTheSumOfItsParts) {
   measured.outlook.breaks = false;
   measured.next_solve = 0;
   EXPECT_DOUBLE_EQ(sample_cost(measured, phase, work, 1).total(), 6 + 1.5);
+  // Only the one in which it moves from the equilibrium at the start.
+  EXPECT_DOUBLE_EQ(sample_cost(measured, phase, {.phases_unbroken = 1}, 1).total(), 6 + 20.25 + 1.5);
 }
 
 TEST(Estimate, OutputGrowsWithFramesNodesAndTetrahedra) {

@@ -27,6 +27,7 @@ PhaseWork phase_work(const input::Parameters& parameters, double stable_step);
 /// Expected dynamic phases and static solves of a sample.
 struct SampleWork {
   int phases = 1;             ///< the last one runs for the full duration
+  int phases_unbroken = 0;    ///< the same of a body that does not break
   double full_durations = 1;  ///< total dynamic time, in units of the full duration
   int solves = 0;             ///< equilibria after the first; 0 with start = "rest"
 };
