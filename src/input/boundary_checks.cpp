@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "condition_faces.h"
 #include "consistency.h"
 #include "dimension.h"
 #include "document.h"
@@ -17,75 +18,6 @@
 namespace crackle::input {
 
 namespace {
-
-std::string boundary_key(std::size_t i) {
-  return fmt::format("boundary[{}]", i);
-}
-
-bool prescribes_motion(const Boundary& condition) {
-  return prescribes_motion(condition.kind);
-}
-
-/// The box face on which a condition acts; empty if its name is that of something else.
-std::optional<Face> box_face(const Boundary& condition, const Specimen& specimen) {
-  if (!is_box(specimen)) return {};
-  for (std::size_t i = 0; i < box_edges.size(); ++i)
-    if (condition.on == fmt::format("edge-{}", i)) return box_edges[i];
-  const auto found = std::ranges::find(face_names, condition.on);
-  if (found == face_names.end()) return {};
-  return static_cast<Face>(found - face_names.begin());
-}
-
-/// A wall through the thickness as a segment in the plane of the plate.
-struct Wall {
-  plane::Point from, to;
-  std::vector<std::string> names;
-};
-
-std::vector<Wall> walls_of(const plane::Shape& shape) {
-  std::vector<Wall> walls;
-  for (std::size_t l = 0; l < shape.loops.size(); ++l) {
-    const plane::Loop& loop = shape.loops[l];
-    for (std::size_t i = 0; i < loop.size(); ++i)
-      walls.push_back({loop.from(i), loop.to(i), plane::names_of_side(shape, l, i)});
-  }
-  return walls;
-}
-
-/// The part of a wall inside a region, as an interval of its length; empty if there is none.
-std::optional<std::pair<double, double>> share_in(const Wall& wall, const Region& region) {
-  double first = 0;
-  double last = 1;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const double slack = 1e-12;
-    const auto [lower, upper] = region[i + 1];
-    const double length = wall.to[i] - wall.from[i];
-    if (length == 0) {
-      if (wall.from[i] < lower - slack || wall.from[i] > upper + slack) return {};
-      continue;
-    }
-    const auto [enters, leaves] =
-        std::minmax({(lower - slack - wall.from[i]) / length, (upper + slack - wall.from[i]) / length});
-    first = std::max(first, enters);
-    last = std::min(last, leaves);
-  }
-  if (!(first < last)) return {};
-  return std::pair{first, last};
-}
-
-/// The part of its face on which a condition acts; along the face's normal both limits are the face's
-/// position.
-Region part_of_face(const Boundary& condition, Face face, const Vector& size) {
-  Region part;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    part[axis] = {std::max(condition.region[axis].first, 0.0),
-                  std::min(condition.region[axis].second, size[axis])};
-  }
-  const auto normal = static_cast<std::size_t>(axis_of(face));
-  const double position = is_upper(face) ? size[normal] : 0;
-  part[normal] = {position, position};
-  return part;
-}
 
 /// True if the limits include a part of an extent: more than its ends, except for a line, which may be one of
 /// them.
@@ -197,10 +129,6 @@ std::string range_of_names(const char* kind, std::size_t n) {
   return n == 1 ? fmt::format(", \"{}-0\"", kind) : fmt::format(", \"{0}-0\" to \"{0}-{1}\"", kind, n - 1);
 }
 
-bool has_name(const Wall& wall, const std::string& name) {
-  return std::ranges::find(wall.names, name) != wall.names.end();
-}
-
 std::string known_names(const Specimen& specimen, const std::vector<Wall>& walls) {
   const bool is_circle = specimen.outline && specimen.outline->polygon.empty();
   const std::size_t n_edges = !specimen.outline ? 4 : is_circle ? 1 : specimen.outline->polygon.size();
@@ -281,10 +209,7 @@ bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& spec
   if (a.on.starts_with("x-") || b.on.starts_with("x-"))
     return a.on == b.on && overlap(a.region[1], b.region[1], 0) && overlap(a.region[2], b.region[2], 0);
   return std::ranges::any_of(walls, [&](const Wall& wall) {
-    const auto has = [&](const std::string& name) {
-      return std::ranges::find(wall.names, name) != wall.names.end();
-    };
-    if (!has(a.on) || !has(b.on)) return false;
+    if (!has_name(wall, a.on) || !has_name(wall, b.on)) return false;
     const auto share = share_in(wall, a.region);
     const auto other = share_in(wall, b.region);
     // Regions may share a border, to which the tolerance gives some width; a line has no more than that.
@@ -374,6 +299,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
     }
     if (size_known && condition.kind == BoundaryKind::absorbing && !findings.faulty(key))
       check_absorbs(parameters, i, walls, findings);
+    if (size_known && !findings.faulty(key)) check_idle_load(parameters, i, walls, findings);
   }
   if (parameters.time.start != Start::rest && !findings.faulty("boundary") &&
       !findings.faulty("time.start")) {

@@ -191,6 +191,26 @@ void check_sections(const Parameters& parameters, Findings& findings) {
     check_line(sections.lines[i], fmt::format("sections.line[{}]", i), parameters.specimen, findings);
 }
 
+std::vector<std::string> section_warnings(const Parameters& parameters) {
+  const Specimen& specimen = parameters.specimen;
+  std::vector<std::string> warnings;
+  const bool has_slots =
+      std::ranges::any_of(specimen.notches, [](const Notch& one) { return one.slot.has_value(); });
+  if (is_box(specimen) || has_slots || parameters.draw) return {};
+  const auto look = [&](int axis, const char* name, const std::vector<double>& positions) {
+    const std::string ligaments = describe_ligaments(specimen, axis);
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      if (!ligaments.empty() && !can_arrive(specimen, axis, positions[i]))
+        warnings.push_back(fmt::format(
+            "no notch's crack can reach sections.{}[{}] = {}, only one that starts at a hole or elsewhere; "
+            "notches have their ligaments {}",
+            name, i, show(positions[i]), ligaments));
+  };
+  look(1, "y", parameters.sections.y);
+  look(2, "z", parameters.sections.z);
+  return warnings;
+}
+
 namespace {
 
 void check_variation(Findings& findings, const Variation& variation) {
