@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle check: validates an input file and estimates the cost of running it.
 #include "crackle/common/failure.h"
+#include "crackle/common/heartbeat.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/memory.h"
@@ -35,8 +36,8 @@ namespace {
 struct CheckOptions {
   std::string file;
   bool keys = false;
-  std::int64_t ranks = 0;  ///< number of ranks to plan for; 0: no plan
-  int phases = ensemble::usual_phases;
+  std::int64_t ranks = 0;    ///< number of ranks to plan for; 0: no plan
+  int phases = 0;            ///< expected number of dynamic phases; 0: as such inputs have
   std::int64_t samples = 0;  ///< number of samples to try; 0: sample 0 only
   bool measure = true;
 
@@ -72,8 +73,12 @@ struct Estimate {
 Estimate print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
   const auto body = geometry::make_body(parameters);
   const auto available = ensemble::available_memory();
-  for (const std::string& warning : dynamics::model_warnings(parameters, *body))
-    fmt::print("Warning: {}\n\n", warning);
+  const auto warnings = [&] {
+    Heartbeat heartbeat(notify);
+    heartbeat.begin("examining the input");
+    return dynamics::model_warnings(parameters, *body);
+  }();
+  for (const std::string& warning : warnings) fmt::print("Warning: {}\n\n", warning);
   std::fflush(stdout);
   geometry::MotherPoints base;
   const Subject subject = make_subject(parameters, *body, base);
@@ -87,6 +92,8 @@ Estimate print_estimate(const input::Parameters& parameters, const CheckOptions&
   if (options.measure) {
     print_rest_outlook(subject);
     if (estimate.failures.empty()) estimate.time = print_cost(subject, options.phases, options.ranks);
+    if (estimate.time && options.samples == 0)
+      estimate.failures = try_scatter_at_start(subject, base, estimate.time->share_at_start);
   }
   return estimate;
 }
@@ -109,6 +116,8 @@ void print_random_inputs(const input::Parameters& parameters) {
   const std::uint64_t n_tried = std::min(ensemble.n_inputs(), most_tried);
   std::uint64_t n_bad = 0;
   std::string first;
+  Heartbeat heartbeat(notify);
+  heartbeat.begin("drawing the random inputs");
   for (std::uint64_t i = 0; i < n_tried; ++i) {
     try {
       uncertainty::sample_parameters(parameters, i * static_cast<std::uint64_t>(ensemble.replicates));
@@ -146,6 +155,9 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
     } catch (const std::runtime_error& error) {
       fail("{}: {}", file, error.what());
     }
+    if (parameters.ensemble.samples == 1)
+      fmt::print(
+          "\nOne sample shows no scatter: statistics, and comparisons with experiments, need some 20.\n");
     fmt::print("\n{} is valid\n", file);
   });
   return success;
@@ -167,9 +179,8 @@ void add_check_command(CLI::App& app, Action& run) {
   command
       ->add_option("--phases", options->phases,
                    "assumed number of dynamic phases per sample, including the last one, in which cracks do "
-                   "not arrest")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+                   "not arrest [2, or a range where growing cracks relieve the load]")
+      ->check(CLI::Range(1, 1000));
   command
       ->add_option("--samples", options->samples,
                    "start this many samples (of each case of a sweep) as crackle run would, and report how "

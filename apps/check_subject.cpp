@@ -202,13 +202,24 @@ std::string refining_regions_text(const input::Parameters& parameters) {
   return text;
 }
 
-/// Checks the memory for the mesh only; the machine that computes the samples may have more memory, or more
-/// nodes.
-/// @throws std::runtime_error when there is too little
-void check_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
+/// Meshes that take longer than this are announced [s].
+constexpr double long_meshing = 20;
+
+/// Checks the memory for the mesh only, as the machine that computes the samples may have more memory, or
+/// more nodes; and announces a mesh that takes long to make, which a slip in a spacing causes.
+/// @throws std::runtime_error when there is too little memory
+void check_mesh_size(const input::Parameters& parameters, const geometry::Body& body) {
   if (const auto message = ensemble::shortage(ensemble::expected_mesh_memory(parameters, body),
                                               "making the mesh", ensemble::available_memory()))
     throw std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
+  if (parameters.mesh.points) return;
+  const double n_points = geometry::estimate_n_points(body, parameters.mesh);
+  const double seconds = ensemble::placing_seconds(n_points);
+  if (seconds < long_meshing) return;
+  fmt::print("\nWarning: a mesh has about {:.2g} million nodes and takes {} or more to make: {}\n\n",
+             n_points / 1e6, duration_text(seconds),
+             geometry::SpacingField(body, parameters.mesh).range_text());
+  std::fflush(stdout);
 }
 
 }  // namespace
@@ -222,7 +233,11 @@ double Subject::memory() const {
 
 Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
                      geometry::MotherPoints& base) {
-  check_mesh_memory(parameters, body);
+  {
+    Heartbeat heartbeat(notify);
+    heartbeat.begin("counting the mother points");
+    check_mesh_size(parameters, body);
+  }
   if (parameters.mesh.base == input::Base::shared)
     base = ensemble::make_base_points(body, parameters, notify);
   const ThreadClock clock;

@@ -7,6 +7,7 @@
 #include "crackle/dynamics/sample_setup.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/geometry/partition.h"
+#include "crackle/input/plausibility.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -23,26 +24,13 @@ namespace {
 
 /// Maximum amplification of the static stress that waves are assumed to cause.
 constexpr double wave_amplification = 10;
-
-/// Largest speed of the body at the start [m/s].
-double initial_speed(const input::Parameters& parameters) {
-  const input::Region bounds = input::bounds_of(parameters.specimen);
-  const auto velocities = parameters.initial_velocities();
-  double speed = 0;
-  // A velocity that is linear in the coordinates is largest at a corner.
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    Vector p{}, sum{};
-    for (std::size_t k = 0; k < 3; ++k) p[k] = (corner >> k & 1u) != 0 ? bounds[k].second : bounds[k].first;
-    for (const auto& velocity : velocities) sum = sum + velocity.at(p);
-    speed = std::max(speed, norm(sum));
-  }
-  return speed;
-}
+/// Share of the volume beyond what is strained at notches only.
+constexpr double large_part = 0.01;
 
 /// Largest stress of the plane wave that a prescribed or initial velocity sends into the body: density times
 /// dilatational speed times velocity [Pa].
 double impact_stress(const input::Parameters& parameters) {
-  double speed = initial_speed(parameters);
+  double speed = input::initial_speed(parameters);
   for (const auto& condition : parameters.boundaries)
     if (condition.kind == input::BoundaryKind::velocity)
       speed = std::max(
@@ -91,6 +79,7 @@ LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLo
   const auto has_broken = [&] { return loading.n_events() > 0; };
   const auto look = [&](const LoadState& now) {
     if (has_broken()) return;
+    outlook.strained = loading.strained_share(small_strain);
     if (const double share = loading.stress_share(); share > outlook.share) {
       outlook.share = share;
       outlook.load = machine_load(loads, now).force;
@@ -123,6 +112,15 @@ LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::
                              setup.average.get());
   loading.load_at_start(account);
   return first_break(loading, setup.loads, account);
+}
+
+std::string large_strain_warning(const LoadOutlook& outlook) {
+  if (!(outlook.strained > large_part)) return {};
+  return fmt::format(
+      "at the first break {:.3g} % of the body {} strained by more than {:.2g} %, but the program assumes "
+      "small "
+      "strains: is Young's modulus too low, or the strength too high?",
+      100 * outlook.strained, outlook.strained < 0.015 ? "is" : "are", 100 * small_strain);
 }
 
 std::string weak_load_warning(const input::Parameters& parameters, const LoadOutlook& outlook) {

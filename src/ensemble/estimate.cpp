@@ -17,6 +17,8 @@ namespace {
 constexpr double running_durations = 0.4;
 constexpr double static_breaks_per_phase = 1.5;
 
+constexpr int phases_between_moved_grips = 10, phases_of_changing_stress = 60;
+
 /// Broken tetrahedra of a sample divided by (tetrahedra of the mesh)^(2/3), since cracks are surfaces.
 constexpr double breaks_per_section = 1.2;
 
@@ -37,6 +39,22 @@ PhaseWork phase_work(const input::Parameters& parameters, double stable_step) {
   const dynamics::TimeGrid grid = dynamics::choose_time_grid(parameters.time, stable_step);
   const double forces_per_step = dynamics::splitting(parameters.time.integrator).forces_per_step;
   return {grid, static_cast<std::int64_t>(std::ceil(forces_per_step * static_cast<double>(grid.n_steps)))};
+}
+
+PhaseRange expected_phases(const input::Parameters& parameters) {
+  if (parameters.time.start == input::Start::rest) return {1, 1};
+  const auto changes = [](const input::InitialStress& stress) {
+    return std::ranges::any_of(stress.history,
+                               [&](const auto& entry) { return entry.second != stress.history[0].second; });
+  };
+  const auto moves = [](const input::Boundary& condition) {
+    return input::prescribes_motion(condition.kind) &&
+           (condition.value != Vector{} || condition.rate != Vector{});
+  };
+  if (std::ranges::any_of(parameters.initial_stresses, changes))
+    return {usual_phases, phases_of_changing_stress};
+  if (std::ranges::any_of(parameters.boundaries, moves)) return {usual_phases, phases_between_moved_grips};
+  return {};
 }
 
 SampleWork sample_work(const input::Parameters& parameters, int phases) {

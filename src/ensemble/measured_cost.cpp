@@ -49,7 +49,10 @@ public:
     loading.load_at_start(account_);
     if (!setup_.body.initial_strain().is_none())
       cost.initial = dynamics::stress_state(self_, setup_.body, loading.displacement().local());
-    if (parameters_.time.start == input::Start::quasi_static) loading.refuse_overload();
+    if (parameters_.time.start == input::Start::quasi_static) {
+      loading.refuse_overload();
+      cost.share_at_start = loading.stress_share();
+    }
     const auto n_solves = loading.n_solves();
     const ThreadClock next;
     cost.outlook = dynamics::first_break(loading, setup_.loads, account_);

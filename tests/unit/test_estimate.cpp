@@ -36,6 +36,26 @@ TEST(Estimate, CountsStepsAndForceEvaluations) {
   EXPECT_EQ(phase.force_evaluations, 20000);
 }
 
+/// Cracks arrest where they relieve the load: between moved grips, and above all under thermal stresses (34
+/// to 57 phases of a disc shrunk into a ring).
+TEST(Estimate, ExpectsMorePhasesWhereCracksRelieveTheLoad) {
+  const auto most = [](const input::Parameters& parameters) { return expected_phases(parameters).most; };
+  auto parameters = paper_like();
+  parameters.boundaries = {{.kind = input::BoundaryKind::force, .rate = {0, 0, 1}}};
+  EXPECT_EQ(most(parameters), usual_phases);
+  parameters.boundaries[0] = {.kind = input::BoundaryKind::displacement, .rate = {0, 0, 1e-6}};
+  EXPECT_GE(most(parameters), 10);
+  EXPECT_EQ(expected_phases(parameters).least, usual_phases);
+  parameters.boundaries[0] = {.kind = input::BoundaryKind::fix};
+  EXPECT_EQ(most(parameters), usual_phases);
+  parameters.initial_stresses = {{.expansion = 9e-6, .temperature = {{0, -200}}}};
+  EXPECT_EQ(most(parameters), usual_phases) << "there from the start";
+  parameters.initial_stresses[0].history = {{0, 0}, {10, 1}};
+  EXPECT_GE(most(parameters), 57);
+  parameters.time.start = input::Start::rest;
+  EXPECT_EQ(most(parameters), 1);
+}
+
 TEST(Estimate, AutomaticStepStaysBelowTheStableOneAndDividesTheDuration) {
   auto parameters = paper_like();
   parameters.time.step.reset();

@@ -23,6 +23,9 @@ struct StressState {
 StressState stress_state(const parallel::Communicator& group, const fracture::BreakableBody& body,
                          std::span<const double> displacement);
 
+/// Strain up to which its square, which the program neglects, is below a few percent of it.
+inline constexpr double small_strain = 0.05;
+
 /// Static prediction of the first break under the loads.
 struct LoadOutlook {
   bool breaks = true;      ///< the loads break the body
@@ -30,11 +33,15 @@ struct LoadOutlook {
   double time = infinity;  ///< of the first break, from the start of loading; infinite without one [s]
   double load = 0;         ///< of the machine at the first break, or its maximum without one [N]
   double share = 1;        ///< without a break: the largest ratio of stress to strength
+  double strained = 0;     ///< share of the volume strained beyond small_strain then
 };
 
 /// Loads an unbroken body up to its first break and through the equilibrium after it. Collective.
 LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLoads& loads,
                         EnergyAccount& account);
+
+/// Warning that a body is strained beyond small strains at the first break; empty if it is not.
+std::string large_strain_warning(const LoadOutlook& outlook);
 
 /// The same for a realization, for any `start`; an unsupported body, and one at rest that is struck so fast
 /// that the wave may break it, are taken to break. Not collective (runs on one rank).

@@ -30,4 +30,8 @@ std::vector<std::string> model_warnings(const input::Parameters& parameters, con
 /// @param first_break_time since the loading began [s]
 std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time);
 
+/// The same for quasi-static loading that moves the body beyond small strains; empty otherwise.
+/// @param displacement of the machine at the peak load [m]; may be NaN
+std::string large_displacement_warning(const input::Parameters& parameters, double displacement);
+
 }  // namespace crackle::dynamics

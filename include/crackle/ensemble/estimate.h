@@ -14,6 +14,16 @@ namespace crackle::ensemble {
 /// on average.
 inline constexpr int usual_phases = 2;
 
+/// The smallest and the largest number of dynamic phases to expect.
+struct PhaseRange {
+  int least = usual_phases, most = usual_phases;
+};
+
+/// More than the usual number where a growing crack relieves the load, so that it arrests and starts again:
+/// between moved grips, up to 10, and under a stress that changes with time, such as a thermal one, up to 60
+/// (a disc shrunk into a ring: 34 to 57).
+PhaseRange expected_phases(const input::Parameters& parameters);
+
 /// Work of one dynamic phase of full duration.
 struct PhaseWork {
   dynamics::TimeGrid grid{};
