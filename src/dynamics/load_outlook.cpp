@@ -117,9 +117,8 @@ LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::
 std::string large_strain_warning(const LoadOutlook& outlook) {
   if (!(outlook.strained > large_part)) return {};
   return fmt::format(
-      "at the first break {:.3g} % of the body {} strained by more than {:.2g} %, but the program assumes "
-      "small "
-      "strains: is Young's modulus too low, or the strength too high?",
+      "at the first break {:.3g} % of the body {} strained by more than {:.2g} %, beyond the small strains "
+      "that the program assumes; is Young's modulus too low, or the strength too high?",
       100 * outlook.strained, outlook.strained < 0.015 ? "is" : "are", 100 * small_strain);
 }
 

@@ -82,8 +82,7 @@ std::string unsuited_correlation_text(const char* of, double length, const char*
   if (const double longest = std::ranges::max(body.size()); length > longest)
     return fmt::format(
         "the correlation length of the {}, {}, exceeds the body, {}: each sample is nearly uniform, and "
-        "samples "
-        "differ from each other instead",
+        "samples differ from each other instead",
         of, length_text(length), length_text(longest));
   const double finest = finest_spacing(parameters, body);
   if (length >= spacings_per_correlation_length * finest) return {};

@@ -252,8 +252,7 @@ std::string of_speed(const Parameters& parameters) {
   if (!(speed > fast_share * wave)) return {};
   return fmt::format(
       "a velocity of {} is {:.2g} % of a wave's, {}: it strains the body by as much, beyond the small "
-      "strains "
-      "that the program assumes",
+      "strains that the program assumes",
       quantity_text(speed, "m/s"), 100 * speed / wave, quantity_text(wave, "m/s"));
 }
 
@@ -264,8 +263,7 @@ std::string of_reference_volume(const Parameters& parameters) {
   if (!variation || !(variation->reference_volume > many_bodies * body)) return {};
   return fmt::format(
       "fracture.variation.reference_volume = {} is {:.2g} times the body's {}: the body is then {:.2g} times "
-      "as "
-      "strong as such a volume",
+      "as strong as such a volume",
       format_quantity(variation->reference_volume, volume_dimension), variation->reference_volume / body,
       format_quantity(body, volume_dimension),
       std::pow(variation->reference_volume / body, 1 / variation->modulus));

@@ -39,7 +39,7 @@ def _figure(what: str, groups: list[tuple[str, str, np.ndarray]]) -> Figure:
     for title, colour, values in groups:
         values = unit.of(values)
         _empirical(empirical, values, f"{values.size} {title if values.size > 1 else title[:-1]}", colour)
-        _weibull(straight, values, title, what, colour)
+        _weibull(straight, values, title, colour)
     for axes in (empirical, straight):
         axes.set_xlabel(unit.label(what))
     empirical.set_ylabel("share that bears no more")
@@ -60,7 +60,7 @@ def _figure(what: str, groups: list[tuple[str, str, np.ndarray]]) -> Figure:
     straight.set_ylabel("broken [%], Weibull's scale")
     straight.grid(color=style.BODY, linewidth=0.6)
     straight.set_axisbelow(True)
-    straight.legend(loc="upper left")
+    straight.legend(loc="upper left", title=f"Weibull's modulus of the {what}")
     return figure
 
 
@@ -81,7 +81,7 @@ def _empirical(axes: Axes, values: np.ndarray, label: str, colour: str) -> None:
     axes.fill_between(ends, np.clip(step - half, 0, 1), np.clip(step + half, 0, 1), step="post", color=colour, alpha=0.15, linewidth=0)
 
 
-def _weibull(axes: Axes, values: np.ndarray, title: str, what: str, colour: str) -> None:
+def _weibull(axes: Axes, values: np.ndarray, title: str, colour: str) -> None:
     """Values at (i - 1/2) / n and, where there are enough, the fit with the band of its quantiles."""
     if values.size == 1:
         axes.axvline(values[0], color=colour, linewidth=1.3, label=title[:-1])
@@ -93,5 +93,5 @@ def _weibull(axes: Axes, values: np.ndarray, title: str, what: str, colour: str)
         return
     height = _height(found.probability)
     axes.plot(found.quantile, height, color=colour, linewidth=1.2,
-              label=f"{title}: modulus of the {what} {found.modulus:.3g} ({found.lower:.3g} to {found.upper:.3g})")
+              label=f"{title}: {found.modulus:.3g} ({found.lower:.3g} to {found.upper:.3g})")
     axes.fill_betweenx(height, found.quantile_lower, found.quantile_upper, color=colour, alpha=0.15, linewidth=0)
