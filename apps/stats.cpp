@@ -184,7 +184,7 @@ int update_sweep(const parallel::Communicator& world, const StatsOptions& option
   }
   parallel::agree_on_root(world, [&] {
     if (!options.read_only) io::write_text_file(ensemble::sweep_table(folder), ensemble::sweep_csv(rows));
-    fmt::print("{}", ensemble::sweep_text(rows));
+    fmt::print("{}", options.json ? ensemble::sweep_json(rows) : ensemble::sweep_text(rows));
   });
   if (!file_error.empty()) throw parallel::AgreedError(0, file_error);
   return success;
@@ -218,7 +218,7 @@ void add_stats_command(CLI::App& app, Action& run) {
   command->add_flag(
       "--json", options->json,
       "print one JSON document instead: the statistics, the rows of all samples and the outline of "
-      "the body, in SI units; NaN is null");
+      "the body, or the table of a sweep, in SI units; NaN is null");
   command
       ->add_option("--limit", options->limits,
                    "also print the share of samples that meet a condition, such as \"peak_load > "
@@ -261,7 +261,7 @@ void add_stats_command(CLI::App& app, Action& run) {
     run = [options](const parallel::Communicator& world) {
       if (options->folders.size() > 1) return show_bases(world, *options);
       options->folder = folder_of(world, options->folders.front()).string();
-      const bool is_of_one = options->json || !options->limits.empty() || !options->sections.empty();
+      const bool is_of_one = !options->limits.empty() || !options->sections.empty();
       if (!is_of_one && is_sweep(world, options->folder)) return update_sweep(world, *options);
       return options->sections.empty() ? update_statistics(world, *options)
                                        : show_at_sections(world, *options);

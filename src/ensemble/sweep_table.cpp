@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -134,6 +135,17 @@ const Cell& find_cell(const std::vector<Cell>& cells, const std::string& name) {
   return *found;
 }
 
+/// Those that say how samples broke, and of which `crackle stats` prints means or shares.
+std::vector<Cell> of_bodies(std::vector<Cell> cells) {
+  using enum analysis::Reduction;
+  std::erase_if(cells, [](const Cell& cell) {
+    const bool is_printed =
+        cell.is_share || cell.info.reduction == quantiles || cell.info.reduction == counts;
+    return !is_printed || !analysis::is_of_the_body(cell.info);
+  });
+  return cells;
+}
+
 /// Columns of the text table.
 constexpr std::array shown{"onset_force",         "peak_load",
                            "pattern: two cracks", "bifurcations_projected: any",
@@ -215,6 +227,37 @@ std::string sweep_text(std::span<const CaseRows> cases) {
     fmt::format_to(out, "   {}\n", to_string(cases[i].of->settings));
   }
   return text;
+}
+
+std::string sweep_json(std::span<const CaseRows> cases) {
+  using Json = nlohmann::ordered_json;
+  Json document{
+      {"confidence", analysis::default_confidence}, {"results", Json::array()}, {"cases", Json::array()}};
+  for (const Cell& cell : of_bodies(cells_of({}))) {
+    const bool is_share = cell.is_share;
+    document["results"].push_back(
+        {{"name", cell.info.name},
+         {"label", cell.info.label},
+         {"share_of", is_share ? cell.name.substr(cell.name.find(": ") + 2) : std::string()},
+         {"shown_units", is_share ? "%" : cell.info.shown_units},
+         {"shown_factor", is_share ? 100 : cell.info.shown_factor}});
+  }
+  for (const CaseRows& one : cases) {
+    Json row{{"folder", one.folder},
+             {"settings", Json::array()},
+             {"n_samples", one.rows.size()},
+             {"n_done", count(one.rows, analysis::SampleStatus::done)},
+             {"n_failed", count(one.rows, analysis::SampleStatus::failed)}};
+    for (const auto& [key, value] : one.of->settings)
+      row["settings"].push_back({{"key", key}, {"value", value}});
+    for (const Cell& cell : of_bodies(cells_of(one.rows))) {
+      row["value"].push_back(cell.value);
+      row["lower"].push_back(cell.lower);
+      row["upper"].push_back(cell.upper);
+    }
+    document["cases"].push_back(std::move(row));
+  }
+  return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace crackle::ensemble

@@ -12,7 +12,7 @@ from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, is_there, results, s
 from crackle.program import statistics_of
 from crackle.units import MM, Unit
 
-from .mesh import Mesh
+from .mesh import Mesh, Regions
 from .plate import Plate
 from .results import (BranchingPoints, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, History, Paths, Places, Ranks,
                       Result, Samples, Share, Statistics, Symmetry)
@@ -43,7 +43,18 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
                zip(statistics["reference_notch"], statistics.get("symmetries", []))],
         ranks={name: _paths(Ranks, statistics[name], n) for name in GROUPS},
         interval_scope=statistics["interval_scope"], notes=document["notes"], provenance=provenance,
-        input_text=document["input"], files=files, inputs=document.get("inputs", []), sensitivities=document.get("sensitivities"))
+        input_text=document["input"], files=files, inputs=document.get("inputs", []), sensitivities=document.get("sensitivities"),
+        headline=document["headline_load"], materials=_materials(document["input"]))
+
+
+def _materials(text: str) -> list[str]:
+    """Names of those in an input."""
+    try:
+        found = tomllib.loads(text).get("material", {})
+    except tomllib.TOMLDecodeError:  # as of input.toml while it is edited
+        found = {}
+    several = found if isinstance(found, list) else [found]
+    return [str(one.get("name", f"material {k}")) for k, one in enumerate(several)]
 
 
 def _sections(paths: dict[str, Any], lengths: Unit) -> tuple[CrossSection, ...]:
@@ -71,7 +82,8 @@ def _samples(document: dict[str, Any], n: int) -> Samples:
 def _result(found: dict[str, Any]) -> Result:
     return Result(found["name"], found["label"], found["shown_units"], found["shown_factor"], found["format"],
                   found.get("categories", []), found.get("n_any", 0),
-                  Share(found["share"], found["lower"], found["upper"]) if "share" in found else None)
+                  Share(found["share"], found["lower"], found["upper"]) if "share" in found else None,
+                  *(tuple(np.array(found.get(name, ()), float)) for name in ("quantiles", "quantile_bounds")), found.get("n_bounds", 0))
 
 
 def _numbers(values: Iterable[Any]) -> np.ndarray:
@@ -98,6 +110,7 @@ class SampleFiles:
 
     def __init__(self, folder: Path) -> None:
         self.files = sample_files(folder)
+        self._regions: dict[int, Optional[Regions]] = {}
 
     def crack(self, sample: int) -> Optional[CrackSurface]:
         return self._read(sample, _read_crack)
@@ -113,7 +126,13 @@ class SampleFiles:
         return self._read(sample, _members_of(BranchingPoints, "forks"))
 
     def mesh(self, sample: int) -> Optional[Mesh]:
-        return self._read(sample, _read_mesh)
+        return self._read(sample, read_mesh)
+
+    def regions(self, sample: int) -> Optional[Regions]:
+        """The parts of other materials than the first, at mid-thickness; None also of a body of one material."""
+        if sample not in self._regions:
+            self._regions[sample] = self._read(sample, read_regions)
+        return self._regions[sample]
 
     def energy(self, sample: int) -> Optional[Energy]:
         return self._read(sample, _members_of(Energy, "energy"))
@@ -122,7 +141,7 @@ class SampleFiles:
         return self._read(sample, _members_of(History, "history"))
 
     def frames(self, sample: int) -> Optional[Frames]:
-        return self._read(sample, _read_frames)
+        return self._read(sample, read_frames)
 
     def _read(self, sample: int, read: Callable[[h5py.File], Any]) -> Any:
         """Raises ResultsError for a file that is no sample's, is damaged or lacks something."""
@@ -156,10 +175,18 @@ def _read_places(root: h5py.File) -> Optional[Places]:
     return Places(middle, time, centre, float(areas[largest]), float(surface["time"][...][facets].min()))
 
 
-def _read_mesh(root: h5py.File) -> Mesh:
+def read_mesh(root: h5py.File) -> Mesh:
+    """Of a sample's file."""
     group = root["mesh"]
     return Mesh(group["nodes"][...], group["tetrahedra"][...],
-                **{name: group[name][...] for name in ("strength_factor", "youngs_modulus") if name in group})
+                **{name: group[name][...] for name in ("strength_factor", "youngs_modulus", "material") if name in group})
+
+
+def read_regions(root: h5py.File) -> Optional[Regions]:
+    """Of a sample's file, as SampleFiles.regions."""
+    if "material" not in root["mesh"]:
+        return None
+    return read_mesh(root).regions(float(root["specimen/size"][0]) / 2)
 
 
 def _read_lines(root: h5py.File) -> list[CrackLine]:
@@ -179,7 +206,8 @@ def _members_of(kind: type, name: str) -> Callable[[h5py.File], Any]:
     return read
 
 
-def _read_frames(root: h5py.File) -> Frames:
+def read_frames(root: h5py.File) -> Frames:
+    """Of a sample's file."""
     group = root["frames"]
     broken, cut = root["breaks/tetrahedron"][...], root["breaks/cut"][...]
     n_broken, release_time = group["broken"][...], _of_tetrahedra(root, "release_time", 0)

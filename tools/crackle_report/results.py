@@ -11,12 +11,14 @@ import numpy as np
 from crackle.files import DONE, PENDING
 from crackle.units import US, Unit, fitting
 
+from .mesh import Regions
 from .plate import Plate
 
 if TYPE_CHECKING:
     from .reading import SampleFiles
 
 N_TIMED = 3  # samples whose durations tell the unit of times
+UNBROKEN = 0  # among the outcomes
 
 
 @dataclass(frozen=True)
@@ -145,6 +147,9 @@ class Result:
     categories: list[str]  # the words that its numbers stand for, from 0 on; empty for other numbers
     n_any: int  # samples in which a number of things is above 0
     any: Optional[Share]  # of these; None for other results
+    quantiles: tuple[float, ...] = ()  # least, 25 %, median, 75 %, greatest over the samples [SI]; NaN where only a bound is known
+    bounds: tuple[float, ...] = ()  # these bounds; empty without
+    n_bounds: int = 0  # samples of which only a bound is known: they did not break
 
 
 @dataclass
@@ -271,6 +276,8 @@ class Ensemble:
     files: "SampleFiles"
     inputs: list[dict[str, Any]]  # the random ones: key, units, distribution, values of each sample [SI]
     sensitivities: Optional[dict[str, Any]]  # what the results owe to these; None without
+    headline: str  # name of the load that says what the samples held
+    materials: list[str]  # names
 
     @cached_property
     def times(self) -> Unit:
@@ -299,13 +306,27 @@ class Ensemble:
         found = {int(i): self.files.places(int(i)) for i in self.done}
         return {i: place for i, place in found.items() if place is not None}
 
-    def breaking_load(self) -> tuple[str, np.ndarray]:
-        """Name and values [N] of the load that tells when the samples that are done broke: the onset, or where none
-        has one, as when dynamics started from rest, the first break."""
-        force = self.samples.onset_force[self.done]
-        if "first_break_load" in self.samples.numbers and not np.isfinite(force).any():
-            return "load at the first break", self.samples.first_break_load[self.done]
-        return "onset force", force
+    @property
+    def load(self) -> Result:
+        """The load that says what the samples held."""
+        return self.samples.result(self.headline)
+
+    @cached_property
+    def loads(self) -> np.ndarray:
+        """Its values [N], of each sample; NaN of those that did not break."""
+        table = self.samples
+        broke = (table.status == DONE) & (table.outcome != UNBROKEN)
+        return np.where(broke, table.numbers[self.headline], np.nan)
+
+    @property
+    def tinted(self) -> str:
+        """A sentence on the parts of other materials in pictures; empty where there are none."""
+        return f" Tinted: {', '.join(self.materials[1:])}." if len(self.materials) > 1 else ""
+
+    @cached_property
+    def regions(self) -> Optional[Regions]:
+        """The parts of other materials for pictures of all samples: those of the first."""
+        return self.files.regions(int(self.done[0])) if self.done.size else None
 
     def rows_shown(self, group: str) -> list[int]:
         """Rows of /statistics/`group` to draw or print. On a plate cracks may start in many places: those where some did."""
@@ -320,7 +341,7 @@ class Ensemble:
         """The cracks of a row of /statistics/`group`, for people."""
         ranks = self.ranks[group]
         names = {"leader": "leading", "leader/one_crack": "leading, of samples with one crack",
-                 "leader/two_cracks": "leading, of samples with two", "follower": "following"}
+                 "leader/two_cracks": "leading, of samples with two cracks", "follower": "following"}
         of_class = f" where {self.plate.name_of(ranks.leading_notch[row])} leads" if len(set(ranks.leading_notch)) > 1 else ""
         several = not group.startswith("leader") and self.n_notches > 2
         return names[group] + (f", of {self.plate.name_of(ranks.notch[row])}" if several else "") + of_class

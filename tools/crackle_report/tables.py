@@ -20,6 +20,7 @@ TEXT = ' class="text"'
 # Results measured along cracks that start at notches, holes or outlines.
 OF_PATHS = ("pattern", "leading_notch", "overlap", "bifurcations", "bifurcations_projected", "kinks", "crack_speed_max", "crack_speed_ratio",
             "traced_area", "effective_toughness")
+OF_PLACES = ("first_break_x", "first_break_y", "first_break_z")  # the others begin at these
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,11 @@ def _column(result: Result, table: Samples) -> Column:
     return Column(result.label, units, lambda s, i: kind(s.numbers[result.name][i] * factor), form)
 
 
+def _starts(result: Result, ensemble: Ensemble) -> Column:
+    """The column of a result that is the number of a crack start."""
+    return Column(result.label, "", lambda s, i: ensemble.plate.name_of(k) if (k := int(s.numbers[result.name][i])) >= 0 else MISSING)
+
+
 def _least_shown(result: Result) -> float:
     """The least value in its unit of which the format shows two digits; of areas, whose prefixes are far apart, less."""
     return 1e-3 if "^2" in result.units and "/" not in result.units else 10.0 ** (1 - int(result.format[1:-1]))
@@ -56,8 +62,8 @@ def samples(ensemble: Ensemble) -> str:
     done = table.status == DONE
     columns = [Column("sample", "", lambda s, i: i, "d"),
                Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])])]
-    columns += [_column(result, table) for result in table.results
-                if not (result.name in OF_PATHS and not ensemble.n_notches) and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
+    columns += [_starts(result, ensemble) if result.name == "leading_notch" else _column(result, table) for result in table.results
+                if result.name not in (OF_PLACES if ensemble.n_notches else OF_PATHS) and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
     head = "".join(_head(column) for column in columns)
     body = []
     for i in range(len(table)):
@@ -80,27 +86,51 @@ def sections(ensemble: Ensemble) -> str:
     titles = (("cracks", ""), ("section", ""), ("samples that arrived", ""), ("mean position", unit),
               (interval, f"± {unit}"), ("standard deviation", unit),
               ("spread through the thickness", f"mean over the samples, {unit}"))
-    rows = [row for group, paths in ensemble.ranks.items() for shown in ensemble.rows_shown(group)
-            for row in _positions(ensemble, ensemble.rank_name(group, shown), paths, shown, paths.counted[shown])]
-    rows += [row for notch in range(ensemble.n_notches)
-             for row in _positions(ensemble, f"all of {ensemble.plate.name_of(notch)}, leading and following", ensemble.statistics, notch)]
-    return f"<p>{escape(_about_ranks(ensemble))}</p>" + _table(titles, rows)
+    blocks = [_positions(ensemble, ensemble.rank_name(group, shown), paths, shown, paths.counted[shown])
+              for group, paths in ensemble.ranks.items() for shown in ensemble.rows_shown(group)]
+    blocks += [_positions(ensemble, f"all of {ensemble.plate.name_of(notch)}, leading and following", ensemble.statistics, notch)
+               for notch in range(ensemble.n_notches)]
+    unreached = [section.name for section, n in zip(ensemble.sections, ensemble.statistics.reached.sum(axis=0)) if n == 0]
+    about = _about_ranks(ensemble) + (f" No crack reaches {', '.join(unreached)}." if unreached else "")
+    return f"<p>{escape(about)}</p>" + table_of(titles, _without_repetitions(blocks))
 
 
-def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, counted: Optional[np.ndarray] = None) -> Iterator[list[str]]:
-    for k, section in enumerate(ensemble.sections):
+def _without_repetitions(blocks: Iterable[list[list[str]]]) -> Iterator[list[str]]:
+    """The rows of blocks that say anything, and not the same as a block before but for their first cell: the leading cracks may be
+    all that there are."""
+    seen: list[list[list[str]]] = []
+    for block in blocks:
+        content = [[section, arrived.partition(" ")[0], *others] for _, section, arrived, *others in block]
+        if content and content not in seen:
+            yield from block
+        seen.append(content)
+
+
+def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, counted: Optional[np.ndarray] = None) -> list[list[str]]:
+    """Of the cracks of a row at the sections that they reach."""
+    block = []
+    for k in np.flatnonzero(paths.reached[row]):
+        section = ensemble.sections[k]
         mean, *others = (_number(ensemble.plate.lengths.of(float(value)), ".2f") for value in (
             paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], paths.spread_mean[row, k]))
-        yield [name, section.name, str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else ""),
-               mean if mean == MISSING else f"{section.along} = {mean}", *others]
+        block.append([name, section.name, str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else ""),
+                      mean if mean == MISSING else f"{section.along} = {mean}", *others])
+    return block
 
 
-def _table(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], kind: str = "") -> str:
-    """Of cells without markup; the titles have a second line, and the first column has text where it is no number."""
+def table_of(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], kind: str = "", links: Optional[dict[str, str]] = None,
+             is_wide: bool = False) -> str:
+    """Of cells without markup; the titles have a second line, and the first column has text where it is no number.
+
+    @param links where cells with these texts lead
+    """
+    def shown(cell: str) -> str:
+        return f'<a href="{escape(links[cell])}">{escape(cell)}</a>' if links and cell in links else escape(cell)
+
     head = "".join(f"<th>{title}<small>{below}</small></th>" for title, below in titles)
-    body = "\n".join("<tr>" + "".join(f'<td{TEXT if k == 0 and not cell.isdigit() else str()}>{escape(cell)}</td>'
+    body = "\n".join("<tr>" + "".join(f'<td{TEXT if k == 0 and not cell.isdigit() else str()}>{shown(cell)}</td>'
                                       for k, cell in enumerate(row)) + "</tr>" for row in rows)
-    return f'<div class="scroll"><table{kind}><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
+    return f'<div class="scroll{" wide" * is_wide}"><table{kind}><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
 
 
 def _about_ranks(ensemble: Ensemble) -> str:
@@ -126,7 +156,7 @@ def places(ensemble: Ensemble) -> str:
     rows = [[str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ".6f"),
              *(_number(lengths.of(value), ".2f") for value in place.largest), _number(areas.of(place.largest_area), ".3f"),
              _start(times, place.largest_start)] for number, place in ensemble.places.items()]
-    return _table(titles, rows, ' class="sortable"')
+    return table_of(titles, rows, ' class="sortable"')
 
 
 def _start(times: Unit, since_onset: float) -> str:
@@ -141,12 +171,12 @@ def experiments(match: dict[str, Any]) -> str:
              *(_size(by.get(what), by["unit"]) for what in ("mean_distance", "usual_distance", "offset")),
              ", ".join(f"{one['sample']} ({_size(one['distance'], by['unit'])})" for one in by["nearest"])]
             for experiment in match["experiments"] for name, by in experiment["by"].items()]
-    table = _table(titles, rows)
+    table = table_of(titles, rows)
     if match["set"] is None:
         return table
     titles = (("together by", ""), ("experiments", ""), ("p", "one distribution"), ("p of energy", ""), ("p of depth", ""), ("shift", ""),
               ("scatter", "of experiments over samples"))
-    return table + _table(titles, [
+    return table + table_of(titles, [
         [name.replace("_", " "), str(by["n_experiments"]),
          *(_number(_known(by[p]), ".3f") for p in ("p_value", "energy_p_value", "depth_p_value")),
          _interval(by.get("shift"), by["unit"]), _interval(by.get("scatter_ratio"), "1")] for name, by in match["set"]["by"].items()])
@@ -183,13 +213,8 @@ def tiles(ensemble: Ensemble) -> str:
     table = ensemble.samples
     done = table.status == DONE
     entries = [(f"{done.sum()} of {len(table)}", _others(table) + _stopped(ensemble))]
-    name, force = ensemble.breaking_load()
-    force = force[np.isfinite(force)]
-    if force.size:
-        unit = fitting(force, NEWTON, least=10)
-        low, median, high = (f"{unit.of(value):.0f}" if unit == NEWTON else f"{unit.of(value):.3g}"
-                             for value in (force.min(), np.median(force), force.max()))
-        entries.append((f"{median} {unit.name}", f"median {name} ({low} to {high} {unit.name})"))
+    if ensemble.load.quantiles:
+        entries.append(_load(ensemble.load))
     for pattern in (1, 2) if ensemble.n_notches else ():
         if done.any():
             found = ensemble.statistics.pattern(pattern)
@@ -201,6 +226,19 @@ def tiles(ensemble: Ensemble) -> str:
     return '<div class="tiles">' + "".join(
         f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'
         for value, label in entries) + "</div>"
+
+
+def _load(load: Result) -> tuple[str, str]:
+    """Median of the load that says what the samples held, and between which values it lies."""
+    bounds = load.bounds or (math.nan,) * len(load.quantiles)
+    unit = fitting([*load.quantiles, *bounds], NEWTON, least=10)
+
+    def shown(k: int) -> str:
+        value, above = (bounds[k], "over ") if math.isnan(load.quantiles[k]) else (load.quantiles[k], "")
+        return above + (f"{unit.of(value):.0f}" if unit == NEWTON else f"{unit.of(value):.3g}")
+
+    unbroken = f"; {load.n_bounds} unbroken" if load.n_bounds else ""
+    return f"{shown(2)} {unit.name}", f"median {load.label} ({shown(0)} to {shown(4)} {unit.name}{unbroken})"
 
 
 def provenance(ensemble: Ensemble) -> str:

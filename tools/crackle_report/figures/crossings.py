@@ -24,10 +24,9 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
         return None
     result = Section(
         "All cracks superimposed",
-        "Through-thickness means of the leading and of the following cracks, with their branches; samples are mapped "
-        "by the body's symmetry, if it has one, so that the leading cracks start at the same notch (numbered from 0, "
-        "in the order of the input). Mean, interval and deviation at the cross-sections (dotted) are over the "
-        "samples whose crack arrived there; the numbers at their ends count these.")
+        "Leading and following cracks, each as its mean through the thickness, with its branches. Where the body is symmetric, samples "
+        "are mapped so that the leading cracks start at the same notch. Mean, interval and standard deviation at the cross-sections "
+        f"(dotted) are those of the samples whose crack arrived there; the numbers at their ends count these.{ensemble.tinted}")
     if ensemble.sections and any(ensemble.rows_shown(group) for group in ("leader", "follower")):
         result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
                                        _draw(ensemble)))
@@ -41,13 +40,13 @@ def _draw(ensemble: Ensemble) -> Figure:
     n_columns = min(len(panels), 3)
     n_rows = -(-len(panels) // n_columns)
     left, right, top, bottom, gap_x, gap_y = 0.6, 0.15, 0.75, 0.5, 0.5, 0.9
-    room = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 4.2)
+    room = (style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns
     panel_width, panel_height = panel_size(ensemble.plate, z_range, room, 6.0)
     gap_x = max(gap_x, min(room, TITLE_ROOM) - panel_width)
     figure = Sheet((panel_width, panel_height), n_rows, n_columns, (left, right, top, bottom), (gap_x, gap_y), LEGEND_ROOM)
     for number, panel in enumerate(panels):
         axes = figure.panel(*divmod(number, n_columns))
-        draw_plate(axes, ensemble.plate, z_range)
+        draw_plate(axes, ensemble.plate, z_range, regions=ensemble.regions)
         axes.set_xlabel(ensemble.plate.lengths.label("y"))
         axes.set_ylabel(ensemble.plate.lengths.label("z"))
         _panel(axes, ensemble, *panel, lines[panel])
