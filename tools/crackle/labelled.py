@@ -46,3 +46,8 @@ def group(found: h5py.Group, names: Iterable[str] | None = None, prefix: str = "
         if result.sizes.get(dimension) == len(values):
             result = result.assign_coords({dimension: values})
     return result
+
+
+def by_time(found: h5py.Group) -> xr.Dataset:
+    """A group whose rows are moments, which can be selected by `time`."""
+    return group(found).set_coords("time").set_xindex("time")
