@@ -65,11 +65,11 @@ def section(document: dict[str, Any]) -> Section:
         raise ResultsError("no sample of any case of the sweep has ended")
     keys = _swept(document)
     across, others = _arranged(keys)
-    text = (f"A point for each case over {across.key}: means with their {100 * document['confidence']:g} % intervals (Student's), shares of "
-            "samples with Wilson's. Samples of the same number have the same meshes in all cases unless the sweep changes these, so that "
-            "crackle compare, which pairs them, sees smaller differences than these intervals.")
+    text = (f"A point for each case over {across.key}: means over the samples that have the result, with their "
+            f"{100 * document['confidence']:g} % intervals (Student's), and shares of the samples with Wilson's. Samples of the same number have the same meshes in all cases unless the sweep changes these, so that "
+            "crackle compare, which pairs them, finds smaller differences than these intervals show.")
     if others:
-        text += f" Lines of one colour belong to one value of {' and '.join(one.key for one in others)}."
+        text += f" Lines of one colour have one value of {' and '.join(one.key for one in others)}."
     result = Section("Results over the swept values", text)
     for name, what, of_kind in (("sweep", "Means", [one for one in shown if not one.is_share]),
                                 ("sweep-shares", "Shares of the samples", [one for one in shown if one.is_share])):
