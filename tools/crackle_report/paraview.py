@@ -42,7 +42,7 @@ def main() -> int:
     except (ResultsError, OSError) as error:
         print(f"crackle-paraview: {error}", file=sys.stderr)
         return 1
-    print(f"{n_files} files of sample {number} in {output}")
+    print(("" if arguments.sample is not None else f"sample {number}, a typical one: ") + f"{n_files} files in {output}")
     return 0
 
 
