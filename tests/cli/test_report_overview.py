@@ -26,6 +26,7 @@ from crackle.program import statistics_of  # noqa: E402
 from crackle_report import reading, sweep, tables  # noqa: E402
 from crackle_report.figures import histories, shares  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
+from crackle_report.results import Result  # noqa: E402
 from synthetic_ensemble import SLOTS, write_ensemble  # noqa: E402
 from test_report import Ensembles  # noqa: E402
 
@@ -51,6 +52,19 @@ class Headlines(Ensembles):
             section = shares.section(ensemble, Options())
             self.assertEqual(section.title, f"Patterns and {name}")
             self.assertEqual(section.pictures[0].figure.axes[1].get_xlabel(), f"{name} [N]")
+            self.assertEqual([warning for warning in ensemble.warnings if "before the last dynamic phase" in warning] != [], with_peaks)
+
+    def test_loads_of_which_only_bounds_are_known(self):
+        load = Result("peak_load", "peak load", "N", 1.0, ".3f", [], 0, None, (50.0, 60.0, np.nan, np.nan, np.nan), (np.nan,) * 2 + (70.0,) * 3, 5)
+        self.assertEqual(tables._load(load), ("over 70 N", "median peak load (50 to over 70 N; 5 unbroken)"))
+
+    def test_warnings_of_the_program_stand_at_the_top(self):
+        write_ensemble(self.folder, 6)
+        with h5py.File(self.folder / "ensemble.h5", "r+") as root:
+            root["samples/crack_speed_ratio"][:] = [0.5, 1.5, 0.5, 1.7, 1.9, 2.5]
+        self.assertEqual(in_process.report(self.folder, "--no-animation", "--no-fringes").returncode, 0)
+        found = re.findall('<p class="notice">(.*?)</p>', (self.folder / "report.html").read_text(encoding="utf-8"))
+        self.assertEqual([text.split(":")[0] for text in found], ["Sample 1", "Sample 3", "Sample 4", "1 more warning"])
 
     def test_tables_leave_out_what_is_empty_or_the_same(self):
         write_ensemble(self.folder, 6, slots=SLOTS[:1], leading=[0] * 6)
@@ -76,7 +90,7 @@ class Headlines(Ensembles):
         self.assertEqual(len(axes.texts), 0)
         axes.plot([0, 1], [np.nan, 56000])
         self.assertLess(histories._top(axes, 950), 3000)
-        self.assertEqual(axes.texts[0].get_text(), "↑ up to 56,000 m/s")
+        self.assertEqual(axes.texts[0].get_text(), "↑ up to 56,000")
 
 
 class Sweeps(unittest.TestCase):

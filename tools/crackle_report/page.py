@@ -14,6 +14,7 @@ from .results import Ensemble
 _HERE = Path(__file__).resolve().parent
 # Where Debian's libjs-three has three.js.
 THREE = (Path("/usr/share/javascript/three"),)
+MOST_WARNINGS = 3  # of the program, that a page shows
 
 
 def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> str:
@@ -24,6 +25,7 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
         '<p class="muted">Monte-Carlo ensemble of dynamic brittle fracture by PDS-FEM</p>',
         _notice(ensemble),
         tables.tiles(ensemble),
+        *_warnings(ensemble),
         f"<p>{escape(ensemble.interval_scope)}</p>",
     ]
     for section, images in sections:
@@ -112,6 +114,15 @@ def _surface_script(sections: list[tuple[Section, list[bytes]]]) -> str:
 def _image(description: str, width: int, kind: str, content: bytes) -> str:
     data = base64.b64encode(content).decode("ascii")
     return f'<img width="{width}" alt="{escape(description)}" src="data:image/{kind};base64,{data}">'
+
+
+def _warnings(ensemble: Ensemble) -> list[str]:
+    """The first ones of the program."""
+    texts = [warning.removeprefix("warning: ") for warning in ensemble.warnings]
+    shown = [text[0].upper() + text[1:] + "." for text in texts[:MOST_WARNINGS]]
+    if more := len(texts) - len(shown):
+        shown.append(f"{more} more warning{'s' * (more > 1)}: crackle stats prints all.")
+    return [f'<p class="notice">{escape(text)}</p>' for text in shown]
 
 
 def _notice(ensemble: Ensemble) -> str:

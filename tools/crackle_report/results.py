@@ -276,6 +276,7 @@ class Ensemble:
     files: "SampleFiles"
     inputs: list[dict[str, Any]]  # the random ones: key, units, distribution, values of each sample [SI]
     sensitivities: Optional[dict[str, Any]]  # what the results owe to these; None without
+    warnings: list[str]  # of the program
     headline: str  # name of the load that says what the samples held
     materials: list[str]  # names
 

@@ -177,7 +177,7 @@ def _top(axes: Axes, rayleigh: float) -> float:
     """Of the axes of speeds: shows them all, or where some are far above the others says how far they go."""
     fastest = max((float(np.nanmax(line.get_ydata(), initial=0.0)) for line in axes.lines), default=0.0)
     if fastest > MOST_OVER * rayleigh:
-        axes.annotate(f"↑ up to {fastest:,.0f} m/s", (0.01, 0.99), xycoords="axes fraction", va="top", fontsize=7)
+        axes.annotate("↑ up to " + (f"{fastest:,.0f}" if fastest >= 100 else f"{fastest:.3g}"), (0.01, 0.99), xycoords="axes fraction", va="top", fontsize=7)
     return 1.08 * max(rayleigh, min(fastest, MOST_OVER * rayleigh))
 
 
