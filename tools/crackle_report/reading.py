@@ -38,7 +38,7 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
     return Ensemble(
         folder=folder, plate=plate, sections=_sections(paths, plate.lengths),
         confidence=statistics["confidence"], n_looks=statistics["n_looks"], n_planned=document["n_samples"],
-        samples=_samples(document, n), statistics=_paths(Statistics, statistics, n), precision=statistics["precision"],
+        samples=_samples(document, n, plate), statistics=_paths(Statistics, statistics, n), precision=statistics["precision"],
         symmetries=[Symmetry(reference, **symmetry) for reference, symmetry in
                zip(statistics["reference_notch"], statistics.get("symmetries", []))],
         ranks={name: _paths(Ranks, statistics[name], n) for name in GROUPS},
@@ -69,19 +69,20 @@ def _sections(paths: dict[str, Any], lengths: Unit) -> tuple[CrossSection, ...]:
                      "section_axis", "section", "section_name", "section_coordinate"))))
 
 
-def _samples(document: dict[str, Any], n: int) -> Samples:
+def _samples(document: dict[str, Any], n: int, plate: Plate) -> Samples:
     """The first n rows, which are those that count."""
     rows = document["samples"]
-    results = tuple(_result(one) for one in document["results"])
+    results = tuple(_result(one, plate) for one in document["results"])
     return Samples(np.array(rows["status"][:n], int), rows["error"][:n], results,
                    {result.name: _numbers(rows[result.name][:n]) for result in results},
                    np.array(document["crack_path"]["position"][:n], float),
                    np.array(document["crack_path"]["arrival_time"][:n], float), np.array(rows["wall_time"][:n], float))
 
 
-def _result(found: dict[str, Any]) -> Result:
+def _result(found: dict[str, Any], plate: Plate) -> Result:
+    words = [plate.name_of(notch) for notch in range(len(plate.notch_axis))] if found["name"] == "leading_notch" else []
     return Result(found["name"], found["label"], found["shown_units"], found["shown_factor"], found["format"],
-                  found.get("categories", []), found.get("n_any", 0),
+                  found.get("categories", words), found.get("n_any", 0),
                   Share(found["share"], found["lower"], found["upper"]) if "share" in found else None,
                   *(tuple(np.array(found.get(name, ()), float)) for name in ("quantiles", "quantile_bounds")), found.get("n_bounds", 0))
 

@@ -104,7 +104,7 @@ def _table(folder: Path, document: dict[str, Any]) -> str:
     rows = [[one["folder"], *(of.texts[k] for of in keys), f"{one['n_done']} of {one['n_samples']}", str(one["n_failed"]),
              *(_cell(of, k) for of in shown)] for k, one in enumerate(cases)]
     links = {one["folder"]: f"{one['folder']}/report.html" for one in cases if (folder / one["folder"] / "report.html").is_file()}
-    return tables.table_of(titles, rows, links=links, is_wide=True)
+    return tables.linked(titles, rows, links)
 
 
 def _cell(of: Shown, k: int) -> str:

@@ -2,6 +2,7 @@
 """The tables of the report, as HTML."""
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from html import escape
@@ -46,11 +47,6 @@ def _column(result: Result, table: Samples) -> Column:
     return Column(result.label, units, lambda s, i: kind(s.numbers[result.name][i] * factor), form)
 
 
-def _starts(result: Result, ensemble: Ensemble) -> Column:
-    """The column of a result that is the number of a crack start."""
-    return Column(result.label, "", lambda s, i: ensemble.plate.name_of(k) if (k := int(s.numbers[result.name][i])) >= 0 else MISSING)
-
-
 def _least_shown(result: Result) -> float:
     """The least value in its unit of which the format shows two digits; of areas, whose prefixes are far apart, less."""
     return 1e-3 if "^2" in result.units and "/" not in result.units else 10.0 ** (1 - int(result.format[1:-1]))
@@ -62,7 +58,7 @@ def samples(ensemble: Ensemble) -> str:
     done = table.status == DONE
     columns = [Column("sample", "", lambda s, i: i, "d"),
                Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])])]
-    columns += [_starts(result, ensemble) if result.name == "leading_notch" else _column(result, table) for result in table.results
+    columns += [_column(result, table) for result in table.results
                 if result.name not in (OF_PLACES if ensemble.n_notches else OF_PATHS) and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
     head = "".join(_head(column) for column in columns)
     body = []
@@ -86,44 +82,48 @@ def sections(ensemble: Ensemble) -> str:
     titles = (("cracks", ""), ("section", ""), ("samples that arrived", ""), ("mean position", unit),
               (interval, f"± {unit}"), ("standard deviation", unit),
               ("spread through the thickness", f"mean over the samples, {unit}"))
-    blocks = [_positions(ensemble, ensemble.rank_name(group, shown), paths, shown, paths.counted[shown])
-              for group, paths in ensemble.ranks.items() for shown in ensemble.rows_shown(group)]
-    blocks += [_positions(ensemble, f"all of {ensemble.plate.name_of(notch)}, leading and following", ensemble.statistics, notch)
-               for notch in range(ensemble.n_notches)]
-    unreached = [section.name for section, n in zip(ensemble.sections, ensemble.statistics.reached.sum(axis=0)) if n == 0]
-    about = _about_ranks(ensemble) + (f" No crack reaches {', '.join(unreached)}." if unreached else "")
-    return f"<p>{escape(about)}</p>" + table_of(titles, _without_repetitions(blocks))
+    rows = [row for group, paths in ensemble.ranks.items() for shown in ensemble.rows_shown(group)
+            for row in _positions(ensemble, ensemble.rank_name(group, shown), paths, shown, paths.counted[shown])]
+    rows += [row for notch in range(ensemble.n_notches)
+             for row in _positions(ensemble, f"all of {ensemble.plate.name_of(notch)}, leading and following", ensemble.statistics, notch)]
+    return f"<p>{escape(_about_ranks(ensemble))}{escape(_unreached(ensemble))}</p>" + _table(titles, _without_repetitions(rows))
 
 
-def _without_repetitions(blocks: Iterable[list[list[str]]]) -> Iterator[list[str]]:
-    """The rows of blocks that say anything, and not the same as a block before but for their first cell: the leading cracks may be
-    all that there are."""
+def _unreached(ensemble: Ensemble) -> str:
+    names = [section.name for section, n in zip(ensemble.sections, ensemble.statistics.reached.sum(axis=0)) if n == 0]
+    return f" No crack reaches {', '.join(names)}." if names else ""
+
+
+def _without_repetitions(rows: Iterable[list[str]]) -> Iterator[list[str]]:
+    """Those of sections that any crack reached; without cracks that are the same as those of a name before, as where all lead."""
     seen: list[list[list[str]]] = []
-    for block in blocks:
+    for _, of_name in itertools.groupby(rows, key=lambda row: row[0]):
+        block = [row for row in of_name if not row[2].startswith("0")]
         content = [[section, arrived.partition(" ")[0], *others] for _, section, arrived, *others in block]
-        if content and content not in seen:
+        if content not in seen:
             yield from block
         seen.append(content)
 
 
-def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, counted: Optional[np.ndarray] = None) -> list[list[str]]:
-    """Of the cracks of a row at the sections that they reach."""
-    block = []
-    for k in np.flatnonzero(paths.reached[row]):
-        section = ensemble.sections[k]
+def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, counted: Optional[np.ndarray] = None) -> Iterator[list[str]]:
+    for k, section in enumerate(ensemble.sections):
         mean, *others = (_number(ensemble.plate.lengths.of(float(value)), ".2f") for value in (
             paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], paths.spread_mean[row, k]))
-        block.append([name, section.name, str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else ""),
-                      mean if mean == MISSING else f"{section.along} = {mean}", *others])
-    return block
+        yield [name, section.name, str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else ""),
+               mean if mean == MISSING else f"{section.along} = {mean}", *others]
 
 
-def table_of(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], kind: str = "", links: Optional[dict[str, str]] = None,
-             is_wide: bool = False) -> str:
-    """Of cells without markup; the titles have a second line, and the first column has text where it is no number.
+def linked(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], links: dict[str, str]) -> str:
+    """A table as wide as the window allows.
 
     @param links where cells with these texts lead
     """
+    return _table(titles, rows, links=links, is_wide=True)
+
+
+def _table(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], kind: str = "", links: Optional[dict[str, str]] = None,
+           is_wide: bool = False) -> str:
+    """Of cells without markup; the titles have a second line, and the first column has text where it is no number."""
     def shown(cell: str) -> str:
         return f'<a href="{escape(links[cell])}">{escape(cell)}</a>' if links and cell in links else escape(cell)
 
@@ -156,7 +156,7 @@ def places(ensemble: Ensemble) -> str:
     rows = [[str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ".6f"),
              *(_number(lengths.of(value), ".2f") for value in place.largest), _number(areas.of(place.largest_area), ".3f"),
              _start(times, place.largest_start)] for number, place in ensemble.places.items()]
-    return table_of(titles, rows, ' class="sortable"')
+    return _table(titles, rows, ' class="sortable"')
 
 
 def _start(times: Unit, since_onset: float) -> str:
@@ -171,12 +171,12 @@ def experiments(match: dict[str, Any]) -> str:
              *(_size(by.get(what), by["unit"]) for what in ("mean_distance", "usual_distance", "offset")),
              ", ".join(f"{one['sample']} ({_size(one['distance'], by['unit'])})" for one in by["nearest"])]
             for experiment in match["experiments"] for name, by in experiment["by"].items()]
-    table = table_of(titles, rows)
+    table = _table(titles, rows)
     if match["set"] is None:
         return table
     titles = (("together by", ""), ("experiments", ""), ("p", "one distribution"), ("p of energy", ""), ("p of depth", ""), ("shift", ""),
               ("scatter", "of experiments over samples"))
-    return table + table_of(titles, [
+    return table + _table(titles, [
         [name.replace("_", " "), str(by["n_experiments"]),
          *(_number(_known(by[p]), ".3f") for p in ("p_value", "energy_p_value", "depth_p_value")),
          _interval(by.get("shift"), by["unit"]), _interval(by.get("scatter_ratio"), "1")] for name, by in match["set"]["by"].items()])
