@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands.h"
 #include "crackle/common/failure.h"
+#include "crackle/common/printable.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/common/whole_number.h"
 #include "crackle/experiment/observation.h"
@@ -30,7 +31,7 @@ void refuse_existing(const std::filesystem::path& file) {
 }
 
 void notify(const std::string& line) {
-  fmt::print(stderr, "{}\n", line);
+  fmt::print(stderr, "{}\n", printable(line));
 }
 
 input::Parameters share_input(const parallel::Communicator& world, const std::filesystem::path& name,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/agreement.h"
 
+#include "crackle/common/printable.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -12,7 +14,7 @@ std::string current_error() {
   try {
     throw;
   } catch (const std::exception& failure) {
-    return failure.what();
+    return reason_of(failure);
   } catch (...) {
     return "unknown exception";
   }
