@@ -4,6 +4,7 @@
 #include "crackle/common/real.h"
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/geometry/mother_points.h"
+#include "crackle/io/raster.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -100,6 +101,11 @@ double program(const input::Parameters& parameters) {
   return libraries + (parameters.random.empty() ? 0 : openturns);
 }
 
+/// To make a realization.
+double making(const input::Parameters& parameters, double n_tetrahedra) {
+  return made * n_tetrahedra + (parameters.map ? io::raster_memory(*parameters.map) : 0);
+}
+
 double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
   if (rank == 0) return demand.master;
   const int group = layout.group_of(rank);
@@ -122,9 +128,9 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
   demand.member = start + part;
   demand.root = start + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
   if (parameters.ensemble.meshes != input::MeshMakers::master)
-    demand.root = std::max(demand.root, start + made * n_tetrahedra);
+    demand.root = std::max(demand.root, start + making(parameters, n_tetrahedra));
   const bool groups_make_all = parameters.ensemble.meshes == input::MeshMakers::groups;
-  demand.master = groups_make_all ? start : start + made * n_tetrahedra + ahead;
+  demand.master = groups_make_all ? start : start + making(parameters, n_tetrahedra) + ahead;
   if (layout.shared()) demand.master = std::max(demand.master, demand.root + ahead);
   return demand;
 }
@@ -136,7 +142,7 @@ MemoryDemand expected_memory_demand(const input::Parameters& parameters, const g
 }
 
 double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
-  return program(parameters) + made * tetrahedra_per_node * expected_nodes(parameters, body);
+  return program(parameters) + making(parameters, tetrahedra_per_node * expected_nodes(parameters, body));
 }
 
 AvailableMemory available_memory(const fs::path& root) {
