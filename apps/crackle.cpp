@@ -2,6 +2,8 @@
 // The program: parse the command line, start MPI and PETSc, run one command, turn failures into exit
 // statuses.
 #include "commands.h"
+#include "crackle/common/nearest_name.h"
+#include "crackle/common/printable.h"
 #include "crackle/ensemble/stop_request.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
@@ -11,6 +13,7 @@
 #include <petscsys.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdio>
@@ -18,6 +21,7 @@
 #include <exception>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace {
 
@@ -75,6 +79,18 @@ std::string chosen_command(const CLI::App& app) {
   return name;
 }
 
+/// What is wrong with the command line. CLI11 names every argument after an unknown command.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error, const std::string& command) {
+  std::vector<std::string> known;
+  for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; }))
+    known.push_back(one->get_name());
+  const bool is_known = std::ranges::find(known, command) != known.end();
+  if (command.empty() || command.starts_with('-') || is_known) return printable(error.what());
+  const auto nearest = nearest_name(command, known);
+  return printable(fmt::format("there is no command \"{}\"{}", command,
+                               nearest ? fmt::format(" (did you mean {}?)", *nearest) : ""));
+}
+
 /// Parses the command line. Returns false and sets the exit status if there is nothing left to do.
 bool parse(CLI::App& app, int argc, char** argv, bool print, int& status) {
   if (argc <= 1) {
@@ -92,7 +108,8 @@ bool parse(CLI::App& app, int argc, char** argv, bool print, int& status) {
     status = done ? apps::success : apps::input_error;
     if (print && done) app.exit(outcome);
     if (print && !done) {
-      fmt::print(stderr, "crackle: {}; see {} --help\n", outcome.what(), chosen_command(app));
+      fmt::print(stderr, "crackle: {}; see {} --help\n", complaint(app, outcome, argv[1]),
+                 chosen_command(app));
     }
     return false;
   }
@@ -103,15 +120,15 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
     return run(world);
   } catch (const input::InputError& error) {
     // Its lines start with the file name.
-    if (world.is_root()) fmt::print(stderr, "{}\n", error.what());
+    if (world.is_root()) fmt::print(stderr, "{}\n", printable(error.what()));
   } catch (const parallel::AgreedError& error) {
-    if (world.is_root()) fmt::print(stderr, "crackle: {}\n", error.what());
+    if (world.is_root()) fmt::print(stderr, "crackle: {}\n", printable(error.what()));
   } catch (const std::exception& error) {
     if (world.size() == 1) {
-      fmt::print(stderr, "crackle: {}\n", error.what());
+      fmt::print(stderr, "crackle: {}\n", printable(reason_of(error)));
     } else {
       // The other ranks may not know of this failure and would wait forever.
-      fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), error.what());
+      fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), printable(reason_of(error)));
       std::fflush(nullptr);
       MPI_Abort(world.get(), apps::internal_failure);
     }

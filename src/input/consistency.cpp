@@ -264,6 +264,10 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
     return;
   const Fracture& fracture = parameters.fracture;
   const bool softens = fracture.release == Release::softening;
+  if (fracture.accumulation == Accumulation::step && !softens && parameters.fracture_of(0).toughness > 0)
+    findings.note("fracture.impulse",
+                  "has no effect: with accumulation = \"step\" the strengths that follow from the toughness "
+                  "are those that break in one step");
   if (softens) {
     for (const auto& [key, is_missing] :
          {std::pair{"strength", fracture.strength == 0},
@@ -286,8 +290,9 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
       !given_by_materials(parameters, "strength", findings) &&
       !given_by_materials(parameters, "toughness", findings))
     findings.report(
-        "fracture.strength",
-        "the key is missing; give a strength such as \"35 MPa\", or toughness, or fracture_toughness");
+        "fracture.toughness",
+        "the key is missing; give a toughness such as \"93 J/m^2\", or fracture_toughness, such as \"0.6 MPa "
+        "m^0.5\"; or a strength alone, with which the toughness depends on the spacing");
 }
 
 void check_time(const Parameters& parameters, Findings& findings) {

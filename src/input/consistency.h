@@ -4,6 +4,10 @@
 #include "crackle/input/parameters.h"
 #include "findings.h"
 
+#include <optional>
+#include <string>
+#include <vector>
+
 /// Contradictions between keys. Each check skips what depends on a faulty key.
 namespace crackle::input {
 
@@ -45,6 +49,10 @@ void check_time(const Parameters& parameters, Findings& findings);
 void check_output(const Parameters& parameters, Findings& findings);
 void check_random(const Parameters& parameters, Findings& findings);
 void check_sweeps(const Parameters& parameters, Findings& findings);
+
+/// "random[0].lower", a parameter of the distribution of a random key, if the key's own value has no effect
+/// on that; otherwise empty.
+std::optional<std::string> parameter_instead_of(const std::string& key, const Parameters& parameters);
 
 /// Key of a material's table: "material", or "material[1]" of several.
 std::string material_key(const std::vector<Material>& materials, std::size_t i);

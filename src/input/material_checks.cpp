@@ -3,6 +3,8 @@
 #include "consistency.h"
 #include "crackle/input/poisson_limits.h"
 
+#include "dimension.h"
+
 #include <fmt/ranges.h>
 
 #include <algorithm>

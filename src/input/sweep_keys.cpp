@@ -33,7 +33,8 @@ void read_key(const Source& source, Sweep& sweep) {
   const bool is_known = find_key(*path) != nullptr && !path->starts_with("sweep");
   const bool is_common = std::ranges::find(same_for_all, *path) != same_for_all.end();
   if (!is_known)
-    source.report("the input has no key \"{}\"; give {}", shortened(*path), accepted_sweep_key);
+    source.report("the input has no key \"{}\"; {}", shortened(*path),
+                  advice_on_key(*path, accepted_sweep_key));
   else if (is_common)
     source.report("\"{}\" must be the same in all cases of a run; leave it out", *path);
   sweep.keys.push_back(*path);
@@ -112,6 +113,11 @@ void check_sweeps(const Parameters& parameters, Findings& findings) {
     for (const std::string& key : parameters.sweeps[i].keys)
       if (!keys.insert(key).second)
         findings.report(fmt::format("sweep[{}].key", i), "\"{}\" is swept already; give each key once", key);
+      else if (const auto instead = parameter_instead_of(key, parameters))
+        findings.report(fmt::format("sweep[{}].key", i),
+                        "\"{}\" is random too, with a distribution that takes nothing from it, so that all "
+                        "cases would be the same; sweep the distribution, such as \"{}\"",
+                        key, *instead);
   if (n_cases(parameters) > max_cases)
     findings.report("sweep", "there are more than {} cases; give fewer values", max_cases);
 }

@@ -59,7 +59,8 @@ class Usage(unittest.TestCase):
             self.assertRegex(result.stdout, library + r" \d+\.\d+")
 
     def test_usage_errors(self):
-        self.assert_usage_error(invoke("chekc", OPTIONS.demo), "chekc")
+        self.assert_usage_error(invoke("chek", OPTIONS.demo), 'there is no command "chek" (did you mean check?)')
+        self.assert_usage_error(invoke(OPTIONS.demo), f'there is no command "{OPTIONS.demo}";')
         self.assert_usage_error(invoke("check"), "crackle check --help")
         self.assert_usage_error(invoke("check", "--keys", OPTIONS.demo), "crackle check --help")
         self.assert_usage_error(invoke("check", OPTIONS.demo, "another.toml"), "another.toml")
