@@ -222,8 +222,10 @@ void adjust(Comparison& comparison, std::span<const TwoSamples> samples,
         "With so few samples no difference could be significant: the least p is {:.3f}.", joint.least));
   else if (joint.n_too_small > 0)
     comparison.remarks.push_back(
-        fmt::format("{} of the comparisons have too few samples for any p of 0.05 and are not counted.",
-                    joint.n_too_small));
+        joint.n_too_small == 1
+            ? "One of the comparisons has too few samples for any p of 0.05 and is not counted."
+            : fmt::format("{} of the comparisons have too few samples for any p of 0.05 and are not counted.",
+                          joint.n_too_small));
 }
 
 SampleCounts counts_of(std::span<const SampleSummary> rows) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_report.h"
 
+#include "crackle/common/quantity_text.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -68,10 +70,10 @@ std::string describe(const SampleReport& report) {
     return fmt::format("sample {} failed after {:.1f} s: {}", report.sample, report.seconds, summary.error);
   }
   return fmt::format(
-      "sample {} done: {}, {}{}, {} of crack, {} breaks, energy error {:.1e}, {:.1f} s{}{}", report.sample,
+      "sample {} done: {}, {}{}, {} of crack, {}, energy error {:.1e}, {:.1f} s{}{}", report.sample,
       word_of(summary, &analysis::SampleSummary::outcome), loads_text(summary), pattern_text(summary),
-      shown_quantity(summary.crack_area, {"mm^2", 1e6}, "m^2"), summary.breaks, summary.energy_error,
-      report.seconds,
+      shown_quantity(summary.crack_area, {"mm^2", 1e6}, "m^2"), count_text(summary.breaks, "break"),
+      summary.energy_error, report.seconds,
       report.mesh_attempt == 0 ? "" : fmt::format(", mesh from attempt {}", report.mesh_attempt + 1),
       summary.note.empty() ? "" : "; " + summary.note);
 }
@@ -87,10 +89,11 @@ std::vector<std::string> describe(const dynamics::SampleResult& result) {
     lines.push_back(
         fmt::format("t0 = {:.6f} s, load {}", result.onset_time, quantity_text(result.onset_force, "N")));
   for (auto& line : {
-           fmt::format(
-               "{} breaks, {} of them quasi-static; {} dynamic phases; {} static solves with {} iterations",
-               result.breaks.size(), counts.quasi_static_breaks, counts.dynamic_phases, counts.static_solves,
-               counts.solver_iterations),
+           fmt::format("{}, {} of them quasi-static; {}; {} with {}",
+                       count_text(result.breaks.size(), "break"), counts.quasi_static_breaks,
+                       count_text(counts.dynamic_phases, "dynamic phase"),
+                       count_text(counts.static_solves, "static solve"),
+                       count_text(counts.solver_iterations, "iteration")),
            fmt::format("{} steps of {:.3f} ns (stable up to {:.3f} ns), {} force evaluations", counts.steps,
                        result.time_step * 1e9, result.stable_step * 1e9, counts.force_evaluations),
            std::isnan(result.equilibrium_residual)

@@ -159,7 +159,7 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
   if (position < lower - tolerance || position > upper + tolerance) {
     findings.report(key + ".region." + axis_names[normal],
                     "the face lies at {} = {}, outside the region from {} to {}", axis_names[normal],
-                    show(position), show(lower), show(upper));
+                    shown_length(position), shown_length(lower), shown_length(upper));
     return;
   }
   const Region part = part_of_face(condition, face, specimen.size);
@@ -167,8 +167,8 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
     if (axis != normal && !meets(condition.region[axis], 0, specimen.size[axis])) {
       findings.report(key + ".region." + axis_names[axis],
                       "the region from {} to {} misses the face; give a range within 0 to {}",
-                      show(condition.region[axis].first), show(condition.region[axis].second),
-                      show(specimen.size[axis]));
+                      shown_length(condition.region[axis].first), shown_length(condition.region[axis].second),
+                      shown_length(specimen.size[axis]));
       return;
     }
     if (axis != normal) check_width(condition, axis, key, findings);
@@ -225,7 +225,8 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
               : !meets(region[0], 0, thickness);
   if (is_beside) {
     findings.report(key + ".region.x", "the region from {} to {} misses \"{}\"; give a range within 0 to {}",
-                    show(region[0].first), show(region[0].second), condition.on, show(thickness));
+                    shown_length(region[0].first), shown_length(region[0].second), condition.on,
+                    shown_length(thickness));
     return;
   }
   for (const std::size_t axis : is_side ? std::vector<std::size_t>{1, 2} : std::vector<std::size_t>{0})
@@ -258,8 +259,8 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   }
   if (!is_met)
     findings.report(key + ".region", "misses \"{}\"; give a range within y from {} to {} and z from {} to {}",
-                    condition.on, show(bounds.lower[0]), show(bounds.upper[0]), show(bounds.lower[1]),
-                    show(bounds.upper[1]));
+                    condition.on, shown_length(bounds.lower[0]), shown_length(bounds.upper[0]),
+                    shown_length(bounds.lower[1]), shown_length(bounds.upper[1]));
 }
 
 /// True if two conditions act on a common part of a box's faces, or of its walls.
