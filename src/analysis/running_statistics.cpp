@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/running_statistics.h"
 
+#include "crackle/analysis/censored_values.h"
 #include "crackle/analysis/grouped_values.h"
+#include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/stop_rule.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
@@ -207,7 +209,7 @@ Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<
 
 }  // namespace
 
-WilsonInterval wilson_interval(double share, int n, double confidence) {
+WilsonInterval wilson_interval(double share, double n, double confidence) {
   const double z = boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
   const double scale = 1 + z * z / n;
   return {(share + z * z / (2.0 * n)) / scale,
@@ -321,12 +323,14 @@ double RunningStatistics::mean_leader_position(int section) const {
   return end.leader.z_mean[most([&](std::size_t p) { return end.leader.reached[p]; })];
 }
 
-double RunningStatistics::median_onset_force() const {
-  std::vector<double> forces;
-  for (const SampleSummary& row : std::span(rows_).first(stopped_at_.value_or(rows_.size()))) {
-    if (row.status == SampleStatus::done) forces.push_back(row.onset_force);
-  }
-  return quantile(std::move(forces), 0.5);
+RunningStatistics::MedianLoad RunningStatistics::median_load() const {
+  const auto rows = std::span(rows_).first(stopped_at_.value_or(rows_.size()));
+  MedianLoad found{.name = headline_load(rows), .median = {}};
+  found.n_unbroken = static_cast<int>(std::ranges::count_if(rows, is_unbroken));
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (found.name == info.name) found.median = censored_quantile(observations(info, member, rows, 1), 0.5);
+  });
+  return found;
 }
 
 void RunningStatistics::stop_at(std::size_t n) {

@@ -146,22 +146,25 @@ std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples)
 
 namespace {
 
-/// If the load was clearly higher before the last dynamic phase, in any sample: the onset is not what a test
-/// would record.
+constexpr double clearly_below = 0.9;
+
+bool has_onset(const SampleSummary& row) {
+  return row.status == SampleStatus::done && !std::isnan(row.onset_force) && !std::isnan(row.peak_load);
+}
+
+/// True if the load was clearly higher before the last dynamic phase: the onset is not what a test would
+/// record.
+bool has_late_onset(const SampleSummary& row) {
+  return has_onset(row) && row.onset_force < clearly_below * row.peak_load;
+}
+
 std::optional<std::string> onset_warning(std::span<const SampleSummary> samples) {
-  constexpr double clearly_below = 0.9;
-  const auto has_onset = [](const SampleSummary& row) {
-    return row.status == SampleStatus::done && !std::isnan(row.onset_force) && !std::isnan(row.peak_load);
-  };
-  const auto n = std::ranges::count_if(samples, has_onset);
-  const auto n_below = std::ranges::count_if(samples, [&](const SampleSummary& row) {
-    return has_onset(row) && row.onset_force < clearly_below * row.peak_load;
-  });
+  const auto n_below = std::ranges::count_if(samples, has_late_onset);
   if (n_below == 0) return std::nullopt;
   return fmt::format(
       "warning: in {} of {} the load was more than {:.0f} % higher before the last dynamic phase, "
       "whose start is the onset: cracks had run and stopped; the peak load is what the body held",
-      n_below, count_text(n, "sample"), 100 / clearly_below - 100);
+      n_below, count_text(std::ranges::count_if(samples, has_onset), "sample"), 100 / clearly_below - 100);
 }
 
 }  // namespace
@@ -170,6 +173,18 @@ std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> sample
   std::vector<std::string> warnings = sample_warnings(samples);
   if (auto warning = onset_warning(samples)) warnings.push_back(std::move(*warning));
   return warnings;
+}
+
+const char* headline_load(std::span<const SampleSummary> samples) {
+  const auto has = [&](double SampleSummary::*load) {
+    return std::ranges::any_of(samples, [load](const SampleSummary& row) {
+      return row.status == SampleStatus::done && !std::isnan(row.*load);
+    });
+  };
+  if (std::ranges::any_of(samples, has_late_onset)) return "peak_load";
+  return has(&SampleSummary::onset_force)        ? "onset_force"
+         : has(&SampleSummary::first_break_load) ? "first_break_load"
+                                                 : "peak_load";
 }
 
 }  // namespace crackle::analysis

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/censored_values.h"
 #include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/path_inference.h"
 #include "crackle/analysis/sample_results.h"
@@ -11,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 
 namespace crackle::analysis {
 
@@ -35,22 +37,34 @@ Json table(const std::vector<Value>& values, const Shape& shape) {
   return table<Value>(std::span(values), std::span(shape));
 }
 
+constexpr std::array unbroken_words{"value", "bound", "nothing"};  // as in OfUnbroken
+
 /// Metadata of each result, and its statistics over all samples.
 Json describe_results(const std::vector<ResultStatistics>& results) {
   Json described = Json::array();
   for (const ResultStatistics& found : results) {
     const ResultInfo& info = found.info;
-    Json result{
-        {"name", info.name},     {"meaning", info.meaning},         {"units", info.units},
-        {"label", info.label},   {"shown_units", info.shown_units}, {"shown_factor", info.shown_factor},
-        {"format", info.format}, {"n_values", found.n_values}};
+    Json result{{"name", info.name},
+                {"meaning", info.meaning},
+                {"units", info.units},
+                {"label", info.label},
+                {"shown_units", info.shown_units},
+                {"shown_factor", info.shown_factor},
+                {"format", info.format},
+                {"n_values", found.n_values},
+                {"of_unbroken", unbroken_words[static_cast<std::size_t>(info.of_unbroken)]},
+                {"n_bounds", found.n_bounds}};
     for (std::size_t k = 0; k < found.counts.size(); ++k)
       result["categories"].push_back(category_name(info.categories, static_cast<std::int64_t>(k)));
     const bool has_quantiles = info.reduction == Reduction::quantiles || info.reduction == Reduction::places;
     if (found.n_values > 0 && has_quantiles) {
-      result["quantiles"] = found.quantiles;
-      result["median_lower"] = found.of_median.lower;
-      result["median_upper"] = found.of_median.upper;
+      for (const Observation& one : found.quantiles) {
+        result["quantiles"].push_back(known(one));
+        if (found.n_bounds > 0) result["quantile_bounds"].push_back(one.is_bound ? one.value : not_a_number);
+      }
+      const auto& [lower, upper] = found.of_median;
+      result["median_lower"] = known(lower);
+      result["median_upper"] = known(upper);
     }
     if (found.n_values > 0 && info.reduction == Reduction::shares) result["counts"] = found.counts;
     if (found.n_values > 0 && info.reduction == Reduction::counts) {
@@ -227,9 +241,10 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
       inputs.push_back({{"rank_correlation", estimate(effect.rank_correlation)},
                         {"first", estimate(effect.first)},
                         {"total", estimate(effect.total)}});
-    Json result{{"result", one.info.name},    {"label", one.info.label},        {"share_of", one.share_of},
-                {"n_values", one.n_values},   {"mesh", estimate(one.mesh)},     {"degree", one.degree},
-                {"predicted", one.predicted}, {"lack_of_fit", one.lack_of_fit}, {"inputs", inputs}};
+    Json result{{"result", one.info.name},  {"label", one.info.label},    {"share_of", one.share_of},
+                {"n_values", one.n_values}, {"n_draws", one.n_draws},     {"mesh", estimate(one.mesh)},
+                {"degree", one.degree},     {"predicted", one.predicted}, {"lack_of_fit", one.lack_of_fit},
+                {"inputs", inputs}};
     if (one.start >= 0) {
       result["notch"] = one.start;
       result["section"] = one.section;
@@ -239,6 +254,7 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
   return {{"confidence", all.confidence},
           {"n_draws", all.n_draws},
           {"n_samples", all.n_samples},
+          {"failures", all.failures},
           {"replicates", parameters.ensemble.replicates},
           {"results", results}};
 }
@@ -254,6 +270,8 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
                 {"n_done", statistics.n_done},
                 {"n_failed", n_failed},
                 {"n_undecided", std::ranges::count_if(samples, is_undecided)},
+                {"n_unbroken", std::ranges::count_if(samples, is_unbroken)},
+                {"headline_load", headline_load(samples)},
                 {"n_left", statistics.n_needed - statistics.n_done - n_failed},
                 {"notes", origin.notes},
                 {"warnings", ensemble_warnings(samples)},

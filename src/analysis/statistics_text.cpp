@@ -146,9 +146,14 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", mapped_samples(statistics), "cracks",
                  "leading", "start", sections.heads(), "of samples");
   append_ranks(text, "leader", statistics.leader, sections);
-  append_ranks(text, "leader, one crack", statistics.leader_one_crack, sections);
-  append_ranks(text, "leader, two cracks", statistics.leader_two_cracks, sections);
+  // Where all samples have the same pattern, these rows would repeat those above.
+  if (statistics.leader_one_crack.counted != statistics.leader.counted)
+    append_ranks(text, "leader, one crack", statistics.leader_one_crack, sections);
+  if (statistics.leader_two_cracks.counted != statistics.leader.counted)
+    append_ranks(text, "leader, two cracks", statistics.leader_two_cracks, sections);
   append_ranks(text, "follower", statistics.follower, sections);
+  if (statistics.n_starts == 1 && statistics.reached == statistics.leader.reached)
+    return append_unreached(text, statistics, sections);
   fmt::format_to(out, "\nall cracks of the start, leading and following\nstart{}\n", sections.heads());
   for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
     if (statistics.reached[p] == 0) continue;
@@ -195,6 +200,12 @@ void append_counts(std::string& text, const std::vector<ResultStatistics>& resul
   }
 }
 
+/// The most important result comes first: the peak load, where the onset says little (headline_load).
+void put_first(std::vector<ResultStatistics>& results, std::string_view name) {
+  const auto of_name = [&](const ResultStatistics& one) { return one.info.name == name; };
+  if (name == "peak_load") std::ranges::stable_partition(results, of_name);
+}
+
 /// @param with_places show results of type places
 void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results, bool with_places,
                       double confidence) {
@@ -207,16 +218,19 @@ void append_quantiles(std::string& text, const std::vector<ResultStatistics>& re
         info.reduction == Reduction::quantiles || (with_places && info.reduction == Reduction::places);
     if (!is_shown || result.n_values == 0) continue;
     auto out = std::back_inserter(text);
-    const ShownUnit unit = info.unit_for(largest_size(result.quantiles));
+    double largest = 0;
+    for (const Observation& one : result.quantiles) largest = std::max(largest, std::abs(one.value));
+    const ShownUnit unit = info.unit_for(largest);
     fmt::format_to(out, "{:<30}", info.label + (unit.name.empty() ? "" : fmt::format(" [{}]", unit.name)));
-    const std::string form = fmt::format(" {{:>12{}}}", info.format);
-    for (const double value : result.quantiles) fmt::format_to(out, fmt::runtime(form), value * unit.factor);
+    for (const Observation& one : result.quantiles)
+      fmt::format_to(out, " {:>12}", shown(one, info.format, unit.factor));
     const auto& [lower, upper] = result.of_median;
     fmt::format_to(out, " {:>8}   {}\n", result.n_values,
-                   std::isnan(lower) ? "too few samples"
-                   : result.quantiles.front() == result.quantiles.back()
+                   std::isnan(lower.value) ? "too few samples"
+                   : result.quantiles.front().value == result.quantiles.back().value && result.n_bounds == 0
                        ? "all equal"
-                       : shown_range(lower, upper, info.format, unit.factor));
+                       : fmt::format("{} to {}", shown(lower, info.format, unit.factor),
+                                     shown(upper, info.format, unit.factor)));
   }
 }
 
@@ -229,6 +243,12 @@ void append_left_out(std::string& text, const Statistics& statistics,
     fmt::format_to(std::back_inserter(text),
                    "{} undecided: still breaking at the end; all numbers below count what they had reached\n",
                    n_undecided);
+  const auto n_unbroken = std::ranges::count_if(samples, is_unbroken);
+  if (n_unbroken > 0)
+    fmt::format_to(std::back_inserter(text),
+                   "{} unbroken: loads count them as stronger than the largest load applied (Kaplan and "
+                   "Meier); times, displacements and work below are of those that broke\n",
+                   n_unbroken);
 }
 
 }  // namespace
@@ -251,7 +271,8 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean), least);
   append_positions(text, statistics, samples, SectionColumns(sections.all(), unit));
   if (statistics.n_starts > 0) append_patterns(text, statistics);
-  const auto results = result_statistics(samples, statistics.confidence, origin, statistics.replicates);
+  auto results = result_statistics(samples, statistics.confidence, origin, statistics.replicates);
+  put_first(results, headline_load(samples));
   append_shares(text, results);
   append_counts(text, results, statistics.confidence);
   append_quantiles(text, results, statistics.n_starts == 0, statistics.confidence);

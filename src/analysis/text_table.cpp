@@ -30,6 +30,10 @@ std::string shown(double value, const std::string& format, double factor) {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(fmt::format("{{:{}}}", format)), factor * value);
 }
 
+std::string shown(const Observation& one, const std::string& format, double factor) {
+  return (one.is_bound ? "> " : "") + shown(one.value, format, factor);
+}
+
 std::string shown_range(double lower, double upper, const std::string& format, double factor) {
   if (std::isnan(lower) || std::isnan(upper)) return "-";
   return fmt::format("{} to {}", shown(lower, format, factor), shown(upper, format, factor));

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 #include <type_traits>
 
 namespace crackle::ensemble {
@@ -37,8 +38,15 @@ std::string length_text(double length) {
   return shown_quantity(length, {"mm", 1e3}, "m");
 }
 
-/// "onset 381.2 N" or, without an onset, "first break at 252.1 N".
+/// "onset 381.2 N", after the peak load if that was clearly higher; without an onset, "first break at 252.1
+/// N"; of an unbroken sample "held 381.2 N".
 std::string loads_text(const analysis::SampleSummary& summary) {
+  if (is_unbroken(summary))
+    return std::isnan(summary.peak_load) ? "" : fmt::format("held {}, ", force_text(summary.peak_load));
+  if (!std::isnan(summary.onset_force) &&
+      analysis::headline_load({&summary, 1}) == std::string_view("peak_load"))
+    return fmt::format("peak load {}, onset {}, ", force_text(summary.peak_load),
+                       force_text(summary.onset_force));
   if (!std::isnan(summary.onset_force)) return fmt::format("onset {}, ", force_text(summary.onset_force));
   if (!std::isnan(summary.first_break_load))
     return fmt::format("first break at {}, ", force_text(summary.first_break_load));

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "result_attributes.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/geometry/outline.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <type_traits>
 
 namespace crackle::io {
@@ -44,6 +46,22 @@ void write_random_keys(hid_t group, const input::Parameters& parameters) {
 
 std::string units_of(const input::RandomInput& random) {
   return random.unit.empty() ? "1" : random.unit;
+}
+
+void check_numbers(const analysis::SampleSummary& row, const std::vector<std::string>& random_keys,
+                   const std::string& name) {
+  const auto refuse_infinite = [&](const char* result, double value) {
+    if (std::isinf(value)) fail<hdf5::Error>("{}{} is infinite", name, result);
+  };
+  for (std::size_t k = 0; k < row.inputs.size() && row.status == analysis::SampleStatus::done; ++k)
+    if (!std::isfinite(row.inputs[k]))
+      fail<hdf5::Error>("{}the random input {} is {}", name, random_keys.at(k), row.inputs[k]);
+  analysis::for_each_result([&](const analysis::ResultInfo& info, auto member) {
+    refuse_infinite(info.name, static_cast<double>(row.*member));
+  });
+  analysis::for_each_position_result([&](const analysis::ResultInfo& info, auto member) {
+    for (const auto value : row.*member) refuse_infinite(info.name, static_cast<double>(value));
+  });
 }
 
 void write_specimen(hid_t file, const geometry::Body& body) {

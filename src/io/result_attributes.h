@@ -24,6 +24,12 @@ void write_random_keys(hid_t group, const input::Parameters& parameters);
 /// SI unit of a random input's values; "1" for dimensionless numbers.
 std::string units_of(const input::RandomInput& random);
 
+/// @param name of the row, before the message
+/// @throws hdf5::Error if the row has a number that no computation gives: an infinite one, or a random input
+///   that is none
+void check_numbers(const analysis::SampleSummary& row, const std::vector<std::string>& random_keys,
+                   const std::string& name = {});
+
 /// Writes the group /specimen: the members of geometry::for_each_member, for drawing the body.
 void write_specimen(hid_t file, const geometry::Body& body);
 

@@ -9,8 +9,10 @@
 
 #include "hdf5.h"
 #include "provenance.h"
+#include "result_attributes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -77,6 +79,7 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
       row.inputs.push_back(hdf5::read_scalar<double>(inputs, random.key));
   }
   row.wall_time = hdf5::read_scalar<double>(root, "timing/wall_time");
+  check_numbers(row, random_keys(parameters));
   return row;
 }
 
@@ -125,6 +128,8 @@ analysis::CrackSurface read_surface(hid_t root) {
   read_column<double>(group, "cracks/last_time", cracks, &Crack::last_time);
   facets.resize(hdf5::read_shape(group, "crack").at(0));
   const auto corners = hdf5::read_dataset<double>(group, "corners", {facets.size(), 4, 3});
+  if (!std::ranges::all_of(corners, [](double one) { return std::isfinite(one); }))
+    fail<hdf5::Error>("a corner in crack_surface is not a number");
   for (std::size_t k = 0; k < corners.size(); ++k) facets[k / 12].corner[k / 3 % 4][k % 3] = corners[k];
   read_column<double>(group, "time", facets, &CrackFacet::time);
   read_column<double>(group, "area", facets, &CrackFacet::area);

@@ -115,6 +115,26 @@ TEST_F(SampleFile, ReadsTheRowThatWasWritten) {
   EXPECT_EQ(n_entries(file.parent_path()), 1) << "a partial file is left";
 }
 
+TEST_F(SampleFile, NumbersThatNoComputationGivesAreNamed) {
+  const fs::path file = sample_path(folder.path(), 3);
+  const auto reason = [&] {
+    write(file);
+    return read_summaries(folder.path(), parameters, 3, 1).front().error;
+  };
+  const SampleSummary good = summary;
+  summary.peak_load = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(reason(), ::testing::AllOf(::testing::HasSubstr("0003.h5"),
+                                         ::testing::HasSubstr("peak_load is infinite")));
+  summary = good;
+  summary.position[0] = -std::numeric_limits<double>::infinity();
+  EXPECT_THAT(reason(), ::testing::HasSubstr("position is infinite"));
+  summary = good;
+  parameters.random.emplace_back().key = "mesh.perturbation";
+  summary.inputs = {std::nan("")};
+  EXPECT_THAT(reason(), ::testing::AllOf(::testing::HasSubstr("0003.h5"),
+                                         ::testing::HasSubstr("the random input mesh.perturbation is nan")));
+}
+
 TEST_F(SampleFile, IsTheSameForTheSameContentExceptTimingAndProvenance) {
   const fs::path a = folder.path() / "a.h5";
   const fs::path b = folder.path() / "b.h5";

@@ -24,6 +24,13 @@ enum class Reduction {
   shares,     ///< number of samples in each category
 };
 
+/// What a sample that did not break says of a result.
+enum class OfUnbroken {
+  value,    ///< its value, like any other sample's
+  bound,    ///< that it lies above the largest load applied, the sample's peak load (right-censored)
+  nothing,  ///< the result describes how samples break
+};
+
 /// Metadata of a result.
 struct ResultInfo {
   const char* name;     ///< /summary/<name> of a sample file, /samples/<name> of the ensemble's
@@ -37,6 +44,7 @@ struct ResultInfo {
   const char* categories = "";  ///< for a number that encodes a word: "0 none, 1 ..."
   std::int64_t since =
       4;  ///< first version of the file format with this result, from the oldest that is read
+  OfUnbroken of_unbroken = OfUnbroken::value;
 
   /// The display unit for values up to this size; the same for bodies of millimetres.
   ShownUnit unit_for(double largest) const { return shown_unit({shown_units, shown_factor}, units, largest); }
@@ -64,45 +72,45 @@ template <class Visit>
 void for_each_result(Visit&& visit) {
   using Row = SampleSummary;
   using enum Reduction;
-  visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break", "s", 1,
-                   ".6f"},
+  visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break time",
+                   "s", 1, ".6f", "", 4, OfUnbroken::nothing},
         &Row::first_break_time);
   visit(ResultInfo{"first_break_x", "m", "position of the first break across the thickness", places,
-                   "first break at x", "mm", 1e3, ".3f", "", 5},
+                   "first break at x", "mm", 1e3, ".3f", "", 5, OfUnbroken::nothing},
         &Row::first_break_x);
   visit(ResultInfo{"first_break_y", "m", "position of the first break along the width", places,
-                   "first break at y", "mm", 1e3, ".3f", "", 5},
+                   "first break at y", "mm", 1e3, ".3f", "", 5, OfUnbroken::nothing},
         &Row::first_break_y);
   visit(ResultInfo{"first_break_z", "m", "position of the first break along the length", places,
-                   "first break at z", "mm", 1e3, ".3f", "", 5},
+                   "first break at z", "mm", 1e3, ".3f", "", 5, OfUnbroken::nothing},
         &Row::first_break_z);
   visit(ResultInfo{"first_break_load", "N", "load of the testing machine at the first break", quantiles,
-                   "first break", "N", 1, ".3f"},
+                   "first break load", "N", 1, ".3f", "", 4, OfUnbroken::bound},
         &Row::first_break_load);
   visit(
       ResultInfo{
           "onset_time", "s",
           "load time at the start of the last dynamic phase; NaN if no quasi-static loading preceded it",
-          quantiles, "onset time", "s", 1, ".6f"},
+          quantiles, "onset time", "s", 1, ".6f", "", 4, OfUnbroken::nothing},
       &Row::onset_time);
   visit(ResultInfo{"onset_force", "N", "load of the testing machine at that time", quantiles, "onset force",
-                   "N", 1, ".3f"},
+                   "N", 1, ".3f", "", 4, OfUnbroken::bound},
         &Row::onset_force);
   visit(ResultInfo{"peak_load", "N", "largest load of the testing machine up to separation", quantiles,
-                   "peak load", "N", 1, ".3f"},
+                   "peak load", "N", 1, ".3f", "", 4, OfUnbroken::bound},
         &Row::peak_load);
   visit(
       ResultInfo{
           "displacement_at_peak", "m",
           "displacement of the machine along its drive when that load first comes within 0.1 % of its peak: "
           "the prescribed one, or the mean over the loaded area",
-          quantiles, "displacement at peak", "mm", 1e3, ".5f"},
+          quantiles, "displacement at peak", "mm", 1e3, ".5f", "", 4, OfUnbroken::nothing},
       &Row::displacement_at_peak);
   visit(
       ResultInfo{"work_of_fracture", "J",
                  "external work up to separation: the area below the load-displacement curve, and the energy "
                  "of stress and velocity at the start",
-                 quantiles, "work of fracture", "mJ", 1e3, ".3f"},
+                 quantiles, "work of fracture", "mJ", 1e3, ".3f", "", 4, OfUnbroken::nothing},
       &Row::work_of_fracture);
   visit(ResultInfo{"dynamic_phases", "", "number of dynamic phases", none, "dynamic phases", "", 1, "d"},
         &Row::dynamic_phases);
@@ -210,6 +218,27 @@ double number_or_nan(Number value) {
     return value < 0 ? not_a_number : static_cast<double>(value);
   else
     return value;
+}
+
+/// A number, or a lower bound of it.
+struct Observation {
+  double value = not_a_number;  ///< NaN if there is none
+  bool is_bound = false;        ///< the number lies above it
+};
+
+/// What a sample says of a result: nothing unless it is done.
+template <class Member>
+Observation observed(const ResultInfo& info, Member member, const SampleSummary& row) {
+  if (row.status != SampleStatus::done) return {};
+  if (!is_unbroken(row) || info.of_unbroken == OfUnbroken::value) return {number_or_nan(row.*member)};
+  return info.of_unbroken == OfUnbroken::bound ? Observation{row.peak_load, true} : Observation{};
+}
+
+/// The value, NaN if there is at most a bound.
+template <class Member>
+double known(const ResultInfo& info, Member member, const SampleSummary& row) {
+  const Observation one = observed(info, member, row);
+  return one.is_bound ? not_a_number : one.value;
 }
 
 /// The word of a category: category_name("0 none, 1 one crack", 1) is "one crack"; the number itself if it

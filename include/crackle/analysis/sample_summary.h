@@ -66,6 +66,12 @@ inline bool is_undecided(const SampleSummary& row) {
          row.outcome == static_cast<std::int32_t>(dynamics::Outcome::undecided);
 }
 
+/// True for a completed sample in which nothing broke: it is stronger than its loads, by how much is unknown.
+inline bool is_unbroken(const SampleSummary& row) {
+  return row.status == SampleStatus::done &&
+         row.outcome == static_cast<std::int32_t>(dynamics::Outcome::unbroken);
+}
+
 /// A row for a sample without results: NaN and 0 in the right shape.
 SampleSummary empty_summary(int n_starts, int n_sections, SampleStatus status, std::string error = {});
 
@@ -94,5 +100,10 @@ std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples)
 
 /// Those of the samples, then that of onsets below the peak load.
 std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> samples);
+
+/// Name of the result that tells what the samples held: onset_force; peak_load if a sample's load was clearly
+/// higher before its onset, of which ensemble_warnings warn, or if none broke; first_break_load if none has
+/// an onset.
+const char* headline_load(std::span<const SampleSummary> samples);
 
 }  // namespace crackle::analysis

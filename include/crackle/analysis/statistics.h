@@ -114,8 +114,8 @@ struct WilsonInterval {
   double half_width;
 };
 
-/// Interval for a share observed in n trials.
-WilsonInterval wilson_interval(double share, int n, double confidence);
+/// Interval for a share observed in n trials, or as if in so many.
+WilsonInterval wilson_interval(double share, double n, double confidence);
 
 /// The wilson_interval of n_hits in n > 0 trials, clipped to [0, 1].
 struct Interval {
@@ -152,13 +152,14 @@ inline bool lacks(const Origin& origin, const std::string& result) {
 struct ResultStatistics {
   ResultInfo info{};
   int n_values = 0;  ///< 0: the other members are undefined
+  int n_bounds = 0;  ///< of the values: unbroken samples, of which only a lower bound is known
   // By the result's Reduction:
-  std::array<double, quantile_shares.size()> quantiles{};
-  std::vector<int> counts;  ///< of each category
+  std::array<Observation, quantile_shares.size()> quantiles{};  ///< censored_quantile
+  std::vector<int> counts;                                      ///< of each category
   double mean = 0;
-  Interval of_median{not_a_number, not_a_number};  ///< see median_interval
-  int n_any = 0;                                   ///< number of samples with a value above 0
-  Interval share_any{};                            ///< confidence interval of the share of these samples
+  std::array<Observation, 2> of_median{};  ///< censored_median_interval
+  int n_any = 0;                           ///< number of samples with a value above 0
+  Interval share_any{};                    ///< confidence interval of the share of these samples
 };
 
 /// For all results except those missing from the files, in table order.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/sample_results.h"
+
 #include <string>
 #include <vector>
 
@@ -14,6 +16,9 @@ std::string aligned(const TextTable& table, std::size_t n_left = 1, bool is_last
 
 /// A number in the syntax of fmt, such as ".3f", times a factor; "-" for NaN.
 std::string shown(double value, const std::string& format, double factor = 1);
+
+/// The same, with "> " before a bound.
+std::string shown(const Observation& one, const std::string& format, double factor = 1);
 
 /// "lower to upper", likewise.
 std::string shown_range(double lower, double upper, const std::string& format, double factor = 1);
