@@ -107,7 +107,8 @@ std::string arrests_text(const input::Parameters& parameters) {
 std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, ensemble::SampleCost& cost) {
   const auto& parameters = subject.parameters;
   const auto measured = ensemble::measure_cost(parameters, subject.realization, measured_seconds);
-  const auto work = ensemble::sample_work(parameters, phases);
+  const auto work =
+      ensemble::sample_work(parameters, dynamics::arrest_window(parameters, measured.waves), phases);
   cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
   const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;
   const bool breaks = measured.outlook.breaks;
@@ -146,7 +147,8 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, 
   std::string text = input::aligned(rows);
   for (const std::string& warning :
        {dynamics::weak_load_warning(parameters, measured.outlook),
-        dynamics::fast_loading_warning(parameters, measured.outlook.time), unaffordable_text(subject, hours)})
+        dynamics::fast_loading_warning(parameters, measured.outlook.time, measured.outlook.transit),
+        unaffordable_text(subject, hours)})
     if (!warning.empty()) text += fmt::format("\nWarning: {}\n", warning);
   if (n_ranks > 0) text += plan_text(subject, measured, work, cost, rate, n_ranks);
   return text;

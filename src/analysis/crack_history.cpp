@@ -11,6 +11,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <utility>
 
 namespace crackle::analysis {
@@ -38,7 +39,7 @@ private:
 class TipCourse {
 public:
   TipCourse() = default;
-  explicit TipCourse(const CrackWay& way) : points_(way.points), window_(way.window) {}
+  explicit TipCourse(CrackWay way) : way_(std::move(way)) {}
   /// A crack that is too short for a way: how far its facets lie from the start; without speeds.
   TipCourse(const CrackSurface& surface, const geometry::CrackStart& start, std::int32_t number) {
     for (const CrackFacet& facet : surface.facets) {
@@ -46,58 +47,71 @@ public:
       double place = 0;
       for (const geometry::Point& corner : facet.corner) place += start.advance(corner) / 4;
       if (place <= length()) continue;
-      if (!points_.empty() && facet.time <= points_.back().reached)
-        points_.back().place = place;
+      auto& points = way_.points;
+      if (!points.empty() && facet.time <= points.back().reached)
+        points.back().place = place;
       else
-        points_.push_back({place, facet.time, facet.time});
+        points.push_back({place, facet.time, facet.time, 0, not_a_number, 0});
     }
   }
 
-  double length() const { return points_.empty() ? 0 : points_.back().place; }
+  double length() const { return way_.points.empty() ? 0 : way_.length(); }
 
   /// Position of the tip at a time.
   double place_at(double time) const {
-    const auto next = std::ranges::upper_bound(points_, time, {}, &CrackWay::Point::reached);
-    if (next == points_.begin()) return 0;
-    if (next == points_.end()) return length();
+    const auto next = next_at(time);
+    if (next == way_.points.begin()) return 0;
+    if (next == way_.points.end()) return length();
     const CrackWay::Point& last = *std::prev(next);
     return std::lerp(last.place, next->place, (time - last.reached) / (next->reached - last.reached));
   }
 
   struct Tip {
     double speed = not_a_number;
+    double speed_ratio = not_a_number;   ///< to the Rayleigh speed there
     double release_rate = not_a_number;  ///< per length of its way [J/m]
   };
   /// The tip at a time of the dynamic phase while it is on its way, by straight lines fitted over the part of
-  /// the window around it that it passed in that phase.
+  /// the window around it that it passed in that phase, up to its jumps.
   Tip tip_at(double time, const Releases& releases) const {
     LineFit arrival, energy;
-    if (points_.empty() || time <= std::max(0.0, points_.front().reached) || time >= points_.back().reached)
+    const auto& points = way_.points;
+    if (points.empty() || time <= std::max(0.0, points.front().reached) || time >= points.back().reached)
       return {};
     const double place = place_at(time);
-    for (const CrackWay::Point& point : points_) {
+    const int run = next_at(time)->run;
+    if (run < 0) return {};
+    double first = infinity, last = 0;
+    for (const CrackWay::Point& point : points) {
       const double ahead = point.place - place;
-      if (std::abs(ahead) > window_ / 2 || point.reached <= 0) continue;
+      if (std::abs(ahead) > way_.window / 2 || point.reached <= 0 || point.run != run) continue;
       arrival.add(ahead, point.time);
       energy.add(ahead, releases.until(point.reached));
+      first = std::min(first, point.place);
+      last = point.place;
     }
     if (arrival.n() <= 2 || !(arrival.slope() > 0)) return {};
-    return {1 / arrival.slope(), energy.slope()};
+    const double speed = 1 / arrival.slope();
+    return {speed, speed * way_.slowness(first, last), energy.slope()};
   }
 
 private:
-  std::vector<CrackWay::Point> points_;
-  double window_ = 0;
+  /// The point that the front comes to next.
+  std::vector<CrackWay::Point>::const_iterator next_at(double time) const {
+    return std::ranges::upper_bound(way_.points, time, {}, &CrackWay::Point::reached);
+  }
+
+  CrackWay way_{};
 };
 
 /// The longest way of each crack start.
 std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurface& surface,
-                                   double rayleigh_speed) {
+                                   const mechanics::TetrahedronField<double>& rayleigh_speed) {
   const auto& starts = body.crack_starts();
   std::vector<TipCourse> courses(starts.size());
-  for (const CrackWay& way : crack_ways(body, surface, rayleigh_speed)) {
+  for (CrackWay& way : crack_ways(body, surface, rayleigh_speed)) {
     TipCourse& longest = courses[index(way.start)];
-    if (way.length() > longest.length()) longest = TipCourse(way);
+    if (way.length() > longest.length()) longest = TipCourse(std::move(way));
   }
   for (std::size_t k = 0; k < starts.size(); ++k)
     if (courses[k].length() == 0) courses[k] = TipCourse(surface, starts[k], static_cast<std::int32_t>(k));
@@ -129,8 +143,12 @@ std::vector<Releases> releases_of(const CrackSurface& surface, std::size_t n_sta
 }  // namespace
 
 CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
-                           const dynamics::SampleResult& result, double rayleigh_speed) {
+                           const dynamics::SampleResult& result,
+                           const mechanics::TetrahedronField<double>& rayleigh_speed) {
   CrackHistory history;
+  std::vector<std::size_t> all(surface.facets.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  history.rayleigh_speed = 1 / mean_slowness(surface, all, rayleigh_speed);
   const std::size_t n_starts = history.n_starts = body.crack_starts().size();
   const std::vector<TipCourse> courses = tip_courses(body, surface, rayleigh_speed);
   const auto releases = releases_of(surface, n_starts, result);
@@ -155,6 +173,7 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
       history.area.push_back(area[k]);
       history.length.push_back(area[k] > 0 ? courses[k].place_at(time) : 0);
       history.speed.push_back(tip.speed);
+      history.speed_ratio.push_back(tip.speed_ratio);
       history.release_rate.push_back(tip.release_rate / body.size()[0]);
     }
   }

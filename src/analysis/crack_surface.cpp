@@ -4,6 +4,7 @@
 #include "crackle/common/disjoint_sets.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/common/vector.h"
 
 #include <algorithm>
@@ -192,6 +193,32 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
     }
   }
   return surface;
+}
+
+mechanics::TetrahedronField<double> rayleigh_speeds(const CrackSurface& surface,
+                                                    const Realization& realization,
+                                                    const mechanics::MaterialField& material) {
+  const auto& [elasticity, density] = material;
+  if (elasticity.is_uniform() && density.is_uniform())
+    return mechanics::rayleigh_speed(elasticity[0], density[0]);
+  std::vector<double> speeds(realization.tetrahedra.size(), 0.0);
+  for (const CrackFacet& facet : surface.facets) {
+    const auto t = static_cast<std::int32_t>(facet.tetrahedron);
+    if (speeds[index(t)] == 0) speeds[index(t)] = mechanics::rayleigh_speed(elasticity[t], density[t]);
+  }
+  return mechanics::TetrahedronField<double>(std::move(speeds));
+}
+
+double mean_slowness(const CrackSurface& surface, std::span<const std::size_t> facets,
+                     const mechanics::TetrahedronField<double>& rayleigh_speed) {
+  if (rayleigh_speed.is_uniform()) return 1 / rayleigh_speed[0];
+  double sum = 0, area = 0;
+  for (const std::size_t i : facets) {
+    const CrackFacet& facet = surface.facets[i];
+    sum += facet.area / rayleigh_speed[static_cast<std::int32_t>(facet.tetrahedron)];
+    area += facet.area;
+  }
+  return area > 0 ? sum / area : not_a_number;
 }
 
 }  // namespace crackle::analysis

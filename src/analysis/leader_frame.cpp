@@ -110,6 +110,8 @@ LeaderFrame::LeaderFrame(const geometry::Body& body, const std::vector<geometry:
       mapping.extent.push_back(found.extent);
     }
     reference_.push_back(symmetry.crack_start[leading]);
+    std::string& name = start_names_.emplace_back(body.crack_starts()[leading].name);
+    std::ranges::replace(name, '-', ' ');
     symmetries_.push_back(std::move(mapping));
   }
 }
@@ -117,6 +119,7 @@ LeaderFrame::LeaderFrame(const geometry::Body& body, const std::vector<geometry:
 LeaderFrame::LeaderFrame(int n_starts, int n_sections)
     : n_sections_(n_sections), reference_(static_cast<std::size_t>(n_starts)) {
   std::iota(reference_.begin(), reference_.end(), 0);
+  for (const auto start : reference_) start_names_.push_back(std::to_string(start));
   const auto n = static_cast<std::size_t>(n_sections);
   Mapping none{0, std::vector<int>(reference_.size()), std::vector<int>(n),
                std::vector<std::optional<double>>(n)};

@@ -80,6 +80,7 @@ Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, dou
   statistics.n_needed = statistics.n_samples;
   statistics.confidence = confidence;
   statistics.reference_start = frame.reference();
+  statistics.start_names = frame.start_names();
   statistics.leader = statistics.leader_one_crack = statistics.leader_two_cracks = empty_ranks(frame, true);
   statistics.follower = empty_ranks(frame, false);
   return statistics;
@@ -264,6 +265,7 @@ RunningStatistics::RunningStatistics(const input::Parameters& parameters)
           parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
   statistics_.base = parameters.mesh.base;
   statistics_.replicates = parameters.ensemble.replicates;
+  statistics_.crack_parts = crack_parts(parameters);
   stop_ = parameters.ensemble.stop;
   if (!stop_) return;
   looks_ = look_schedule(parameters.ensemble.samples, stop_->min_samples);

@@ -5,6 +5,7 @@
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/stop_rule.h"
+#include "crackle/analysis/text_table.h"
 #include "crackle/geometry/outline.h"
 #include "crackle/input/reader.h"
 
@@ -40,10 +41,14 @@ Json describe_results(const std::vector<ResultStatistics>& results) {
   Json described = Json::array();
   for (const ResultStatistics& found : results) {
     const ResultInfo& info = found.info;
-    Json result{
-        {"name", info.name},     {"meaning", info.meaning},         {"units", info.units},
-        {"label", info.label},   {"shown_units", info.shown_units}, {"shown_factor", info.shown_factor},
-        {"format", info.format}, {"n_values", found.n_values}};
+    Json result{{"name", info.name},
+                {"meaning", info.meaning},
+                {"units", info.units},
+                {"label", info.label},
+                {"shown_units", info.shown_units},
+                {"shown_factor", info.shown_factor},
+                {"format", fitting_format(info.format, found.quantiles, info.shown_factor)},
+                {"n_values", found.n_values}};
     for (std::size_t k = 0; k < found.counts.size(); ++k)
       result["categories"].push_back(category_name(info.categories, static_cast<std::int64_t>(k)));
     const bool has_quantiles = info.reduction == Reduction::quantiles || info.reduction == Reduction::places;
@@ -72,7 +77,7 @@ Json column(std::span<const SampleSummary> samples, Value value) {
   return values;
 }
 
-Json samples_of(std::span<const SampleSummary> samples, const Origin& origin) {
+Json samples_of(std::span<const SampleSummary> samples, const Statistics& statistics, const Origin& origin) {
   Json group{{"status", column(samples, [](const auto& row) { return static_cast<int>(row.status); })},
              {"error", column(samples, [](const auto& row) { return row.error; })},
              {"note", column(samples, [](const auto& row) { return row.note; })}};
@@ -80,6 +85,10 @@ Json samples_of(std::span<const SampleSummary> samples, const Origin& origin) {
     if (lacks(origin, info.name)) return;
     group[info.name] = column(samples, [member](const auto& row) { return row.*member; });
   });
+  for (std::size_t k = 0; k < statistics.crack_parts.size(); ++k)
+    group[crack_area_in_info.name][statistics.crack_parts[k]] = column(samples, [k](const auto& row) {
+      return k < row.crack_area_in.size() ? row.crack_area_in[k] : not_a_number;
+    });
   group["wall_time"] = column(samples, [](const auto& row) { return row.wall_time; });
   return group;
 }
@@ -263,7 +272,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
                                 const char*) { document["specimen"][name] = table(values, shape); });
   document["results"] =
       describe_results(result_statistics(samples, statistics.confidence, origin, statistics.replicates));
-  document["samples"] = samples_of(samples, origin);
+  document["samples"] = samples_of(samples, statistics, origin);
   document["crack_path"] = crack_path(
       samples, parameters.sections,
       {static_cast<std::size_t>(statistics.n_starts), static_cast<std::size_t>(statistics.n_sections)});

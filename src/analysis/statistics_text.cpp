@@ -2,6 +2,7 @@
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/text_table.h"
+#include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
 
 #include <fmt/format.h>
@@ -85,7 +86,7 @@ void append_ranks(std::string& text, const char* label, const RankStatistics& ra
   }
 }
 
-/// "0 in 104 samples, 1 in 95, none in 1", over the completed samples.
+/// "notch 0 in 104 samples, notch 1 in 95, none in 1", over the completed samples.
 std::string leaders(const Statistics& statistics, std::span<const SampleSummary> samples) {
   std::string text;
   for (int start = 0; start <= statistics.n_starts; ++start) {
@@ -95,7 +96,7 @@ std::string leaders(const Statistics& statistics, std::span<const SampleSummary>
     });
     if (is_none && n == 0) continue;
     fmt::format_to(std::back_inserter(text), "{}{} in {}", text.empty() ? "" : ", ",
-                   is_none ? "none" : fmt::to_string(start), n);
+                   is_none ? "none" : statistics.start_names[index(start)], n);
     if (start == 0) text += n == 1 ? " sample" : " samples";
   }
   return text;
@@ -108,8 +109,8 @@ std::string mapped_samples(const Statistics& statistics) {
     const auto reference = static_cast<std::size_t>(statistics.reference_start[start]);
     if (reference != start)
       fmt::format_to(std::back_inserter(text),
-                     "; samples led by start {} are mapped by the body's symmetry, as if start {} led", start,
-                     reference);
+                     "; samples led by {} are mapped by the body's symmetry, as if {} led",
+                     statistics.start_names[start], statistics.start_names[reference]);
   }
   return text;
 }
@@ -209,15 +210,40 @@ void append_quantiles(std::string& text, const std::vector<ResultStatistics>& re
     auto out = std::back_inserter(text);
     const ShownUnit unit = info.unit_for(largest_size(result.quantiles));
     fmt::format_to(out, "{:<30}", info.label + (unit.name.empty() ? "" : fmt::format(" [{}]", unit.name)));
-    const std::string form = fmt::format(" {{:>12{}}}", info.format);
+    const std::string format = fitting_format(info.format, result.quantiles, unit.factor);
+    const std::string form = fmt::format(" {{:>12{}}}", format);
     for (const double value : result.quantiles) fmt::format_to(out, fmt::runtime(form), value * unit.factor);
     const auto& [lower, upper] = result.of_median;
     fmt::format_to(out, " {:>8}   {}\n", result.n_values,
                    std::isnan(lower) ? "too few samples"
                    : result.quantiles.front() == result.quantiles.back()
                        ? "all equal"
-                       : shown_range(lower, upper, info.format, unit.factor));
+                       : shown_range(lower, upper, format, unit.factor));
   }
+}
+
+/// Shares of the crack area in the materials and at the interfaces, over the samples that broke.
+void append_parts(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples) {
+  if (statistics.crack_parts.empty()) return;
+  TextTable table{{"crack area in [%]", "mean", "min", "max", "samples with any"}};
+  for (std::size_t k = 0; k < statistics.crack_parts.size(); ++k) {
+    double sum = 0, least = 1, largest = 0;
+    int n = 0, n_any = 0;
+    for (const SampleSummary& row : samples) {
+      if (row.status != SampleStatus::done || k >= row.crack_area_in.size() || !(row.crack_area > 0))
+        continue;
+      const double share = row.crack_area_in[k] / row.crack_area;
+      sum += share;
+      least = std::min(least, share);
+      largest = std::max(largest, share);
+      n_any += share > 0 ? 1 : 0;
+      ++n;
+    }
+    if (n == 0) return;
+    table.push_back({statistics.crack_parts[k], shown(sum / n, ".1f", 100), shown(least, ".1f", 100),
+                     shown(largest, ".1f", 100), fmt::format("{} of {}", n_any, n)});
+  }
+  text += "\n" + aligned(table);
 }
 
 /// Which samples no number below covers, and which it covers although they are unfinished.
@@ -255,6 +281,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   append_shares(text, results);
   append_counts(text, results, statistics.confidence);
   append_quantiles(text, results, statistics.n_starts == 0, statistics.confidence);
+  append_parts(text, statistics, samples);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     auto out = std::back_inserter(text);
     if (!samples[i].error.empty())

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/text_table.h"
 
+#include "crackle/common/real.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,6 +30,23 @@ std::string aligned(const TextTable& table, std::size_t n_left, bool is_last_lef
 
 std::string shown(double value, const std::string& format, double factor) {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(fmt::format("{{:{}}}", format)), factor * value);
+}
+
+std::string fitting_format(const std::string& format, std::span<const double> values, double factor) {
+  if (!format.ends_with('f')) return format;
+  double least = infinity, largest = -infinity;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    least = std::min(least, factor * value);
+    largest = std::max(largest, factor * value);
+  }
+  const double scatter = largest - least, size = std::max(std::abs(least), std::abs(largest));
+  if (!(size > 0) || !std::isfinite(size)) return format;
+  const auto leading = [](double value) { return static_cast<int>(std::floor(std::log10(value))); };
+  // Rounding is no scatter.
+  const int decimals = scatter > 1e-9 * size ? 2 - leading(scatter) : 4 - leading(size);
+  const int most = std::stoi(format.substr(1));
+  return fmt::format(".{}f", std::clamp(decimals, 0, most));
 }
 
 std::string shown_range(double lower, double upper, const std::string& format, double factor) {

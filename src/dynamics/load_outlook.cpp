@@ -41,15 +41,17 @@ double initial_speed(const input::Parameters& parameters) {
 
 /// Largest stress of the plane wave that a prescribed or initial velocity sends into the body: density times
 /// dilatational speed times velocity [Pa].
-double impact_stress(const input::Parameters& parameters) {
+double impact_stress(const input::Parameters& parameters, const mechanics::MaterialField& material,
+                     std::int32_t n_tetrahedra) {
   double speed = initial_speed(parameters);
   for (const auto& condition : parameters.boundaries)
     if (condition.kind == input::BoundaryKind::velocity)
       speed = std::max(
           speed, norm(condition.value) * (condition.factor ? condition.factor->largest_magnitude() : 1));
   double impedance = 0;
-  for (const auto& material : parameters.materials)
-    impedance = std::max(impedance, material.density * mechanics::dilatational_speed(material));
+  for (std::int32_t t = 0; t < n_tetrahedra; ++t)
+    impedance = std::max(impedance, material.density[t] * mechanics::dilatational_speed(
+                                                              material.elasticity[t], material.density[t]));
   return impedance * speed;
 }
 
@@ -58,9 +60,7 @@ std::string text_of_load(double load) {
 }
 
 std::string too_late(const input::Parameters& parameters, const LoadOutlook& outlook) {
-  const double transit = std::ranges::max(parameters.specimen.size) /
-                         mechanics::slowest_dilatational_speed(parameters.materials);
-  const double reach = std::max(parameters.time.duration, transit);
+  const double reach = std::max(parameters.time.duration, outlook.transit);
   if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
   return fmt::format(
       "the loads are far from breaking the body: in equilibrium they reach the first break after {}, at "
@@ -115,14 +115,18 @@ LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::
   double least_strength = infinity;
   for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
     least_strength = std::min(least_strength, setup.criterion->strength(t));
-  const bool is_struck = parameters.time.start == input::Start::rest &&
-                         wave_amplification * impact_stress(parameters) >= least_strength;
+  const bool is_struck =
+      parameters.time.start == input::Start::rest &&
+      wave_amplification * impact_stress(parameters, setup.body.material(), subdomain.n_tetrahedra()) >=
+          least_strength;
   if (is_struck) return {};
   EnergyAccount account(self, setup.body);
-  QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion, arrest_window(parameters),
-                             setup.average.get());
+  QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion,
+                             arrest_window(parameters, setup.waves), setup.average.get());
   loading.load_at_start(account);
-  return first_break(loading, setup.loads, account);
+  LoadOutlook outlook = first_break(loading, setup.loads, account);
+  outlook.transit = wave_transit(parameters, setup.waves);
+  return outlook;
 }
 
 std::string weak_load_warning(const input::Parameters& parameters, const LoadOutlook& outlook) {

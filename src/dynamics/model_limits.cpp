@@ -230,10 +230,9 @@ std::vector<std::string> model_warnings(const input::Parameters& parameters, con
   return warnings;
 }
 
-std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time) {
+std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time,
+                                 double transit) {
   if (parameters.time.start != input::Start::quasi_static) return {};
-  const double transit = std::ranges::max(parameters.specimen.size) /
-                         mechanics::slowest_dilatational_speed(parameters.materials);
   if (!(first_break_time < few_transits * transit)) return {};
   return fmt::format(
       "quasi-static loading reaches the first break after {}, but a wave takes {} along the body, so inertia "

@@ -63,6 +63,7 @@ public:
                  setup_.vicinity.get(),
                  parameters.stress_varies()} {
     result_.stable_step = setup_.stable_step;
+    result_.wave_transit = wave_transit(parameters_, setup_.waves);
     result_.load_is_reaction = machine_reacts();
     result_.time_step = setup_.grid.step;
     result_.timings.setup = setup_watch_.seconds();
@@ -119,7 +120,7 @@ private:
   }
 
   void load_until_end() {
-    const double patience = arrest_window(parameters_);
+    const double patience = arrest_window(parameters_, setup_.waves);
     Stopwatch watch;
     group_.enter("quasi-static loading");
     setup_.refuse_free_body();
@@ -498,10 +499,13 @@ SampleResult run_from_checkpoint(const parallel::Communicator& group, const inpu
 
 }  // namespace
 
-double arrest_window(const input::Parameters& parameters) {
+double arrest_window(const input::Parameters& parameters, const fracture::BodyWaves& waves) {
   if (parameters.time.arrest) return *parameters.time.arrest;
-  const double length = *std::ranges::max_element(parameters.specimen.size);
-  return length / input::slowest_bar_speed(parameters.materials);
+  return std::ranges::max(parameters.specimen.size) / waves.bar;
+}
+
+double wave_transit(const input::Parameters& parameters, const fracture::BodyWaves& waves) {
+  return std::ranges::max(parameters.specimen.size) / waves.dilatational;
 }
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,

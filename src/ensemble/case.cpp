@@ -109,7 +109,8 @@ void Case::finished(const SampleReport& report) {
   if (log_ == nullptr) return;
   log_->line(describe(report));
   if (warning) log_->line(*warning);
-  if (const auto fast = dynamics::fast_loading_warning(parameters_, report.summary.first_break_time);
+  if (const auto fast =
+          dynamics::fast_loading_warning(parameters_, report.summary.first_break_time, report.wave_transit);
       !fast.empty() && !std::exchange(has_warned_of_fast_loading_, true))
     log_->line("warning: " + fast);
   log_->show(*progress_, true);
@@ -260,7 +261,8 @@ RunOutcome Case::finish_single(const parallel::Communicator& world, bool is_stop
     report.summary = plan_.kept.front().summary;
     report.stored = true;
   }
-  if (const auto fast = dynamics::fast_loading_warning(parameters_, report.summary.first_break_time);
+  if (const auto fast =
+          dynamics::fast_loading_warning(parameters_, report.summary.first_break_time, report.wave_transit);
       !fast.empty())
     say("warning: " + fast);
   if (log_ != nullptr) log_->end_progress();

@@ -39,11 +39,10 @@ PhaseWork phase_work(const input::Parameters& parameters, double stable_step) {
   return {grid, static_cast<std::int64_t>(std::ceil(forces_per_step * static_cast<double>(grid.n_steps)))};
 }
 
-SampleWork sample_work(const input::Parameters& parameters, int phases) {
+SampleWork sample_work(const input::Parameters& parameters, double arrest_window, int phases) {
   if (parameters.time.start == input::Start::rest) return {};
-  const double arrested =
-      std::min<double>(dynamics::max_phase_durations,
-                       running_durations + dynamics::arrest_window(parameters) / parameters.time.duration);
+  const double arrested = std::min<double>(dynamics::max_phase_durations,
+                                           running_durations + arrest_window / parameters.time.duration);
   // One equilibrium after each quasi-static break and one after each arrest.
   const double solves = static_breaks_per_phase * phases + (phases - 1);
   return {phases, 1 + (phases - 1) * arrested, static_cast<int>(std::lround(solves))};

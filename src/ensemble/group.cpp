@@ -281,6 +281,7 @@ SampleReport lead_sample(SampleGroup& group, SampleSource& source, const dynamic
 
   report.checkpoint_error.clear();
   report.mesh_attempt = realization.report.attempt;
+  report.wave_transit = result.wave_transit;
   report.n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
   try {
     staged(group, "writing", [&] { steps->write(realization, result, analysis); });

@@ -68,7 +68,7 @@ std::string describe(const SampleReport& report) {
     return fmt::format("sample {} failed after {:.1f} s: {}", report.sample, report.seconds, summary.error);
   }
   return fmt::format(
-      "sample {} done: {}, {}{}, {} of crack, {} breaks, energy error {:.1e}, {:.1f} s{}{}", report.sample,
+      "sample {} done: {}, {}{}, {} of rough crack, {} breaks, energy error {:.1e}, {:.1f} s{}{}", report.sample,
       word_of(summary, &analysis::SampleSummary::outcome), loads_text(summary), pattern_text(summary),
       shown_quantity(summary.crack_area, {"mm^2", 1e6}, "m^2"), summary.breaks, summary.energy_error,
       report.seconds,

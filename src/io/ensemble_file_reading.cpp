@@ -77,6 +77,20 @@ void read_inputs(hid_t file, std::vector<SampleSummary>& samples) {
   }
 }
 
+/// Reads the areas of cracks in the parts of a body of several materials.
+void read_parts(hid_t file, std::vector<SampleSummary>& samples) {
+  const std::string name = fmt::format("samples/{}", analysis::crack_area_in_info.name);
+  if (H5Lexists(file, name.c_str(), H5P_DEFAULT) <= 0) return;
+  const Shape shape = hdf5::read_shape(file, name);
+  if (shape.size() != 2) fail<hdf5::Error>("dataset {}: not samples x parts", name);
+  const auto table = hdf5::read_dataset<double>(file, name, {samples.size(), shape[1]});
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto row = table.begin() + static_cast<std::ptrdiff_t>(i * shape[1]);
+    if (samples[i].status == analysis::SampleStatus::done)
+      samples[i].crack_area_in.assign(row, row + static_cast<std::ptrdiff_t>(shape[1]));
+  }
+}
+
 input::Sections read_sections(hid_t file, std::size_t n_sections) {
   const auto position = hdf5::read_dataset<double>(file, "crack_path/section", {n_sections});
   const auto axis = hdf5::read_dataset<std::int32_t>(file, "crack_path/section_axis", {n_sections});
@@ -112,6 +126,7 @@ EnsembleContent read_content(hid_t file, std::int64_t version) {
   content.sections = read_sections(file, shape[2]);
   content.samples = read_samples(file, shape, version);
   read_inputs(file, content.samples);
+  read_parts(file, content.samples);
   if (H5Lexists(file, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(file);
   return content;
 }

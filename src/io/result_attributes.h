@@ -17,6 +17,9 @@ void describe_result(hid_t parent, const std::string& dataset, const analysis::R
 /// Writes the attribute `meaning` of a dataset that is not a result.
 void describe_dataset(hid_t parent, const std::string& dataset, const std::string& meaning);
 
+/// Describes the dataset crack_area_in of a group: metadata, the names of the parts, its last dimension.
+void describe_parts(hid_t group, const input::Parameters& parameters, int column);
+
 /// Keys of the random inputs, in their order, as dataset names.
 std::vector<std::string> random_keys(const input::Parameters& parameters);
 /// Writes the attribute `keys` of the group with these datasets, one per line.

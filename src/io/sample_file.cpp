@@ -299,6 +299,12 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
     describe_result(group, info.name, info, n_columns++);
   });
   hdf5::label_datasets(group, {"notch", "section"});
+  if (!summary.crack_area_in.empty()) {
+    const ResultInfo& info = analysis::crack_area_in_info;
+    hdf5::write_dataset<double>(group, info.name, {summary.crack_area_in.size()}, summary.crack_area_in,
+                                info.units);
+    describe_parts(group, parameters, n_columns);
+  }
   if (!summary.inputs.empty()) {
     const hdf5::Handle inputs = hdf5::create_group(group, "inputs");
     for (std::size_t k = 0; k < parameters.random.size(); ++k) {

@@ -71,6 +71,9 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
     using Value = typename std::remove_cvref_t<decltype(row.*member)>::value_type;
     row.*member = hdf5::read_dataset<Value>(group, info.name, position_shape(parameters));
   });
+  const char* const parts = analysis::crack_area_in_info.name;
+  if (H5Lexists(group, parts, H5P_DEFAULT) > 0)
+    row.crack_area_in = hdf5::read_dataset<double>(group, parts, {analysis::crack_parts(parameters).size()});
   if (!parameters.random.empty()) {
     const hdf5::Handle inputs = hdf5::open_group(group, "inputs");
     for (const input::RandomInput& random : parameters.random)

@@ -105,8 +105,9 @@ class Report(Ensembles):
                 self.assertEqual(film.convert("RGB").getpixel((2, 2)), (255, 255, 255))
 
         self.assertEqual(re.findall(r">[^<]*\bnan\b[^<]*<", page), [])
+        form = reading.read_ensemble(self.folder).samples.result("onset_force").format
         for row in rows:
-            self.assertIn(f">{row['onset_force']:.3f}<", page)
+            self.assertIn(f">{format(row['onset_force'], form)}<", page)
         self.assertIn("Open MPI 4.1.4, PETSc 3.18.5", page)
         self.assertIn("[[specimen.notch]]", page)
         self.assertNotIn("not finished", page)

@@ -93,7 +93,7 @@ class Browser(unittest.TestCase):
         browse(self.page, *WEBGL, f"--print-to-pdf={pdf}")
         text = subprocess.run(["pdftotext", "-layout", str(pdf), "-"], check=True, capture_output=True, text=True).stdout
         self.assertNotIn("Play", text)
-        for column in ("leading", "overlap", "toughness", "energy"):
+        for column in ("leading", "overlap", "traced", "energy"):
             self.assertIn(column, text, "a column is missing")
         subprocess.run(["pdftoppm", "-r", "40", "-png", str(pdf), str(self.folder / "page")], check=True)
         pages = [np.asarray(Image.open(file).convert("RGB")) for file in sorted(self.folder.glob("page-*.png"))]

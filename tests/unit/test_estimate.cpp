@@ -62,18 +62,19 @@ TEST(Estimate, RefusesAStepOverTheStableOne) {
 
 TEST(Estimate, ArrestedPhasesAndEquilibriaCount) {
   auto parameters = paper_like();
-  EXPECT_EQ(sample_work(parameters, 1).full_durations, 1);
-  EXPECT_EQ(sample_work(parameters, 1).solves, 2);
-  const SampleWork three = sample_work(parameters, 3);
-  const double share = dynamics::arrest_window(parameters) / parameters.time.duration;
+  const double arrest_window = 0.4 * parameters.time.duration;
+  EXPECT_EQ(sample_work(parameters, arrest_window, 1).full_durations, 1);
+  EXPECT_EQ(sample_work(parameters, arrest_window, 1).solves, 2);
+  const SampleWork three = sample_work(parameters, arrest_window, 3);
+  const double share = arrest_window / parameters.time.duration;
   EXPECT_GT(three.full_durations, 1 + 2 * share);
   EXPECT_LT(three.full_durations, 1 + 2 * (share + 1));
   EXPECT_GT(three.solves, 2 + 3);
   parameters.time.duration = 1e-6;  // an arrest takes as long as a phase may last
-  EXPECT_EQ(sample_work(parameters, 3).full_durations, 1 + 2 * dynamics::max_phase_durations);
+  EXPECT_EQ(sample_work(parameters, arrest_window, 3).full_durations, 1 + 2 * dynamics::max_phase_durations);
   parameters.time.start = input::Start::rest;
-  EXPECT_EQ(sample_work(parameters, 3).phases, 1);
-  EXPECT_EQ(sample_work(parameters, 3).solves, 0);
+  EXPECT_EQ(sample_work(parameters, arrest_window, 3).phases, 1);
+  EXPECT_EQ(sample_work(parameters, arrest_window, 3).solves, 0);
 }
 
 TEST(Estimate, CostIsTheSumOfItsParts) {

@@ -189,7 +189,7 @@ TEST(SampleReport, OneLineForEachSample) {
   report.summary.energy_error = 2.1e-5;
   report.seconds = 41.04;
   EXPECT_EQ(describe(report),
-            "sample 3 done: separated, onset 380.9 N, one crack, 61.2 mm^2 of crack, 1532 breaks, energy "
+            "sample 3 done: separated, onset 380.9 N, one crack, 61.2 mm^2 of rough crack, 1532 breaks, energy "
             "error 2.1e-05, "
             "41.0 s");
   report.summary.onset_force = std::nan("");

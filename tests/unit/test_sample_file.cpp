@@ -72,9 +72,9 @@ protected:
     branches = analysis::find_branches(mesh.body(), surface);
     lines = analysis::crack_lines(mesh.body(), surface, branches);
     crossings = analysis::section_crossings(mesh.body(), surface, branches, parameters.sections);
-    summary =
-        analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
+    summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, rayleigh_speed());
   }
+  double rayleigh_speed() const { return mechanics::rayleigh_speed(parameters.material()); }
   void write(const fs::path& file, std::uint64_t sample = 3) const {
     write_sample(file, {parameters, sample, mesh.realization(), result, surface, lines, branches, crossings,
                         summary, crack_history});
@@ -207,8 +207,7 @@ TEST_F(SampleFile, HoldsTheHistory) {
   }
   result.loads = {7, 0, 5};
   crack_history = analysis::crack_history(mesh.body(), surface, result, infinity);
-  summary =
-      analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
+  summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, rayleigh_speed());
   EXPECT_EQ(summary.peak_load, 7);
   EXPECT_EQ(summary.displacement_at_peak, 0);
   EXPECT_EQ(summary.work_of_fracture, 5);
@@ -260,7 +259,7 @@ TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   analysis::measure_crossings(mesh.body(), stored.surface, others, row);
   const SampleSummary expected = analysis::summarize(
       mesh.body(), result, surface, lines, branches,
-      analysis::section_crossings(mesh.body(), surface, branches, others), parameters.material());
+      analysis::section_crossings(mesh.body(), surface, branches, others), rayleigh_speed());
   EXPECT_EQ(to_bytes(row), to_bytes(expected));
   EXPECT_NE(row.position, summary.position);
 }
@@ -275,8 +274,7 @@ TEST_F(SampleFile, GivesTheBranchingOfTheRun) {
   branches = analysis::find_branches(mesh.body(), surface);
   crossings = analysis::section_crossings(mesh.body(), surface, branches, parameters.sections);
   ASSERT_EQ(branches.points.size(), 1U);
-  summary =
-      analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
+  summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, rayleigh_speed());
   EXPECT_EQ(summary.branching_points, 1);
   EXPECT_EQ(summary.branching_points_projected, 1);
   EXPECT_EQ(summary.branches, (std::vector<std::int32_t>{1, 2, 2, 0, 0, 0}));
@@ -369,6 +367,7 @@ TEST(Schema, IsRaisedWithTheColumns) {
   };
   analysis::for_each_result(add);
   analysis::for_each_position_result(add);
+  add(analysis::crack_area_in_info, 0);
   EXPECT_EQ(names[4],
             "first_break_time first_break_load onset_time onset_force peak_load displacement_at_peak "
             "work_of_fracture dynamic_phases crack_area_before_onset outcome pattern leading_notch overlap "
@@ -377,6 +376,7 @@ TEST(Schema, IsRaisedWithTheColumns) {
             "arrival_time branches ")
       << "other columns are of a new version";
   EXPECT_EQ(names[5], "first_break_x first_break_y first_break_z ");
+  EXPECT_EQ(names[6], "crack_area_in ");
   EXPECT_EQ(names.rbegin()->first, sample_schema_version);
   EXPECT_EQ(sample_schema_version, ensemble_schema_version);
 }

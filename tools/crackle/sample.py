@@ -30,8 +30,9 @@ class Sample:
             self.is_done = int(root.attrs["status"]) == DONE
             self.error = text_of(root.attrs["error"])
             self.input = text_of(root.attrs["input"])
-            self._summary = {name: dataset[()] for group in (root["summary"], root["summary"].get("inputs", {}))
-                             for name, dataset in labelled.datasets(group).items()}
+            self._summary = {name: found.values[()] for group in (root["summary"], root["summary"].get("inputs", {}))
+                             for member, dataset in labelled.datasets(group).items()
+                             for name, found in labelled.by_part(labelled.array(dataset).rename(member)).items()}
 
     def __repr__(self) -> str:
         return f"<crackle.Sample {self.number} of '{self.file}'{'' if self.is_done else ', failed: ' + self.error}>"

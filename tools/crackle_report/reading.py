@@ -119,7 +119,7 @@ class SampleFiles:
         return self._read(sample, _members_of(Energy, "energy"))
 
     def history(self, sample: int) -> Optional[History]:
-        return self._read(sample, _members_of(History, "history"))
+        return self._read(sample, _read_history)
 
     def frames(self, sample: int) -> Optional[Frames]:
         return self._read(sample, _read_frames)
@@ -177,6 +177,16 @@ def _members_of(kind: type, name: str) -> Callable[[h5py.File], Any]:
         group = root[name]
         return kind(**{member: group[member][...] if member in group else float(group.attrs[member]) for member in kind.__dataclass_fields__})
     return read
+
+
+def _read_history(root: h5py.File) -> Optional[History]:
+    if "history" not in root:
+        return None
+    group = root["history"]
+    found = {name: group[name][...] for name in History.__dataclass_fields__ if name in group}
+    rayleigh = float(group.attrs["rayleigh_speed"])
+    found.setdefault("tip_speed_ratio", found["tip_speed"] / rayleigh)  # version 5 of the format has none
+    return History(**found, rayleigh_speed=rayleigh)
 
 
 def _read_frames(root: h5py.File) -> Frames:

@@ -94,8 +94,9 @@ class History:
     crack_area: np.ndarray  # moments x crack starts [m^2]
     crack_length: np.ndarray  # likewise [m]
     tip_speed: np.ndarray  # likewise [m/s]; NaN where no tip runs
+    tip_speed_ratio: np.ndarray  # likewise; to the Rayleigh speed where it runs
     energy_release_rate: np.ndarray  # likewise [J/m^2]
-    rayleigh_speed: float  # [m/s]
+    rayleigh_speed: float  # mean where cracks ran [m/s]
 
     @property
     def in_last_phase(self) -> np.ndarray:

@@ -123,7 +123,7 @@ def places(ensemble: Ensemble) -> str:
     lengths, times, areas = ensemble.plate.lengths, ensemble.times, fitting([place.largest_area for place in ensemble.places.values()], MM2, 1e-3)
     titles = (("sample", ""), *((f"first break, {axis}", lengths.name) for axis in "xyz"), ("first break", "s"),
               *((f"largest crack, {axis}", lengths.name) for axis in "xyz"), ("its area", areas.name), ("it began", f"{times.name} since onset"))
-    rows = [[str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ".6f"),
+    rows = [[str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ensemble.samples.result("first_break_time").format),
              *(_number(lengths.of(value), ".2f") for value in place.largest), _number(areas.of(place.largest_area), ".3f"),
              _start(times, place.largest_start)] for number, place in ensemble.places.items()]
     return _table(titles, rows, ' class="sortable"')

@@ -4,8 +4,10 @@
 #include "crackle/fracture/break_record.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/realization.h"
+#include "crackle/mechanics/elasticity.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -58,5 +60,19 @@ double start_of_times(std::span<const fracture::Break> breaks, double phase_star
 /// @throws std::invalid_argument for a break outside the realization
 CrackSurface make_crack_surface(const geometry::Body& body, const geometry::Realization& realization,
                                 std::span<const fracture::Break> breaks, double phase_start);
+
+/// Speed of Rayleigh waves in the tetrahedra that broke, each with its own stiffness and density [m/s]; 0 in
+/// the others, unless all are equal.
+/// @param material of the whole realization
+mechanics::TetrahedronField<double> rayleigh_speeds(const CrackSurface& surface,
+                                                    const geometry::Realization& realization,
+                                                    const mechanics::MaterialField& material);
+
+/// Mean slowness of Rayleigh waves in the tetrahedra of some facets, by area [s/m]; without facets that of
+/// the body if it has one, NaN otherwise.
+/// @param facets their numbers
+/// @param rayleigh_speed see rayleigh_speeds
+double mean_slowness(const CrackSurface& surface, std::span<const std::size_t> facets,
+                     const mechanics::TetrahedronField<double>& rayleigh_speed);
 
 }  // namespace crackle::analysis

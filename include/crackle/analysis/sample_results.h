@@ -107,7 +107,7 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"dynamic_phases", "", "number of dynamic phases", none, "dynamic phases", "", 1, "d"},
         &Row::dynamic_phases);
   visit(ResultInfo{"crack_area_before_onset", "m^2", "crack area before the last dynamic phase", quantiles,
-                   "crack area before onset", "mm^2", 1e6, ".2f"},
+                   "rough crack area before onset", "mm^2", 1e6, ".2f"},
         &Row::crack_area_before_onset);
   visit(
       ResultInfo{
@@ -141,22 +141,25 @@ void for_each_result(Visit&& visit) {
                    counts, "kinks", "", 1, "d"},
         &Row::kinks);
   visit(ResultInfo{"breaks", "", "number of broken tetrahedra", none, "breaks", "", 1, "d"}, &Row::breaks);
-  visit(ResultInfo{"crack_area", "m^2", "area of all opened dual facets", quantiles, "crack area", "mm^2",
-                   1e6, ".1f"},
+  visit(ResultInfo{"crack_area", "m^2",
+                   "area of all opened dual facets: of a rough surface, about twice its projection",
+                   quantiles, "rough crack area", "mm^2", 1e6, ".1f"},
         &Row::crack_area);
   visit(ResultInfo{"crack_speed_max", "m/s",
                    "largest speed along the crack in the last dynamic phase, over a tenth of the ligament or "
                    "more; NaN if it advances by less",
                    quantiles, "crack speed", "m/s", 1, ".1f"},
         &Row::crack_speed_max);
-  visit(ResultInfo{"crack_speed_ratio", "1", "ratio of the largest crack speed to the Rayleigh speed",
-                   quantiles, "over Rayleigh's", "", 1, ".3f"},
+  visit(ResultInfo{"crack_speed_ratio", "1",
+                   "largest ratio of that speed to the Rayleigh speed of what breaks there", quantiles,
+                   "crack speed / Rayleigh speed", "", 1, ".3f"},
         &Row::crack_speed_ratio);
-  visit(ResultInfo{"traced_area", "m^2", "length of the crack lines times the thickness", none, "traced area",
-                   "mm^2", 1e6, ".1f"},
+  visit(ResultInfo{"traced_area", "m^2", "length of the crack lines times the thickness", quantiles,
+                   "traced area", "mm^2", 1e6, ".1f"},
         &Row::traced_area);
-  visit(ResultInfo{"effective_toughness", "J/m^2", "released energy over the traced area", quantiles,
-                   "toughness", "J/m^2", 1, ".3f"},
+  visit(ResultInfo{"effective_toughness", "J/m^2",
+                   "released energy over the traced area, also that of breaks beside the crack", quantiles,
+                   "energy per traced area", "J/m^2", 1, ".3f"},
         &Row::effective_toughness);
   visit(ResultInfo{"energy_error", "1", "largest imbalance of the energy account relative to the work done",
                    quantiles, "energy error", "", 1, ".1e"},
@@ -187,7 +190,7 @@ void for_each_position_result(Visit&& visit) {
   visit(
       ResultInfo{"arrival_time", "s",
                  "through-thickness mean of when the crack opened there, since the start of the last dynamic "
-                 "phase; NaN where it did not arrive",
+                 "phase, negative where it had run before; NaN where it did not arrive",
                  quantiles, "arrival", "us", 1e6, ".2f"},
       &Row::arrival_time);
   visit(ResultInfo{"branches", "", "number of separate crossings there, of all branches", none, "crossings",
@@ -195,12 +198,26 @@ void for_each_position_result(Visit&& visit) {
         &Row::branches);
 }
 
+/// The area of the cracks in each of the crack_parts: /summary/crack_area_in of a sample file,
+/// /samples/crack_area_in of the ensemble's, with the parts as an attribute.
+inline constexpr ResultInfo crack_area_in_info{
+    "crack_area_in",
+    "m^2",
+    "crack_area in each material, except at its interfaces, and at each [[interface]]; of several materials",
+    Reduction::none,
+    "crack area",
+    "mm^2",
+    1e6,
+    ".1f",
+    "",
+    6};
+
 /// Visits every field of a row, for a Packer: messages between ranks of the same architecture.
 void for_each_field(std::derived_from<SampleSummary> auto& row, const auto& visit) {
   visit(row.status, row.error, row.note, row.inputs);
   for_each_result([&](const ResultInfo&, auto member) { visit(row.*member); });
   for_each_position_result([&](const ResultInfo&, auto member) { visit(row.*member); });
-  visit(row.wall_time);
+  visit(row.crack_area_in, row.wall_time);
 }
 
 /// A result as a number; NaN for a negative integer, which means that there is none.

@@ -71,6 +71,8 @@ struct Statistics : PathStatistics {
   std::array<double, n_patterns> pattern_lower{};       ///< its ends: it is not centred on the share
   std::array<double, n_patterns> pattern_upper{};
   std::vector<std::int32_t> reference_start;  ///< for each start, see LeaderFrame
+  std::vector<std::string> start_names;       ///< likewise
+  std::vector<std::string> crack_parts;       ///< see analysis::crack_parts
   RankStatistics leader;                      ///< a row for each class
   RankStatistics leader_one_crack;            ///< the same over samples with Pattern::one_crack
   RankStatistics leader_two_cracks;           ///< and Pattern::two_cracks

@@ -29,6 +29,7 @@ struct LoadOutlook {
   bool grows = false;      ///< without a break: the loads grow without bound
   double time = infinity;  ///< of the first break, from the start of loading; infinite without one [s]
   double load = 0;         ///< of the machine at the first break, or its maximum without one [N]
+  double transit = 0;      ///< of a wave along the body, see wave_transit; 0: not known [s]
   double share = 1;        ///< without a break: the largest ratio of stress to strength
 };
 

@@ -31,8 +31,9 @@ struct SampleWork {
   int solves = 0;             ///< equilibria after the first; 0 with start = "rest"
 };
 
+/// @param arrest_window see dynamics::arrest_window [s]
 /// @param phases of a sample with start = "quasi-static"; ignored with start = "rest", which has one
-SampleWork sample_work(const input::Parameters& parameters, int phases = usual_phases);
+SampleWork sample_work(const input::Parameters& parameters, double arrest_window, int phases = usual_phases);
 
 /// One-core time of a sample [s].
 struct SampleCost {

@@ -48,13 +48,14 @@
 /// | /history/condition_on, condition_kind | c | the input's boundary conditions, then its body forces |
 /// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |
 /// | /history/probes/NAME/at | 3 | place of the probe |
-/// | attribute rayleigh_speed [m/s] of /history | | of the material |
+/// | attribute rayleigh_speed [m/s] of /history | | of the material in which the cracks ran |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
 /// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | for computing the stress; of broken
 /// tetrahedra also from /breaks/cut, /bridge_releases and the input |
 /// | attribute release_time [s] of /frames | | of what falls at the time of a frame |
 /// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
+/// | /summary/crack_area_in | p | analysis::crack_area_in_info; attribute parts: analysis::crack_parts |
 /// | /summary/phase_start | | load time at time zero of cracks and frames |
 /// | /summary/time_step, stable_step | | steps |
 /// | /counts/... | | dynamics::SampleCounts |
@@ -68,7 +69,7 @@
 namespace crackle::io {
 
 /// Incremented with every change of the file's contents.
-inline constexpr std::int64_t sample_schema_version = 5;
+inline constexpr std::int64_t sample_schema_version = 6;
 
 /// Oldest version of sample and ensemble files whose results can still be read, that of version 1.0.0 of the
 /// program; samples cannot continue from them.
@@ -76,7 +77,7 @@ inline constexpr std::int64_t oldest_schema_version = 4;
 
 /// Incremented with every change that affects the results of some inputs: samples of different models cannot
 /// belong to one ensemble. Files without it are of model 1.
-inline constexpr std::int64_t model_version = 5;
+inline constexpr std::int64_t model_version = 6;
 
 /// The first model in which samples have base points of their own if the input does not say; before, they
 /// shared one set.

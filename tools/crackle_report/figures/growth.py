@@ -137,7 +137,7 @@ class _View:
         time_bar(figure, self._colours, left, 2.0, self._times)
         figure.text((left + 2.3) / width, 1 - 0.22 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
         if np.isfinite(self._onset):
-            figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.6f} s", fontsize=8)
+            figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.4g} s", fontsize=8)
         return figure
 
     def animation(self) -> Animation:

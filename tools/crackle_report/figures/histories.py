@@ -35,7 +35,9 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
         result.pictures.append(Picture("crack-speed", "Crack length and tip speed over time",
                                        _growth(ensemble, histories, detailed)))
     if np.isfinite(ensemble.samples.arrival[ensemble.done]).any():
-        result.pictures.append(Picture("arrival", "When the cracks arrive at the sections", _arrivals(ensemble)))
+        n_before = int((ensemble.samples.arrival[ensemble.done] <= _earliest(ensemble)).sum())
+        left_out = f"; without {n_before} arrivals before the last dynamic phase, whose times are negative" if n_before else ""
+        result.pictures.append(Picture("arrival", f"When the cracks arrive at the sections{left_out}", _arrivals(ensemble)))
     return result
 
 
@@ -135,10 +137,21 @@ def _last_motion(time: np.ndarray, tip_speed: np.ndarray) -> float:
     return float(time[np.isfinite(tip_speed)].max(initial=0))
 
 
+def _common_rayleigh_speed(histories: dict[int, History]) -> float:
+    """That of all tips in all samples; NaN where it differs [m/s]."""
+    speeds = np.concatenate([(history.tip_speed / history.tip_speed_ratio).ravel() for history in histories.values()])
+    speeds = speeds[np.isfinite(speeds)]
+    if speeds.size == 0:
+        return next(iter(histories.values())).rayleigh_speed
+    return float(speeds[0]) if np.ptp(speeds) < 1e-6 * speeds[0] else np.nan
+
+
 def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[int]) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH, 3.3), layout="constrained")
     length_axes, speed_axes = figure.subplots(1, 2)
-    leaders, times, lengths, latest = [], ensemble.times, ensemble.plate.lengths, 0.0
+    leaders, times, lengths, latest, fastest = [], ensemble.times, ensemble.plate.lengths, 0.0, 0.0
+    rayleigh = _common_rayleigh_speed(histories)
+    speeds = {i: history.tip_speed if np.isfinite(rayleigh) else history.tip_speed_ratio for i, history in histories.items()}
     for i, history in histories.items():
         rows, leader = history.in_last_phase, int(ensemble.leading[i])
         if leader < 0 or not rows.any():
@@ -146,9 +159,10 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
         time = times.of(history.phase_time[rows])
         leaders.append((time, lengths.of(history.crack_length[rows, leader])))
         latest = max(latest, _last_motion(time, history.tip_speed[rows, leader]))
+        fastest = max(fastest, float(np.nan_to_num(speeds[i][rows]).max(initial=0)))
         if i not in detailed:
             length_axes.plot(*leaders[-1], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
-            speed_axes.plot(time, history.tip_speed[rows, leader], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.5)
+            speed_axes.plot(time, speeds[i][rows, leader], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.5)
     _band(length_axes, leaders)
     lines = ("-", "--", ":", "-.")
     for k, i in enumerate(detailed):
@@ -161,13 +175,14 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
             label = f"sample {i}, {ensemble.plate.name_of(notch)}"
             length_axes.plot(time, lengths.of(history.crack_length[rows, notch]), style_of, color=style.notch_colour(k),
                              linewidth=1.1, label=label)
-            speed_axes.plot(time, history.tip_speed[rows, notch], style_of, color=style.notch_colour(k), linewidth=1.1)
+            speed_axes.plot(time, speeds[i][rows, notch], style_of, color=style.notch_colour(k), linewidth=1.1)
             latest = max(latest, _last_motion(time, history.tip_speed[rows, notch]))
-    rayleigh = next(iter(histories.values())).rayleigh_speed
-    speed_axes.axhline(rayleigh, color=style.BRANCHING, linewidth=0.8)
-    speed_axes.annotate(f"Rayleigh speed, {rayleigh:.0f} m/s", (1, rayleigh), xycoords=("axes fraction", "data"), xytext=(0, -3),
+    limit, name, speed_label = (rayleigh, f"Rayleigh speed, {rayleigh:.0f} m/s", "tip speed [m/s]") if np.isfinite(rayleigh) else (
+        1.0, "Rayleigh speed of what breaks there", "tip speed / Rayleigh speed")
+    speed_axes.axhline(limit, color=style.BRANCHING, linewidth=0.8)
+    speed_axes.annotate(name, (1, limit), xycoords=("axes fraction", "data"), xytext=(0, -3),
                         textcoords="offset points", ha="right", va="top", fontsize=7, color=style.BRANCHING)
-    for axes, label, top in ((length_axes, lengths.label("crack length"), None), (speed_axes, "tip speed [m/s]", 1.08 * rayleigh)):
+    for axes, label, top in ((length_axes, lengths.label("crack length"), None), (speed_axes, speed_label, 1.08 * max(limit, fastest))):
         axes.set_xlim(0, 1.15 * latest if latest > 0 else None)
         axes.set_ylim(0, top)
         axes.set_xlabel(times.label("time since onset"))
@@ -206,11 +221,15 @@ def _arrivals(ensemble: Ensemble) -> Figure:
     return figure
 
 
+def _earliest(ensemble: Ensemble) -> float:
+    """Arrivals up to this time are before the last dynamic phase [s]."""
+    return -min(1e-6, ensemble.times.size)
+
+
 def _times_of(ensemble: Ensemble, leading: bool) -> list[np.ndarray]:
     """Arrival times at each section, in the ensemble's unit; those long before the last dynamic phase are left out."""
     table = ensemble.samples.arrival[ensemble.done]
     leads = ensemble.leading[ensemble.done][:, None] == np.arange(table.shape[1])
     chosen = leads if leading else ~leads
     times = [table[:, :, k][chosen] for k in range(table.shape[2])]
-    early = -min(1e-6, ensemble.times.size)
-    return [ensemble.times.of(t[np.isfinite(t) & (t > early)]) for t in times]
+    return [ensemble.times.of(t[np.isfinite(t) & (t > _earliest(ensemble))]) for t in times]
