@@ -2,6 +2,7 @@
 #include "crackle/analysis/leader_frame.h"
 
 #include "crackle/common/index.h"
+#include "crackle/geometry/outline.h"
 #include "crackle/geometry/symmetry.h"
 
 #include <algorithm>
@@ -110,10 +111,10 @@ LeaderFrame::LeaderFrame(const geometry::Body& body, const std::vector<geometry:
       mapping.extent.push_back(found.extent);
     }
     reference_.push_back(symmetry.crack_start[leading]);
-    std::string& name = start_names_.emplace_back(body.crack_starts()[leading].name);
-    std::ranges::replace(name, '-', ' ');
     symmetries_.push_back(std::move(mapping));
   }
+  start_names_ = geometry::outline_of(body).names;
+  for (std::string& name : start_names_) std::ranges::replace(name, '-', ' ');
 }
 
 LeaderFrame::LeaderFrame(int n_starts, int n_sections)

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/text_table.h"
 
-#include "crackle/common/real.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,14 +32,17 @@ std::string shown(double value, const std::string& format, double factor) {
 
 std::string fitting_format(const std::string& format, std::span<const double> values, double factor) {
   if (!format.ends_with('f')) return format;
-  double least = infinity, largest = -infinity;
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
-    least = std::min(least, factor * value);
-    largest = std::max(largest, factor * value);
-  }
-  const double scatter = largest - least, size = std::max(std::abs(least), std::abs(largest));
-  if (!(size > 0) || !std::isfinite(size)) return format;
+  std::vector<double> sorted;
+  for (const double value : values)
+    if (std::isfinite(value)) sorted.push_back(factor * value);
+  if (sorted.empty()) return format;
+  std::ranges::sort(sorted);
+  const std::size_t n = sorted.size();
+  // Of the middle half, so that a single far value does not hide it.
+  double scatter = sorted[3 * n / 4] - sorted[n / 4];
+  if (scatter == 0) scatter = sorted.back() - sorted.front();
+  const double size = std::max(std::abs(sorted.front()), std::abs(sorted.back()));
+  if (size == 0) return format;
   const auto leading = [](double value) { return static_cast<int>(std::floor(std::log10(value))); };
   // Rounding is no scatter.
   const int decimals = scatter > 1e-9 * size ? 2 - leading(scatter) : 4 - leading(size);

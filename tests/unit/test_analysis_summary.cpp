@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sample_summary.h"
+#include "crackle/analysis/text_table.h"
 #include "crackle/common/index.h"
 #include "crackle/common/packing.h"
 #include "crackle/geometry/centroid.h"
@@ -143,6 +144,20 @@ TEST(SampleSummary, SurvivesTheWayThroughBytes) {
   for_each_position_result(
       [&](const ResultInfo& info, auto member) { EXPECT_EQ(back.*member, row.*member) << info.name; });
   EXPECT_EQ(back.wall_time, row.wall_time);
+}
+
+TEST(TextTable, HasTheDigitsThatTheScatterDeserves) {
+  const auto format = [](const std::string& most, const std::vector<double>& values, double factor = 1) {
+    return fitting_format(most, values, factor);
+  };
+  EXPECT_EQ(format(".6f", {166.162836, 180.4, 186.2, 201.3, 206.421156}), ".1f");
+  EXPECT_EQ(format(".3f", {0.68, 0.72, 0.75, 0.77, 16.8}), ".3f") << "one far value";
+  EXPECT_EQ(format(".1f", {2.1e-3, 2.3e-3, 2.4e-3}, 1e6), ".0f");
+  EXPECT_EQ(format(".6f", {76.179191, 76.179192, 76.179194}), ".6f");
+  EXPECT_EQ(format(".6f", {76.179191, 76.179191}), ".3f");
+  EXPECT_EQ(format(".6f", {186.162836}), ".2f");
+  EXPECT_EQ(format(".1e", {1, 2}), ".1e");
+  EXPECT_EQ(format(".3f", {SampleSummary::none, 0}), ".3f");
 }
 
 TEST(ResultList, NamesItsCategories) {
