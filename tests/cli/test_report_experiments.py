@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import html
 import shutil
 import subprocess
 import sys
@@ -120,6 +121,16 @@ class Experiments(unittest.TestCase):
         photographs.add_pictures(document, read_ensemble(self.out, PROGRAM), progress=self.fail)
         self.assertEqual(document["experiments"][0]["by"]["pictures"]["nearest"][0]["sample"], HELD_OUT)
         self.assertEqual(kept.stat().st_mtime_ns, before)
+        # A photograph that cannot be read is left out, and named.
+        picture = self.folder / "1.png"
+        whole = picture.read_bytes()
+        self.addCleanup(picture.write_bytes, whole)
+        picture.write_bytes(whole[:len(whole) // 2])
+        done = report()
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        page = html.unescape((self.out / "report.html").read_text())
+        self.assertIn(f"Left out of the pictures: cannot read '{picture}'", page)
+        self.assertTrue("<td>pictures</td>" in page)
         shutil.rmtree(self.out / "report")
         missing = report(of="none.toml")
         self.assertEqual(missing.returncode, 1)

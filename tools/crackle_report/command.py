@@ -16,7 +16,7 @@ from .figures import SECTIONS
 from .figures.picture import Picture
 from .options import Options
 from .photoelasticity import STRESS_OPTIC, WAVELENGTH, Optics
-from .photographs import add_pictures
+from .photographs import add_pictures, leave_out_damaged
 from .reading import read_ensemble
 from .results import Ensemble
 from .writing import write_whole
@@ -87,6 +87,7 @@ def _options(arguments: argparse.Namespace) -> Options:
 def _with_experiments(options: Options, ensemble: Ensemble, program: Optional[Path]) -> Options:
     """Adds what the program says of the experiments, and what their pictures do."""
     match, calibration = match_of(ensemble.folder, options.experiments, program), None
+    ensemble.unreadable += leave_out_damaged(match)
     if options.fringes:
         add_pictures(match, ensemble, options, _tell)
         _tell("")
@@ -111,8 +112,10 @@ def make_report(folder: Path, options: Options = Options(), program: Optional[Pa
     Raises ResultsError when the folder holds no ensemble, or not the samples chosen.
     """
     style.apply()
-    ensemble = read_ensemble(folder, program)
+    ensemble = read_ensemble(folder, program, skips_damaged=True)
     for number in options.samples:
+        if number in ensemble.files.damage:
+            raise ResultsError(ensemble.files.damage[number])
         if number not in ensemble.done:
             raise ResultsError(f"'{folder}': sample {number} is not done; done are "
                                        f"{', '.join(map(str, ensemble.done)) or 'none'}")

@@ -104,7 +104,7 @@ def _image(description: str, width: int, kind: str, content: bytes) -> str:
 
 
 def _notice(ensemble: Ensemble) -> str:
-    if ensemble.finished:
-        return ""
-    return ('<p class="notice">This ensemble is not finished: the report shows the samples computed so far, '
-            'and statistics over these.</p>')
+    notices = [] if ensemble.finished else ["This ensemble is not finished: the report shows the samples computed so far, "
+                                            "and statistics over these."]
+    notices += [f"Left out of the pictures: {damage}." for damage in (*ensemble.files.damage.values(), *ensemble.unreadable)]
+    return "\n".join(f'<p class="notice">{escape(notice)}</p>' for notice in notices)

@@ -74,6 +74,21 @@ def photographs_of(experiment: dict[str, Any]) -> list[Photograph]:
     return sorted(map(Photograph.of, experiment["observed"]["pictures"]), key=lambda photograph: photograph.time)
 
 
+def leave_out_damaged(document: dict[str, Any]) -> list[str]:
+    """Takes photographs that cannot be read out of a document of `crackle match`; returns why."""
+    damage = []
+    for observed in (experiment["observed"] for experiment in document["experiments"]):
+        readable = []
+        for found in observed["pictures"]:
+            try:
+                Photograph.of(found)
+                readable.append(found)
+            except ResultsError as error:
+                damage.append(str(error))
+        observed["pictures"] = readable
+    return damage
+
+
 def window(photographs: Sequence[Photograph], plate: Plate, beyond: float = 0.0) -> tuple[tuple[float, float], tuple[float, float]]:
     """The part of the body that they show, with so much around it: ranges of y and of z [m]. Raises ResultsError when it is nothing."""
     ends = np.array([photograph.ends for photograph in photographs])

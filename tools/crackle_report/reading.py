@@ -8,7 +8,7 @@ from typing import Any, Callable, Iterable, Optional, TypeVar
 
 import h5py
 import numpy as np
-from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, is_there, results, sample_files, text_of
+from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, ResultsError, is_there, results, sample_files, text_of
 from crackle.program import statistics_of
 from crackle.units import MM, Unit
 
@@ -23,11 +23,16 @@ PROVENANCE = {"program_version": "program version", "git_commit": "git commit", 
 GROUPS = ("leader", "leader/one_crack", "leader/two_cracks", "follower")  # of the statistics
 
 
-def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
-    """The results in an output folder of the program, of a run that is under way too. Raises ResultsError."""
+def read_ensemble(folder: Path, program: Optional[Path] = None, skips_damaged: bool = False) -> Ensemble:
+    """The results in an output folder of the program, of a run that is under way too. Raises ResultsError.
+
+    @param skips_damaged: look at all sample files now, and go on without those that cannot be used
+    """
     document = statistics_of(folder, program)
     paths, statistics = document["crack_path"], document["statistics"]
     files, ensemble_file = SampleFiles(folder), folder / "ensemble.h5"
+    if skips_damaged:
+        files.leave_out_damaged()
     own = [(ensemble_file, ENSEMBLE_KIND)] if is_there(ensemble_file) else []
     provenance = {}
     for first, kind in [*own, *((file, SAMPLE_KIND) for file in files.files.values())][:1]:  # none before the first sample has ended
@@ -98,6 +103,16 @@ class SampleFiles:
 
     def __init__(self, folder: Path) -> None:
         self.files = sample_files(folder)
+        self.damage: dict[int, str] = {}  # why samples were left out
+
+    def leave_out_damaged(self) -> None:
+        """From now on these are samples without files."""
+        for sample in list(self.files):
+            try:
+                self.crack(sample)
+            except ResultsError as error:
+                self.damage[sample] = str(error)
+                del self.files[sample]
 
     def crack(self, sample: int) -> Optional[CrackSurface]:
         return self._read(sample, _read_crack)
@@ -134,8 +149,10 @@ class SampleFiles:
 
 def _read_crack(root: h5py.File) -> CrackSurface:
     group, in_motion = root["crack_surface"], root["energy/time"]
-    notch_of_crack = np.append(group["cracks/notch"][...], -1)
-    return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
+    corners, notch_of_crack = group["corners"][...], np.append(group["cracks/notch"][...], -1)
+    if not np.isfinite(corners).all():
+        raise RuntimeError("corners of its crack are not numbers")
+    return CrackSurface(corners.astype(np.float32), group["time"][...],
                         notch_of_crack[group["crack"][...]], group["tetrahedron"][...], float(in_motion[-1]) if in_motion.size else np.inf)
 
 

@@ -2,7 +2,7 @@
 """An ensemble's results in memory, in SI units; `reading` fills them."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Optional
@@ -271,6 +271,7 @@ class Ensemble:
     files: "SampleFiles"
     inputs: list[dict[str, Any]]  # the random ones: key, units, distribution, values of each sample [SI]
     sensitivities: Optional[dict[str, Any]]  # what the results owe to these; None without
+    unreadable: list[str] = field(default_factory=list)  # pictures of experiments, each with its reason
 
     @cached_property
     def times(self) -> Unit:
@@ -292,6 +293,11 @@ class Ensemble:
     def done(self) -> np.ndarray:
         """Numbers of the samples that are done."""
         return np.flatnonzero(self.samples.status == DONE)
+
+    @property
+    def shown(self) -> list[int]:
+        """Those whose files, if there are any, can be read."""
+        return [int(i) for i in self.done if i not in self.files.damage]
 
     @cached_property
     def places(self) -> dict[int, Places]:
