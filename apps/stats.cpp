@@ -127,7 +127,8 @@ int update_statistics(const parallel::Communicator& world, const StatsOptions& o
     return success;
   }
   const ensemble::Results results = refresh(world, options, folder, parameters);
-  parallel::agree_on_root(world, [&] { print(options, results.rows, results.statistics, parameters, {}); });
+  parallel::agree_on_root(
+      world, [&] { print(options, results.rows, results.statistics, parameters, origin_of(folder)); });
   if (!results.file_error.empty()) throw parallel::AgreedError(0, results.file_error);
   return success;
 }

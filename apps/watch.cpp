@@ -27,6 +27,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -67,6 +68,7 @@ public:
 
   void update() {
     std::error_code ignored;
+    std::optional<io::SampleReader> reader;
     for (std::uint64_t i = 0; i < n_samples(); ++i) {
       const fs::path file = io::sample_path(folder_, i);
       const auto time = fs::last_write_time(file, ignored);
@@ -74,7 +76,8 @@ public:
         samples_.erase(i);
       } else if (const auto known = samples_.find(i);
                  known == samples_.end() || known->second.ended != time) {
-        SampleSummary row = io::read_summaries(folder_, *parameters_, i, 1).front();
+        if (!reader) reader.emplace(folder_, *parameters_);
+        SampleSummary row = reader->row(i);
         samples_.insert_or_assign(i, Sample{time, std::move(row)});
       }
     }

@@ -237,7 +237,7 @@ TEST_F(SampleFile, HoldsTheHistory) {
 
 TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   write(sample_path(folder.path(), 3));
-  const StoredSample stored = read_stored_sample(folder.path(), parameters, 3);
+  const StoredSample stored = SampleReader(folder.path(), parameters).whole(3);
   EXPECT_EQ(to_bytes(stored.summary), to_bytes(summary));
   ASSERT_EQ(stored.surface.facets.size(), surface.facets.size());
   ASSERT_GT(surface.facets.size(), 100u);
@@ -281,7 +281,7 @@ TEST_F(SampleFile, GivesTheBranchingOfTheRun) {
   EXPECT_EQ(summary.branching_points_projected, 1);
   EXPECT_EQ(summary.branches, (std::vector<std::int32_t>{1, 2, 2, 0, 0, 0}));
   write(sample_path(folder.path(), 3));
-  const StoredSample stored = read_stored_sample(folder.path(), parameters, 3);
+  const StoredSample stored = SampleReader(folder.path(), parameters).whole(3);
   ASSERT_EQ(stored.branching.size(), 1U) << stored.summary.error;
   const analysis::BranchingPoint& found = stored.branching[0];
   const analysis::BranchingPoint& point = branches.points[0];
@@ -296,14 +296,14 @@ TEST_F(SampleFile, GivesTheBranchingOfTheRun) {
 }
 
 TEST_F(SampleFile, SamplesWithoutResultHaveNoCrackSurface) {
-  EXPECT_EQ(read_stored_sample(folder.path(), parameters, 3).summary.status, SampleStatus::pending);
+  EXPECT_EQ(SampleReader(folder.path(), parameters).whole(3).summary.status, SampleStatus::pending);
   write_failed_sample(sample_path(folder.path(), 3), parameters, 3,
                       analysis::empty_summary(2, 3, SampleStatus::failed, "reason"));
-  const StoredSample failed = read_stored_sample(folder.path(), parameters, 3);
+  const StoredSample failed = SampleReader(folder.path(), parameters).whole(3);
   EXPECT_EQ(failed.summary.error, "reason");
   EXPECT_TRUE(failed.surface.facets.empty());
   write(sample_path(folder.path(), 3), 2);  // contains another number
-  const StoredSample refused = read_stored_sample(folder.path(), parameters, 3);
+  const StoredSample refused = SampleReader(folder.path(), parameters).whole(3);
   EXPECT_EQ(refused.summary.status, SampleStatus::pending);
   EXPECT_THAT(refused.summary.error, ::testing::HasSubstr("holds sample 2 instead of 3"));
 }

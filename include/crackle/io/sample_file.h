@@ -121,19 +121,8 @@ void write_failed_sample(const std::filesystem::path& file, const input::Paramet
 analysis::SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                                      std::uint64_t sample);
 
-/// As read_summary, for oldest_schema_version and above. Results missing from an older file are as in a row
-/// without results, and an older file's input is not compared.
-analysis::SampleSummary read_any_summary(const std::filesystem::path& file,
-                                         const input::Parameters& parameters, std::uint64_t sample);
-
-/// The text of the input from which a sample was computed. @throws std::runtime_error as read_any_summary
+/// The text of the input from which a sample was computed. @throws std::runtime_error naming the file
 std::string read_input_text(const std::filesystem::path& file);
-
-/// The rows of samples first, first + 1, ... first + count - 1 of an ensemble's folder. A sample without a
-/// file is pending; so is one with an unusable file, with the reason in `error`. Not collective.
-std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path& folder,
-                                                    const input::Parameters& parameters, std::uint64_t first,
-                                                    std::size_t count);
 
 /// A sample as stored in its file.
 struct StoredSample {
@@ -142,16 +131,40 @@ struct StoredSample {
   std::vector<analysis::BranchingPoint> branching;  ///< without `parent`
 };
 
-/// As read_summaries, for one sample with its crack surface, bitwise as computed. Not collective.
-StoredSample read_stored_sample(const std::filesystem::path& folder, const input::Parameters& parameters,
-                                std::uint64_t sample);
+/// Reads the samples of an ensemble's folder, also those of an older format, down to oldest_schema_version:
+/// their inputs are not compared, and results that they lack are as in a row without results. Not collective.
+///
+/// A sample without a file is pending; so is one with an unusable file, with the reason in `error`. A file of
+/// another model than the first whole one is unusable: its results are not of this ensemble.
+class SampleReader {
+public:
+  /// `parameters` must outlive the object.
+  SampleReader(std::filesystem::path folder, const input::Parameters& parameters);
+
+  analysis::SampleSummary row(std::uint64_t sample) const;
+  /// With its crack surface, bitwise as computed.
+  StoredSample whole(std::uint64_t sample) const;
+
+private:
+  template <class Read>
+  analysis::SampleSummary row_or_reason(std::uint64_t sample, const Read& read) const;
+
+  std::filesystem::path folder_;
+  const input::Parameters* parameters_;
+  std::int64_t model_;
+};
+
+/// The rows of samples first, first + 1, ... first + count - 1 of an ensemble's folder, as SampleReader.
+std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path& folder,
+                                                    const input::Parameters& parameters, std::uint64_t first,
+                                                    std::size_t count);
 
 /// The oldest version of the files in an ensemble's folder; the current one if there are none. Not
 /// collective.
 std::int64_t format_version(const std::filesystem::path& folder);
 
-/// The model of the samples in an ensemble's folder: that of one file, as runs never mix them. Without
-/// samples that of this program, or 0 for an ensemble file of an older version. Not collective.
+/// The model of the samples in an ensemble's folder: that of the first whole file, as runs never mix them.
+/// Without samples that of this program, or 0 for an ensemble file of an older version. Not collective.
 std::int64_t stored_model(const std::filesystem::path& folder);
 
 /// Refuses a folder with samples of an older format or another model. Checks a single file, as runs never mix
