@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -120,7 +121,8 @@ void print_random_inputs(const input::Parameters& parameters) {
   fmt::print("\n");
 }
 
-int check(const parallel::Communicator& world, const CheckOptions& options) {
+int check(const parallel::Communicator& world, const CheckOptions& options,
+          const std::function<void()>& start_mpi) {
   const std::string& file = options.file;
   const input::Parameters parameters = read_given_input(world, file);
   std::vector<input::Case> cases;
@@ -136,6 +138,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
                parameters.random.empty() ? "" : ", with the input's own values,",
                cases.empty() ? "" : " of the first case");
     std::fflush(stdout);
+    if (options.measure) start_mpi();
     try {
       auto [failures, time] = print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
       if (!cases.empty()) {
@@ -153,7 +156,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
 
 }  // namespace
 
-void add_check_command(CLI::App& app, Action& run) {
+void add_check_command(CLI::App& app, const std::function<void()>& start_mpi, Action& run) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* command = app.add_subcommand(
       "check", "Validate an input file; print the resolved values and the estimated cost of the run");
@@ -179,12 +182,12 @@ void add_check_command(CLI::App& app, Action& run) {
       ->add_flag("!--no-measure", options->measure,
                  "neither measure the cost of a sample on this machine nor solve for equilibria")
       ->excludes(ranks);
-  command->callback([options, &run] {
+  command->callback([options, start_mpi, &run] {
     if (options->keys != options->file.empty()) {
       throw CLI::ValidationError("check takes either an input file or --keys");
     }
-    run = [options](const parallel::Communicator& world) {
-      if (!options->keys) return check(world, *options);
+    run.work = [options, start_mpi](const parallel::Communicator& world) {
+      if (!options->keys) return check(world, *options, start_mpi);
       if (world.is_root()) fmt::print("{}", input::key_list());
       return static_cast<int>(success);
     };

@@ -253,13 +253,13 @@ void add_stats_command(CLI::App& app, Action& run) {
     if (options->json && !options->limits.empty())
       throw CLI::ValidationError("--limit cannot be combined with --json");
     if (*columns) {
-      run = [](const parallel::Communicator& world) {
+      run.work = [](const parallel::Communicator& world) {
         if (world.is_root()) fmt::print("{}", analysis::result_table());
         return static_cast<int>(success);
       };
       return;
     }
-    run = [options](const parallel::Communicator& world) {
+    run.work = [options](const parallel::Communicator& world) {
       if (options->folders.size() > 1) return show_bases(world, *options);
       options->folder = folder_of(world, options->folders.front()).string();
       const bool is_of_one = options->json || !options->limits.empty() || !options->sections.empty();

@@ -291,7 +291,7 @@ void add_watch_command(CLI::App& app, Action& run) {
   command->add_flag("--once", options->once, "update once");
   command->footer("Reads only, and ends with the ensemble. Ctrl-C ends it at any time; the run goes on.");
   command->callback([options, &run] {
-    run = [options](const parallel::Communicator& world) {
+    run.work = [options](const parallel::Communicator& world) {
       options->folder = folder_of(world, options->folder);
       const input::Parameters parameters = input_of(world, options->folder);
       parallel::agree_on_root(world, [&] { watch(*options, parameters); });

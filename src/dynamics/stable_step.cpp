@@ -2,17 +2,21 @@
 #include "crackle/dynamics/stable_step.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/common/index.h"
 #include "crackle/common/random.h"
 #include "crackle/dynamics/integrator.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
-#include "crackle/parallel/node_field.h"
+#include "crackle/parallel/ghost_exchange.h"
 
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -22,6 +26,18 @@ namespace {
 constexpr int max_lanczos_steps = 60;
 constexpr double lanczos_tolerance = 1e-3;  // relative to the squared frequency
 constexpr double fraction_of_stable_step = 0.9;
+
+using Exchange = parallel::GhostExchange<std::array<double, 3>>;
+
+/// @param values three of each local node, the ghosts last
+void update_ghosts(Exchange& exchange, std::span<double> values) {
+  for (std::size_t i = 0; i < exchange.sent().size(); ++i)
+    std::ranges::copy(values.subspan(3 * index(exchange.sent_nodes()[i]), 3), exchange.sent()[i].begin());
+  exchange.begin();
+  exchange.end();
+  const auto ghosts = values.last(3 * exchange.received().size());
+  for (std::size_t i = 0; i < ghosts.size(); ++i) ghosts[i] = exchange.received()[i / 3][i % 3];
+}
 
 }  // namespace
 
@@ -41,15 +57,15 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
   const double length = std::sqrt(parallel::exact_dot(group, current, current));
   for (auto& value : current) value /= length;
 
-  parallel::NodeField displacement(group, subdomain.layout);
-  std::vector<double> internal(3 * subdomain.nodes.size());
+  Exchange exchange(group, subdomain.layout);
+  std::vector<double> displacement(3 * subdomain.nodes.size()), internal(displacement.size());
   std::vector<double> alpha, beta;
   double estimate = 0;
   for (int step = 0; step < max_lanczos_steps; ++step) {
-    for (std::size_t i = 0; i < n; ++i) displacement.owned()[i] = scale[i] * current[i];
+    for (std::size_t i = 0; i < n; ++i) displacement[i] = scale[i] * current[i];
     parallel::agree(group);
-    displacement.update_ghosts();
-    force.evaluate(displacement.local(), internal);
+    update_ghosts(exchange, displacement);
+    force.evaluate(displacement, internal);
     for (std::size_t i = 0; i < n; ++i) next[i] = scale[i] * internal[i];
     alpha.push_back(parallel::exact_dot(group, next, current));
     for (std::size_t i = 0; i < n; ++i) {

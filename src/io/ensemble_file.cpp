@@ -299,10 +299,11 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
   return file.finish();
 }
 
-/// The partial file, opened by all ranks. Collective.
+/// The partial file, opened by all ranks; by a single one without MPI. Collective.
 hdf5::Handle open_collectively(const parallel::Communicator& world, const std::filesystem::path& file) {
   const hdf5::Handle access = hdf5::unlocked_access();
-  hdf5::check(H5Pset_fapl_mpio(access, world.get(), MPI_INFO_NULL), "HDF5 through MPI-IO");
+  if (world.size() > 1)
+    hdf5::check(H5Pset_fapl_mpio(access, world.get(), MPI_INFO_NULL), "HDF5 through MPI-IO");
   return hdf5::Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR, access), H5Fclose, file.string());
 }
 
@@ -359,6 +360,7 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
   // file.
   parallel::agree(world, [&] {
     if (::access(file.c_str(), R_OK | W_OK) != 0) fail("rank {}: {}", world.rank(), std::strerror(errno));
+    if (world.size() == 1) return;
     // Memory is needed too: MPI-IO loads its libraries when the first file is opened.
     try {
       parallel::check_room(room_for_writing);
