@@ -11,13 +11,14 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <utility>
 
 namespace crackle::analysis {
 
 namespace {
 
-/// The energy released by the cracks of a start over time.
+/// The energy released by the cracks that began at a start over time.
 class Releases {
 public:
   /// @pre times ascend
@@ -42,7 +43,7 @@ public:
   /// A crack that is too short for a way: how far its facets lie from the start; without speeds.
   TipCourse(const CrackSurface& surface, const geometry::CrackStart& start, std::int32_t number) {
     for (const CrackFacet& facet : surface.facets) {
-      if (surface.cracks[index(facet.crack)].start != number) continue;
+      if (surface.cracks[index(facet.crack)].origin() != number) continue;
       double place = 0;
       for (const geometry::Point& corner : facet.corner) place += start.advance(corner) / 4;
       if (place <= length()) continue;
@@ -118,7 +119,7 @@ std::vector<Releases> releases_of(const CrackSurface& surface, std::size_t n_sta
   std::vector<Releases> releases(n_starts);
   for (const CrackFacet& facet : surface.facets) {
     const auto found = energy.find(facet.tetrahedron);
-    const auto origin = surface.cracks[index(facet.crack)].start;
+    const auto origin = surface.cracks[index(facet.crack)].origin();
     if (found == energy.end() || origin < 0) continue;
     releases[index(origin)].add(facet.time, found->second);
     energy.erase(found);
@@ -134,7 +135,11 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
   const std::size_t n_starts = history.n_starts = body.crack_starts().size();
   const std::vector<TipCourse> courses = tip_courses(body, surface, rayleigh_speed);
   const auto releases = releases_of(surface, n_starts, result);
-  std::vector<double> area(n_starts, 0.0);
+  std::vector<double> area(n_starts, 0.0);  // by the start where the crack began
+  std::vector<std::size_t> belongs_to(n_starts);
+  std::iota(belongs_to.begin(), belongs_to.end(), 0);
+  for (const Crack& crack : surface.cracks)
+    if (crack.hole >= 0) belongs_to[index(crack.hole)] = index(crack.start);
   const double start = start_of_times(result.breaks, result.phase_start);
   std::size_t facet = 0, n_open = 0;
   for (const dynamics::HistoryRow& row : result.history) {
@@ -144,16 +149,24 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
           facet == 0 || surface.facets[facet].tetrahedron != surface.facets[facet - 1].tetrahedron;
       if (is_next && n_open == index(row.energy.broken)) break;
       if (is_next) ++n_open;
-      const auto origin = surface.cracks[index(surface.facets[facet].crack)].start;
+      const auto origin = surface.cracks[index(surface.facets[facet].crack)].origin();
       if (origin >= 0) area[index(origin)] += surface.facets[facet].area;
     }
     const bool is_dynamic = row.phase > 0 && row.phase == result.counts.dynamic_phases;
     // On the time axis of the facets.
     const double time = is_dynamic ? row.energy.time : row.load_time - start;
     for (std::size_t k = 0; k < n_starts; ++k) {
-      const auto tip = is_dynamic ? courses[k].tip_at(time, releases[k]) : TipCourse::Tip{};
-      history.area.push_back(area[k]);
-      history.length.push_back(area[k] > 0 ? courses[k].place_at(time) : 0);
+      double all_area = 0, length = 0;
+      TipCourse::Tip tip;
+      for (std::size_t from = 0; from < n_starts; ++from) {
+        if (belongs_to[from] != k) continue;
+        all_area += area[from];
+        if (area[from] > 0) length += courses[from].place_at(time);
+        const auto here = is_dynamic ? courses[from].tip_at(time, releases[from]) : TipCourse::Tip{};
+        if (!(here.speed <= tip.speed)) tip = std::isnan(here.speed) ? tip : here;
+      }
+      history.area.push_back(all_area);
+      history.length.push_back(length);
       history.speed.push_back(tip.speed);
       history.release_rate.push_back(tip.release_rate / body.size()[0]);
     }

@@ -129,9 +129,9 @@ std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface&
     const SideSteps steps(places, reached, spacing, rayleigh_speed);
     const Polyline path = Polyline(std::move(places)).smoothed(way_smoothing * spacing);
     const double first = std::hypot(path.front().advance, path.front().across - dot(line.tip, line.across));
-    const geometry::CrackStart& start = body.crack_starts()[index(chord.start)];
+    const geometry::CrackStart& start = body.crack_starts()[index(chord.origin)];
     const double ligament = start.is_straight ? start.ligament : line.ligament;
-    CrackWay way{chord.start,
+    CrackWay way{chord.origin,
                  spacing,
                  std::max(speed_window_share * ligament, speed_window_spacings * spacing),
                  {},

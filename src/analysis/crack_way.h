@@ -28,7 +28,7 @@ struct CrackWay {
     std::array<double, 2> x;  ///< extent through the thickness [m]
   };
 
-  std::int32_t start;          ///< number of the crack start
+  std::int32_t start;          ///< number of the crack start that the crack touched first (Crack::origin)
   double spacing;              ///< mean, local [m]
   double window;               ///< over which speeds are taken: speed_window_share, speed_window_spacings [m]
   std::vector<Point> points;   ///< along the path, about a spacing apart; at least two

@@ -80,6 +80,9 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.outcome = static_cast<std::int32_t>(result.outcome);
   row.pattern = static_cast<std::int32_t>(classify(body, surface));
   row.leading_start = leading_start(body, surface);
+  const LeadersHole met = leaders_hole(body, surface, row.leading_start);
+  row.hole = met.hole;
+  row.hole_passage = static_cast<std::int32_t>(met.passage);
   row.overlap = pattern_overlap(body, surface);
   row.branching_points = branches.n_in_space();
   row.branching_points_projected = branches.n_projected();

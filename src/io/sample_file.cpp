@@ -62,6 +62,8 @@ void write_crack_surface(hid_t file, const analysis::CrackSurface& surface,
 
   const hdf5::Handle table = hdf5::create_group(group, "cracks");
   write_column<std::int32_t>(table, "notch", surface.cracks, &Crack::start);
+  write_column<std::int32_t>(table, "hole", surface.cracks, &Crack::hole, "",
+                             "that the crack leaves, continuing one that ran into it; -1 for others");
   write_column<double>(table, "area", surface.cracks, &Crack::area, "m^2");
   write_column<double>(table, "first_time", surface.cracks, &Crack::first_time, "s");
   write_column<double>(table, "last_time", surface.cracks, &Crack::last_time, "s");

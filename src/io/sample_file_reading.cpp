@@ -117,9 +117,11 @@ analysis::CrackSurface read_surface(hid_t root) {
   using analysis::CrackFacet;
   const hdf5::Handle group = hdf5::open_group(root, "crack_surface");
   analysis::CrackSurface surface;
-  auto& [facets, cracks] = surface;
+  auto& [facets, cracks, entries] = surface;
   cracks.resize(hdf5::read_shape(group, "cracks/notch").at(0));
   read_column<std::int32_t>(group, "cracks/notch", cracks, &Crack::start);
+  if (H5Lexists(group, "cracks/hole", H5P_DEFAULT) > 0)  // not in older files
+    read_column<std::int32_t>(group, "cracks/hole", cracks, &Crack::hole);
   read_column<double>(group, "cracks/area", cracks, &Crack::area);
   read_column<double>(group, "cracks/first_time", cracks, &Crack::first_time);
   read_column<double>(group, "cracks/last_time", cracks, &Crack::last_time);

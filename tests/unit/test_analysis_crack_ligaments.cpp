@@ -264,6 +264,50 @@ TEST_F(CrackLigaments, OneOfBothSidesIsOneCrack) {
   EXPECT_EQ(classify(plate, made.surface()), Pattern::one_crack);
 }
 
+TEST_F(CrackLigaments, ACrackIntoAHoleAndOneOutOfItAreOneThroughTheHole) {
+  const auto cracks = [&](bool goes_on, double length_behind) {
+    test::FlatCracks both{thickness};
+    both.begin(surface_start);
+    const double time = both.add({0, 0, hole[2]}, 0, 25 * mm, 400, 0);
+    if (goes_on)
+      both.go_on(surface_start, round_hole, 0);
+    else
+      both.begin(round_hole);
+    both.add(rim(20), 20, length_behind, 400, time);
+    return both.surface();
+  };
+  EXPECT_EQ(classify(plate, cracks(false, 26.6 * mm)), Pattern::two_cracks) << "if they were two";
+
+  const CrackSurface surface = cracks(true, 26.6 * mm);
+  EXPECT_EQ(classify(plate, surface), Pattern::one_crack);
+  EXPECT_EQ(leading_start(plate, surface), surface_start);
+  EXPECT_GE(crossed_shares(plate, surface)[surface_start], 0.98);
+  EXPECT_EQ(crossed_shares(plate, surface)[round_hole], 0);
+  const auto through = ligaments_through_holes(plate, surface);
+  ASSERT_EQ(through.size(), 2U) << "with the slot's";
+  EXPECT_EQ(through[1].facets.size(), surface.facets.size());
+  EXPECT_NEAR(norm(through[1].line.tip - Point{thickness / 2, 0, hole[2]}), 0, 1e-9);
+
+  const auto found = crossings_of(surface, {.y = {10 * mm, 30 * mm, 50 * mm}, .z = {}}, plate);
+  const std::size_t of_surface = 3 * surface_start;
+  EXPECT_NEAR(found[of_surface].position, hole[2], 1e-9);
+  EXPECT_TRUE(std::isnan(found[of_surface + 1].position)) << "in the hole";
+  EXPECT_NEAR(found[of_surface + 2].position, hole[2] + 20 * mm * std::tan(20 * std::numbers::pi / 180),
+              1e-9);
+  EXPECT_TRUE(std::isnan(found[3 * round_hole + 2].position));
+
+  EXPECT_EQ(leaders_hole(plate, surface, surface_start).hole, round_hole);
+  EXPECT_EQ(leaders_hole(plate, surface, surface_start).passage, HolePassage::passes);
+  EXPECT_EQ(leaders_hole(plate, cracks(true, 2 * mm), surface_start).passage, HolePassage::ends) << "strays";
+  EXPECT_EQ(leaders_hole(plate, cracks(false, 26.6 * mm), surface_start).hole, -1);
+
+  // Its parts are traced and timed one by one.
+  const auto lines = crack_lines(plate, surface, find_branches(plate, surface));
+  ASSERT_EQ(lines.size(), 2U);
+  for (const CrackLine& line : lines) EXPECT_EQ(line.start, surface_start);
+  EXPECT_NEAR(max_crack_speed(plate, surface, infinity), 400, 1);
+}
+
 TEST_F(CrackLigaments, InsideTheBodyCracksRunToBothSides) {
   made.begin(surface_start);
   const Point place{thickness / 2, 20 * mm, 60 * mm};

@@ -28,7 +28,8 @@ struct CrackHistory {
 /// truncated at the ends of the way. The speed is the inverse slope of a straight line fitted to time over
 /// place; the rate is the slope of one fitted to the energy that the tetrahedra of all the start's cracks had
 /// released when the tip came there, divided by the thickness. Both are given for the last dynamic phase,
-/// while the tip is on its way.
+/// while the tip is on its way. Behind a hole (Crack::hole) a crack goes on along another way: the lengths of
+/// its ways add up, and of two moving tips the faster one counts.
 /// @param rayleigh_speed see max_crack_speed [m/s]
 CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
                            const dynamics::SampleResult& result, double rayleigh_speed);

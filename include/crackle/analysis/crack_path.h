@@ -75,13 +75,24 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
 
 /// Share of its ligament that the crack from each start crosses, up to the farthest station where it covers
 /// min_thickness_share of the thickness; in steps of 0.02. The largest value over the start's ligaments
-/// (crack_ligaments).
+/// (ligaments_through_holes).
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface);
 
 /// The start of the leading crack: the one that crosses the largest share of its ligament (crossed_shares).
 /// Among equals, the one where the first facet at the farthest station opened first; then the one with the
 /// lowest number. -1 if no crack has started.
 int leading_start(const geometry::Body& body, const CrackSurface& surface);
+
+/// How the leading crack met with holes.
+enum class HolePassage : std::int32_t { none = 0, ends = 1, passes = 2 };
+
+/// The first hole that the leading crack ran into, see HoleEntry; not one that it touched in passing.
+struct LeadersHole {
+  std::int32_t hole = -1;  ///< number of the crack start; -1 for none
+  /// `passes` if a crack of at least min_crack_length goes on from the hole, away from where the leader came.
+  HolePassage passage = HolePassage::none;
+};
+LeadersHole leaders_hole(const geometry::Body& body, const CrackSurface& surface, int leading);
 
 /// The crack pattern of a sample, as stored in /samples/pattern.
 enum class Pattern : std::int32_t { none = 0, one_crack = 1, two_cracks = 2, other = 3 };
@@ -99,7 +110,7 @@ double path_overlap(const geometry::Body& body, const CrackSurface& surface, int
 /// fewer than two.
 double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
 
-/// Pattern by how far cracks run along their ligaments (crack_ligaments): one_crack if exactly one is
+/// Pattern by how far cracks run along their ligaments (ligaments_through_holes): one_crack if exactly one is
 /// developed and it is a main crack; two_cracks if exactly two are developed and their pattern_overlap is at
 /// least min_overlap, or NaN because they are not those of straight starts; none if no crack has started;
 /// other in all other cases, and if a crack that belongs to no start covers developed_share of the width.

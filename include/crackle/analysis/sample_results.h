@@ -50,7 +50,8 @@ inline bool is_of_the_body(const ResultInfo& info) {
 
 /// True for numbers that stand for a word or a crack start: these have shares, no mean.
 inline bool is_nominal(const ResultInfo& info) {
-  return *info.categories != 0 || std::string_view(info.name) == "leading_notch";
+  const std::string_view name = info.name;
+  return *info.categories != 0 || name == "leading_notch" || name == "hole";
 }
 
 /// Words for SampleStatus, as stored in the files.
@@ -58,6 +59,9 @@ inline constexpr const char* status_categories = "0 pending, 1 done, 2 failed";
 
 /// Names of the values of Pattern.
 inline constexpr const char* pattern_categories = "0 none, 1 one crack, 2 two cracks, 3 other";
+
+/// Names of the values of HolePassage.
+inline constexpr const char* passage_categories = "0 no hole, 1 ends there, 2 goes on";
 
 /// Calls visit(info, member) for every scalar result of a sample, in the order of tables and messages.
 template <class Visit>
@@ -124,6 +128,12 @@ void for_each_result(Visit&& visit) {
           "crack start whose crack crosses the largest share of its ligament; -1 where none has started",
           none, "leading start", "", 1, "d"},
       &Row::leading_start);
+  visit(ResultInfo{"hole", "", "crack start of the first hole that the leading crack runs into; -1 for none",
+                   none, "hole", "", 1, "d", "", 6},
+        &Row::hole);
+  visit(ResultInfo{"hole_passage", "", "whether that crack ends in the hole or goes on from it", none,
+                   "at the hole", "", 1, "d", passage_categories, 6},
+        &Row::hole_passage);
   visit(ResultInfo{"overlap", "1",
                    "share of the two cracks' paths in which one lies over the other turned by 180 degrees",
                    none, "overlap", "%", 100, ".0f"},

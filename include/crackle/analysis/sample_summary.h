@@ -41,6 +41,8 @@ struct SampleSummary {
   std::int32_t outcome = -1;        ///< dynamics::Outcome; -1 without results
   std::int32_t pattern = 0;         ///< see Pattern
   std::int32_t leading_start = -1;  ///< see analysis::leading_start
+  std::int32_t hole = -1;           ///< see LeadersHole
+  std::int32_t hole_passage = 0;    ///< likewise
   double overlap = none;            ///< see pattern_overlap
   std::int32_t branching_points = 0;
   std::int32_t branching_points_projected = 0;

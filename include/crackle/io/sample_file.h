@@ -32,7 +32,7 @@
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
 /// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |
 /// | /crack_surface/branch | f | see analysis::CrackBranches |
-/// | /crack_surface/cracks/notch, area, first_time, last_time | c | see analysis::Crack |
+/// | /crack_surface/cracks/notch, hole, area, first_time, last_time | c | see analysis::Crack |
 /// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see analysis::LinePoint |
 /// | /crack_lines/lines/first, count | l | the points of each line |
 /// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
@@ -68,7 +68,7 @@
 namespace crackle::io {
 
 /// Incremented with every change of the file's contents.
-inline constexpr std::int64_t sample_schema_version = 5;
+inline constexpr std::int64_t sample_schema_version = 6;
 
 /// Oldest version of sample and ensemble files whose results can still be read, that of version 1.0.0 of the
 /// program; samples cannot continue from them.
@@ -76,7 +76,7 @@ inline constexpr std::int64_t oldest_schema_version = 4;
 
 /// Incremented with every change that affects the results of some inputs: samples of different models cannot
 /// belong to one ensemble. Files without it are of model 1.
-inline constexpr std::int64_t model_version = 5;
+inline constexpr std::int64_t model_version = 6;
 
 /// The first model in which samples have base points of their own if the input does not say; before, they
 /// shared one set.
