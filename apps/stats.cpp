@@ -5,6 +5,7 @@
 #include "crackle/analysis/bases.h"
 #include "crackle/analysis/crack_path.h"
 #include "crackle/analysis/exceedance.h"
+#include "crackle/analysis/path_groups.h"
 #include "crackle/analysis/path_inference.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sensitivity.h"
@@ -70,6 +71,10 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
     for (const std::string& limit : options.limits)
       limits += analysis::to_text(analysis::exceedance(limit, parameters, needed));
     fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections, origin));
+    const auto body = geometry::make_body(parameters.specimen);
+    std::vector<std::string> starts;
+    for (const auto& start : body->crack_starts()) starts.push_back(start.name);
+    fmt::print("{}", analysis::holes_text(samples, starts));
     fmt::print("{}", analysis::path_inference_text(statistics, samples, parameters));
     fmt::print("{}", analysis::to_text(analysis::sensitivities(parameters, samples), parameters));
     if (!limits.empty()) fmt::print("\n{}", limits);

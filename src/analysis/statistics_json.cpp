@@ -124,9 +124,10 @@ Json precision(const Statistics& statistics, const input::Parameters& parameters
   Json found{{"half_width_wanted", wanted}, {"is_of_the_input", stop.has_value()}};
   if (const auto worst = least_certain(statistics)) {
     const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
-    found["half_width"] = statistics.leader.z_half_width[*worst];
-    found["row"] = *worst / n_sections;
-    found["section"] = *worst % n_sections;
+    found["half_width"] = worst->half_width;
+    found["row"] = worst->position / n_sections;
+    found["section"] = worst->position % n_sections;
+    if (worst->group != nullptr) found["group"] = worst->group - statistics.leader.groups.data();
     found["n_samples_needed"] = n_samples_needed(statistics, wanted);
   }
   return found;
@@ -153,6 +154,25 @@ Json stopped_before(const PathInference& found, const RankStatistics& ranks, std
                     {"n_predicted", one.n_predicted},
                     {"n_beyond", one.n_beyond}});
   }
+  return list;
+}
+
+/// The groups of a rank's paths, as a list.
+Json groups_of(const RankStatistics& ranks) {
+  Json list = Json::array();
+  for (const PathGroup& group : ranks.groups)
+    list.push_back({{"leading_notch", ranks.leading_start[group.row]},
+                    {"notch", ranks.start[group.row]},
+                    {"row", group.row},
+                    {"n", group.n},
+                    {"n_of", group.n_of},
+                    {"share", group.share},
+                    {"lower", group.share_lower},
+                    {"upper", group.share_upper},
+                    {"reached", group.reached},
+                    {"z_mean", group.z_mean},
+                    {"z_std", group.z_std},
+                    {"z_half_width", group.z_half_width}});
   return list;
 }
 
@@ -185,6 +205,9 @@ Json statistics_of(const Statistics& statistics, std::span<const SampleSummary> 
         {"notch", ranks.start},
         {"counted", table(ranks.counted, {n_rows, static_cast<std::size_t>(statistics.n_sections)})}};
     add_paths(of_rank, ranks, n_rows, statistics);
+    of_rank["groups"] = groups_of(ranks);
+    of_rank["is_divided"] =
+        table(ranks.is_divided, {n_rows, static_cast<std::size_t>(statistics.n_sections)});
     if (&ranks == &statistics.leader || &ranks == &statistics.follower) {
       const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
       const PathInference found = path_inference(ranks, statistics, samples, parameters);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/path_groups.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/text_table.h"
@@ -49,12 +50,17 @@ public:
   }
 
   /// One line of a table of positions.
-  void append_position(std::string& text, const PathStatistics& paths, std::size_t p) const {
+  /// @param is_divided the mean of all is no crack's position
+  void append_position(std::string& text, const PathStatistics& paths, std::size_t p,
+                       bool is_divided = false) const {
     const double factor = unit_.factor;
     const auto& [name, coordinate] = names_[p % names_.size()];
     fmt::format_to(std::back_inserter(text), "{} {:>8} {:>10} {:>10} {:>10}", cells(name, coordinate),
-                   paths.reached[p], number(paths.z_mean[p] * factor, 3), number(paths.z_std[p] * factor, 3),
-                   are_equal(paths, p) ? "all equal" : number(paths.z_half_width[p] * factor, 3));
+                   paths.reached[p], is_divided ? "groups" : number(paths.z_mean[p] * factor, 3),
+                   is_divided ? "-" : number(paths.z_std[p] * factor, 3),
+                   is_divided            ? "-"
+                   : are_equal(paths, p) ? "all equal"
+                                         : number(paths.z_half_width[p] * factor, 3));
   }
 
 private:
@@ -80,9 +86,23 @@ void append_ranks(std::string& text, const char* label, const RankStatistics& ra
     const std::size_t row = p / sections.size();
     fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_start[row],
                    ranks.start[row]);
-    sections.append_position(text, ranks, p);
+    sections.append_position(text, ranks, p, ranks.is_divided[p] != 0);
     fmt::format_to(std::back_inserter(text), " {:>10}\n", ranks.counted[p]);
   }
+}
+
+/// True if the cracks of a start take several ways where they lead or follow.
+/// @param p index of start and section
+bool is_divided(const Statistics& statistics, std::size_t p) {
+  const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
+  const auto in = [&](const RankStatistics& ranks) {
+    for (std::size_t row = 0; row < ranks.start.size(); ++row)
+      if (static_cast<std::size_t>(ranks.start[row]) == p / n_sections &&
+          ranks.is_divided[row * n_sections + p % n_sections] != 0)
+        return true;
+    return false;
+  };
+  return in(statistics.leader) || in(statistics.follower);
 }
 
 /// "0 in 104 samples, 1 in 95, none in 1", over the completed samples.
@@ -153,7 +173,7 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
     if (statistics.reached[p] == 0) continue;
     fmt::format_to(out, "{:>5}", p / sections.size());
-    sections.append_position(text, statistics, p);
+    sections.append_position(text, statistics, p, is_divided(statistics, p));
     text += '\n';
   }
   append_unreached(text, statistics, sections);
@@ -250,6 +270,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   constexpr double least = 0.1;  // of positions, so that small deviations remain visible [mm]
   const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean), least);
   append_positions(text, statistics, samples, SectionColumns(sections.all(), unit));
+  text += groups_text(statistics, sections, unit);
   if (statistics.n_starts > 0) append_patterns(text, statistics);
   const auto results = result_statistics(samples, statistics.confidence, origin, statistics.replicates);
   append_shares(text, results);

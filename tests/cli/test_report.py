@@ -326,6 +326,25 @@ class Report(Ensembles):
         write_ensemble(self.folder, 1)
         self.assertIn("to tell whether there are enough", convergence._verdict(reading.read_ensemble(self.folder)))
 
+    def test_where_cracks_take_several_ways_each_has_its_mean(self):
+        write_ensemble(self.folder, 14, with_ensemble_file=False, leading=[0] * 14)
+        for i in (2, 6, 9):
+            with changed(self.folder / "samples" / f"{i:04d}.h5") as root:
+                root["summary/position"][0] += 30e-3
+        ensemble = reading.read_ensemble(self.folder)
+        leader = ensemble.ranks["leader"]
+        self.assertEqual([group.n for group in leader.groups][1], 3)
+        self.assertTrue(leader.is_divided.any())
+        below, above = leader.ways(0, "z_mean")
+        apart = leader.is_divided[0].astype(bool) & np.isfinite(below) & np.isfinite(above)
+        self.assertTrue((above[apart] - below[apart] > 20e-3).all())
+        table = tables.sections(ensemble)
+        self.assertIn("several ways", table)
+        self.assertRegex(table, r"leading: way 2 of 2, 3 of 1\d samples, \d+ % \(\d+ to \d+ %\)")
+        means = [line for line in crossings._draw(ensemble).axes[0].lines if line.get_marker() == "o"]
+        self.assertEqual(len(means), 2)
+        self.assertRegex(convergence._verdict(ensemble), r"of the \d+ of 1\d samples that take one way|y = 7 mm")
+
 
 class Pictures(Ensembles):
     def test_labels_do_not_overlap(self):

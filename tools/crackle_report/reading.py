@@ -14,7 +14,7 @@ from crackle.units import MM, Unit
 
 from .mesh import Mesh
 from .plate import Plate
-from .results import (BranchingPoints, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, History, Paths, Places, Ranks,
+from .results import (BranchingPoints, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, History, PathGroup, Paths, Places, Ranks,
                       Result, Samples, Share, Statistics, Symmetry)
 from .stress import ALL_EDGES, CROSSED_EDGES
 
@@ -84,7 +84,10 @@ PathsKind = TypeVar("PathsKind", bound=Paths)
 
 def _paths(kind: type[PathsKind], members: dict[str, Any], n: int) -> PathsKind:
     """@param n samples that running values are kept of"""
-    found = {name: _numbers_in(members[name]) for name in kind.__dataclass_fields__}
+    found = {name: _numbers_in(members[name]) for name in kind.__dataclass_fields__ if name != "groups"}
+    if kind is Ranks:
+        found["groups"] = [PathGroup(**{name: np.array(group[name], float) if isinstance(group[name], list) else group[name]
+                                        for name in PathGroup.__dataclass_fields__}) for group in members["groups"]]
     return kind(**{name: values[:n] if name.startswith("running") else values for name, values in found.items()})
 
 

@@ -212,12 +212,42 @@ class Paths:
 
 
 @dataclass
+class PathGroup:
+    """Samples of a row of Ranks whose cracks take one of several ways."""
+
+    row: int
+    n: int  # its samples
+    n_of: int  # of the row
+    share: float
+    lower: float  # of the share's interval
+    upper: float
+    reached: np.ndarray  # by section, as the following ones
+    z_mean: np.ndarray
+    z_std: np.ndarray
+    z_half_width: np.ndarray
+
+    @property
+    def size(self) -> str:
+        return (f"{self.n} of {self.n_of} samples, {100 * self.share:.0f} % ({100 * self.lower:.0f} to {100 * self.upper:.0f} %)")
+
+
+@dataclass
 class Ranks(Paths):
     """Of leading or following cracks in the frame of the leading one, as in /statistics/leader of ensemble.h5."""
 
     leading_notch: np.ndarray  # rows; the reference notch of the class of leading notches
     notch: np.ndarray  # rows; where the crack starts
     counted: np.ndarray  # rows x sections; samples that would count if their crack arrived
+    groups: list[PathGroup]
+    is_divided: np.ndarray  # rows x sections; where the row's groups are apart, and the mean of all is no crack's position
+
+    def groups_of(self, row: int) -> list[PathGroup]:
+        return [group for group in self.groups if group.row == row]
+
+    def ways(self, row: int, name: str) -> list[np.ndarray]:
+        """A statistic of the positions at each section, as `z_mean`: of the row's cracks or, where these are apart, of each group."""
+        of_all, divided = getattr(self, name)[row], self.is_divided[row].astype(bool)
+        return [np.where(divided, getattr(group, name), of_all) for group in self.groups_of(row)] or [of_all]
 
     def row_of(self, reference: int, notch: int) -> Optional[int]:
         """The row of a notch of the frame, in samples of one class of leading notches; None where it has none."""

@@ -12,7 +12,7 @@ from crackle.files import DONE, FAILED
 from crackle.units import MM, MM2, NEWTON, US, Unit, fitting, named
 
 from . import style
-from .results import Ensemble, Paths, Result, Samples
+from .results import Ensemble, Paths, Ranks, Result, Samples
 
 STATUS_NAMES = ("pending", "done", "failed")
 MISSING = "–"
@@ -20,6 +20,7 @@ TEXT = ' class="text"'
 # Results measured along cracks that start at notches, holes or outlines.
 OF_PATHS = ("pattern", "leading_notch", "overlap", "bifurcations", "bifurcations_projected", "kinks", "crack_speed_max", "crack_speed_ratio",
             "traced_area", "effective_toughness")
+OF_HOLES = ("hole", "hole_passage")
 
 
 @dataclass(frozen=True)
@@ -56,8 +57,9 @@ def samples(ensemble: Ensemble) -> str:
     done = table.status == DONE
     columns = [Column("sample", "", lambda s, i: i, "d"),
                Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])])]
+    meets_holes = "hole" in table.numbers and bool((table.numbers["hole"][done] >= 0).any())
     columns += [_column(result, table) for result in table.results
-                if not (result.name in OF_PATHS and not ensemble.n_notches) and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
+                if not (result.name in OF_PATHS and not ensemble.n_notches) and not (result.name in OF_HOLES and not meets_holes) and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
     head = "".join(_head(column) for column in columns)
     body = []
     for i in range(len(table)):
@@ -81,18 +83,33 @@ def sections(ensemble: Ensemble) -> str:
               (interval, f"± {unit}"), ("standard deviation", unit),
               ("spread through the thickness", f"mean over the samples, {unit}"))
     rows = [row for group, paths in ensemble.ranks.items() for shown in ensemble.rows_shown(group)
-            for row in _positions(ensemble, ensemble.rank_name(group, shown), paths, shown, paths.counted[shown])]
+            for row in [*_positions(ensemble, ensemble.rank_name(group, shown), paths, shown, paths.counted[shown]),
+                        *_groups(ensemble, ensemble.rank_name(group, shown), paths, shown)]]
     rows += [row for notch in range(ensemble.n_notches)
              for row in _positions(ensemble, f"all of {ensemble.plate.name_of(notch)}, leading and following", ensemble.statistics, notch)]
     return f"<p>{escape(_about_ranks(ensemble))}</p>" + _table(titles, rows)
+
+
+def _groups(ensemble: Ensemble, name: str, ranks: Ranks, row: int) -> Iterator[list[str]]:
+    """Each group of the row's cracks at the sections where they are apart."""
+    groups = ranks.groups_of(row)
+    for number, group in enumerate(groups, 1):
+        for k in np.flatnonzero(ranks.is_divided[row]):
+            section = ensemble.sections[k]
+            mean, *others = (_number(ensemble.plate.lengths.of(float(values[k])), ".2f") for values in (
+                group.z_mean, group.z_half_width, group.z_std))
+            yield [f"{name}: way {number} of {len(groups)}, {group.size}", section.name, str(int(group.reached[k])),
+                   mean if mean == MISSING else f"{section.along} = {mean}", *others, MISSING]
 
 
 def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, counted: Optional[np.ndarray] = None) -> Iterator[list[str]]:
     for k, section in enumerate(ensemble.sections):
         mean, *others = (_number(ensemble.plate.lengths.of(float(value)), ".2f") for value in (
             paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], paths.spread_mean[row, k]))
+        if isinstance(paths, Ranks) and paths.is_divided[row, k]:
+            mean, others = "several ways", [MISSING, MISSING, others[2]]
         yield [name, section.name, str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else ""),
-               mean if mean == MISSING else f"{section.along} = {mean}", *others]
+               mean if mean in (MISSING, "several ways") else f"{section.along} = {mean}", *others]
 
 
 def _table(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], kind: str = "") -> str:

@@ -42,6 +42,16 @@ struct PathStatistics {
   std::vector<double> spread_mean;  ///< mean over the samples of SampleSummary::z_spread [m]
 };
 
+/// Samples of one row of RankStatistics whose cracks take one of several ways (path_groups.h), with the
+/// statistics of their positions at each section. Not stored in the ensemble file.
+struct PathGroup : PathStatistics {
+  std::size_t row = 0;
+  int n = 0;     ///< its samples
+  int n_of = 0;  ///< samples of the row with a position
+  double share = not_a_number;
+  double share_lower = not_a_number, share_upper = not_a_number;  ///< confidence interval, by whole draws
+};
+
 /// Positions of the leading or the following cracks, in the frame of the leading crack (LeaderFrame): each
 /// row is one start of the frame, for one class of leading starts.
 struct RankStatistics : PathStatistics {
@@ -50,6 +60,9 @@ struct RankStatistics : PathStatistics {
   /// rows x sections: completed samples that would count if their crack arrived; fewer than the whole class
   /// if transformed samples have no such section
   std::vector<std::int32_t> counted;
+  std::vector<PathGroup> groups;  ///< none for rows whose samples take one way
+  /// rows x sections: 1 where the groups of the row are apart, so that the mean of all is no crack's position
+  std::vector<std::uint8_t> is_divided;
 };
 
 /// Statistics over all completed samples, bitwise independent of the order in which they were added. For an
