@@ -72,7 +72,7 @@ void add_calibrate_command(CLI::App& app, Action& run) {
   command->footer(
       "Exit status: 0 whatever is found; 1 usage error, or an error in the experiments or the ensemble.");
   command->callback([options, &run] {
-    run = [options](const parallel::Communicator& world) { return calibrate(world, *options); };
+    run.work = [options](const parallel::Communicator& world) { return calibrate(world, *options); };
   });
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle check: validates an input file and estimates the cost of running it.
 #include "crackle/common/failure.h"
+#include "crackle/common/heartbeat.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/memory.h"
@@ -22,6 +23,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -35,8 +37,8 @@ namespace {
 struct CheckOptions {
   std::string file;
   bool keys = false;
-  std::int64_t ranks = 0;  ///< number of ranks to plan for; 0: no plan
-  int phases = ensemble::usual_phases;
+  std::int64_t ranks = 0;    ///< number of ranks to plan for; 0: no plan
+  int phases = 0;            ///< expected number of dynamic phases; 0: as such inputs have
   std::int64_t samples = 0;  ///< number of samples to try; 0: sample 0 only
   bool measure = true;
 
@@ -72,8 +74,12 @@ struct Estimate {
 Estimate print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
   const auto body = geometry::make_body(parameters);
   const auto available = ensemble::available_memory();
-  for (const std::string& warning : dynamics::model_warnings(parameters, *body))
-    fmt::print("Warning: {}\n\n", warning);
+  const auto warnings = [&] {
+    Heartbeat heartbeat(notify);
+    heartbeat.begin("examining the input");
+    return dynamics::model_warnings(parameters, *body);
+  }();
+  for (const std::string& warning : warnings) fmt::print("Warning: {}\n\n", warning);
   std::fflush(stdout);
   geometry::MotherPoints base;
   const Subject subject = make_subject(parameters, *body, base);
@@ -87,6 +93,8 @@ Estimate print_estimate(const input::Parameters& parameters, const CheckOptions&
   if (options.measure) {
     print_rest_outlook(subject);
     if (estimate.failures.empty()) estimate.time = print_cost(subject, options.phases, options.ranks);
+    if (estimate.time && options.samples == 0)
+      estimate.failures = try_scatter_at_start(subject, base, estimate.time->share_at_start);
   }
   return estimate;
 }
@@ -109,6 +117,8 @@ void print_random_inputs(const input::Parameters& parameters) {
   const std::uint64_t n_tried = std::min(ensemble.n_inputs(), most_tried);
   std::uint64_t n_bad = 0;
   std::string first;
+  Heartbeat heartbeat(notify);
+  heartbeat.begin("drawing the random inputs");
   for (std::uint64_t i = 0; i < n_tried; ++i) {
     try {
       uncertainty::sample_parameters(parameters, i * static_cast<std::uint64_t>(ensemble.replicates));
@@ -120,7 +130,8 @@ void print_random_inputs(const input::Parameters& parameters) {
   fmt::print("\n");
 }
 
-int check(const parallel::Communicator& world, const CheckOptions& options) {
+int check(const parallel::Communicator& world, const CheckOptions& options,
+          const std::function<void()>& start_mpi) {
   const std::string& file = options.file;
   const input::Parameters parameters = read_given_input(world, file);
   std::vector<input::Case> cases;
@@ -136,6 +147,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
                parameters.random.empty() ? "" : ", with the input's own values,",
                cases.empty() ? "" : " of the first case");
     std::fflush(stdout);
+    if (options.measure) start_mpi();
     try {
       auto [failures, time] = print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
       if (!cases.empty()) {
@@ -146,6 +158,9 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
     } catch (const std::runtime_error& error) {
       fail("{}: {}", file, error.what());
     }
+    if (parameters.ensemble.samples == 1)
+      fmt::print(
+          "\nOne sample shows no scatter: statistics, and comparisons with experiments, need some 20.\n");
     fmt::print("\n{} is valid\n", file);
   });
   return success;
@@ -153,7 +168,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
 
 }  // namespace
 
-void add_check_command(CLI::App& app, Action& run) {
+void add_check_command(CLI::App& app, const std::function<void()>& start_mpi, Action& run) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* command = app.add_subcommand(
       "check", "Validate an input file; print the resolved values and the estimated cost of the run");
@@ -167,9 +182,8 @@ void add_check_command(CLI::App& app, Action& run) {
   command
       ->add_option("--phases", options->phases,
                    "assumed number of dynamic phases per sample, including the last one, in which cracks do "
-                   "not arrest")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+                   "not arrest [2, or a range where growing cracks relieve the load]")
+      ->check(CLI::Range(1, 1000));
   command
       ->add_option("--samples", options->samples,
                    "start this many samples (of each case of a sweep) as crackle run would, and report how "
@@ -179,12 +193,12 @@ void add_check_command(CLI::App& app, Action& run) {
       ->add_flag("!--no-measure", options->measure,
                  "neither measure the cost of a sample on this machine nor solve for equilibria")
       ->excludes(ranks);
-  command->callback([options, &run] {
+  command->callback([options, start_mpi, &run] {
     if (options->keys != options->file.empty()) {
       throw CLI::ValidationError("check takes either an input file or --keys");
     }
-    run = [options](const parallel::Communicator& world) {
-      if (!options->keys) return check(world, *options);
+    run.work = [options, start_mpi](const parallel::Communicator& world) {
+      if (!options->keys) return check(world, *options, start_mpi);
       if (world.is_root()) fmt::print("{}", input::key_list());
       return static_cast<int>(success);
     };

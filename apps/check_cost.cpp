@@ -90,28 +90,32 @@ std::string unaffordable_text(const Subject& subject, double hours) {
       time_text(subject.parameters.time.duration), length_text(spacing.lower_bound(subject.body.bounds())));
 }
 
-bool is_moved(const input::Boundary& boundary) {
-  return input::traits(boundary.kind).action == input::Action::motion &&
-         (boundary.value != Vector{} || boundary.rate != Vector{});
+/// The cost of a sample with the most phases to be expected, if it is not that with the least.
+/// @param amount formats a time [s]
+template <class Amount>
+std::string up_to_text(const ensemble::PhaseRange& phases, double seconds, const Amount& amount) {
+  if (phases.most == phases.least) return {};
+  return fmt::format("; up to {} with {}", amount(seconds), phases.most);
 }
 
-/// Between moved grips the load falls as a crack grows, so that it arrests and starts again.
-std::string arrests_text(const input::Parameters& parameters) {
-  return parameters.time.start == input::Start::quasi_static &&
-                 std::ranges::any_of(parameters.boundaries, is_moved)
-             ? "; between moved grips cracks often arrest, and several times as many are usual (--phases)"
-             : "";
-}
-
-/// @param cost receives the cost of a sample
-std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, ensemble::SampleCost& cost) {
+/// @param time receives the cost of a sample, and the stress at time 0
+std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, SampleTime& time) {
   const auto& parameters = subject.parameters;
   const auto measured = ensemble::measure_cost(parameters, subject.realization, measured_seconds);
-  const auto work = ensemble::sample_work(parameters, phases);
+  const auto range =
+      phases > 0 ? ensemble::PhaseRange{phases, phases} : ensemble::expected_phases(parameters);
+  const double window = dynamics::arrest_window(parameters, measured.waves);
+  const auto work = ensemble::sample_work(parameters, window, range.least);
+  ensemble::SampleCost& cost = time.cost;
   cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
+  time.share_at_start = measured.share_at_start;
+  const double most =
+      ensemble::sample_cost(measured, subject.phase, ensemble::sample_work(parameters, window, range.most),
+                            subject.rest_seconds)
+          .total();
   const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;
   const bool breaks = measured.outlook.breaks;
-  const int n_phases = breaks ? work.phases : 0;
+  const int n_phases = breaks ? work.phases : work.phases_unbroken;
   Rows rows{
       {"dynamic phase",
        fmt::format("{:.3g} s for the full duration: {:.3g} ms per step, {:.3g} million tetrahedron updates "
@@ -126,27 +130,38 @@ std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, 
     rows.emplace_back("quasi-static part", solves);
     if (measured.initial)
       rows.emplace_back("stress at time 0",
-                        fmt::format("tension up to {:.4g} MPa, compression up to {:.4g} MPa; energy {}",
+                        fmt::format("tension up to {:.4g} MPa, compression up to {:.4g} MPa; energy {}{}",
                                     measured.initial->tension / 1e6, measured.initial->compression / 1e6,
-                                    quantity_text(measured.initial->energy, "J")));
+                                    quantity_text(measured.initial->energy, "J"),
+                                    measured.share_at_start > 0 ? fmt::format("; {:.3g} % of the strength",
+                                                                              100 * measured.share_at_start)
+                                                                : ""));
     if (parameters.time.start == input::Start::quasi_static)
       if (std::string loading = loading_text(measured.outlook); !loading.empty())
         rows.emplace_back("loading", std::move(loading));
   }
   rows.emplace_back(
       "sample",
-      fmt::format("{:.3g} s with {}{}", cost.total(), count_text(n_phases, "dynamic phase"),
+      fmt::format("{:.3g} s with {}{}{}", cost.total(), count_text(n_phases, "dynamic phase"),
                   n_phases > 1 ? fmt::format(", of which {} arrest{}", n_phases - 1, n_phases == 2 ? "s" : "")
-                  : n_phases == 0 ? ": the loads never break the body"
-                                  : ""));
+                  : breaks     ? ""
+                               : ": the loads never break the body",
+                  breaks ? up_to_text(range, most, duration_text) : ""));
   const double hours = subject.n_samples() * cost.total() / 3600;
-  rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each{}", hours, subject.samples_text(),
-                                              count_text(n_phases, "dynamic phase"),
-                                              breaks ? arrests_text(parameters) : ""));
+  const auto all_hours = [&](double seconds) {
+    return fmt::format("{:.3g}", subject.n_samples() * seconds / 3600);
+  };
+  std::string core_hours = fmt::format("{} for {}, with {} each", all_hours(cost.total()),
+                                       subject.samples_text(), count_text(n_phases, "dynamic phase"));
+  if (breaks && range.most > range.least)
+    core_hours += up_to_text(range, most, all_hours) +
+                  ": growing cracks relieve this load, arrest and start again (--phases)";
+  rows.emplace_back("core-hours", core_hours);
   std::string text = input::aligned(rows);
   for (const std::string& warning :
-       {dynamics::weak_load_warning(parameters, measured.outlook),
-        dynamics::fast_loading_warning(parameters, measured.outlook.time), unaffordable_text(subject, hours)})
+       {dynamics::weak_load_warning(measured.outlook), dynamics::large_strain_warning(measured.outlook),
+        dynamics::fast_loading_warning(parameters, measured.outlook.time, measured.outlook.transit),
+        unaffordable_text(subject, hours)})
     if (!warning.empty()) text += fmt::format("\nWarning: {}\n", warning);
   if (n_ranks > 0) text += plan_text(subject, measured, work, cost, rate, n_ranks);
   return text;
@@ -174,9 +189,9 @@ std::optional<SampleTime> print_cost(const Subject& subject, int phases, std::in
   std::fflush(stdout);
   Heartbeat heartbeat(notify);
   heartbeat.begin("measuring the cost");
-  SampleTime time{{}, subject.n_tetrahedra(), subject.phase.force_evaluations};
+  SampleTime time{{}, subject.n_tetrahedra(), subject.phase.force_evaluations, 0};
   try {
-    fmt::print("{}", cost_text(subject, phases, n_ranks, time.cost));
+    fmt::print("{}", cost_text(subject, phases, n_ranks, time));
     return time;
   } catch (const ensemble::NotMeasured& error) {
     fmt::print("not measured: {}\n", error.what());
@@ -198,16 +213,15 @@ double scaled_seconds(const SampleTime& measured, const Subject& subject) {
 
 void print_rest_outlook(const Subject& subject) {
   const auto& parameters = subject.parameters;
-  if (parameters.time.start != input::Start::rest || solving_seconds(subject) > short_wait) return;
+  if (parameters.time.start != input::Start::rest) return;
   Heartbeat heartbeat(notify);
-  heartbeat.begin("solving for the equilibrium");
-  try {
-    const auto outlook = dynamics::static_outlook(parameters, subject.realization);
-    if (const auto warning = dynamics::weak_load_warning(parameters, outlook); !warning.empty())
-      fmt::print("\nWarning: {}\n", warning);
-  } catch (const std::runtime_error&) {
-    // A sample that starts from rest needs no equilibrium.
-  }
+  heartbeat.begin("judging the loads by their waves");
+  const auto outlook =
+      dynamics::rest_outlook(parameters, subject.realization, solving_seconds(subject) <= short_wait);
+  if (const auto waves = dynamics::wave_text(parameters, outlook.waves); !waves.empty())
+    fmt::print("\nWith start = \"rest\", {}.\n", waves);
+  if (const auto warning = dynamics::weak_load_warning(parameters, outlook); !warning.empty())
+    fmt::print("\nWarning: {}\n", warning);
 }
 
 }  // namespace crackle::apps

@@ -15,10 +15,11 @@ struct SampleTime {
   ensemble::SampleCost cost;
   double n_tetrahedra = 0;
   std::int64_t force_evaluations = 0;  ///< of a dynamic phase
+  double share_at_start = 0;           ///< of stress in strength at time 0, the largest
 };
 
 /// Measures the cost of sample 0 on this machine and prints it.
-/// @param phases expected number of dynamic phases
+/// @param phases expected number of dynamic phases; 0: as such inputs have
 /// @param n_ranks number of ranks to plan for; 0: no plan
 /// @return nothing if it could not be measured
 /// @throws std::runtime_error with the reason if the sample will fail

@@ -82,14 +82,10 @@ void add_curves(Rows& rows, const input::Specimen& specimen) {
 }
 
 /// The criterion on this mesh: strength and toughness are related by the local spacing.
-void add_criterion(Rows& rows, const Subject& subject) {
+void add_criterion(Rows& rows, const Subject& subject, const fracture::BreakableBody& body) {
   const auto& parameters = subject.parameters;
   const parallel::Communicator self(MPI_COMM_SELF);
-  const auto subdomain =
-      geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
-  const fracture::BreakableBody body(
-      subdomain, fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
-  const auto tetrahedra = fracture::span_of(subdomain);
+  const auto tetrahedra = fracture::span_of(body.subdomain());
   const auto criterion = fracture::make_criterion(
       parameters, fracture::tetrahedron_strengths(self, parameters, 0, body), subject.phase.grid.step,
       fracture::fracture_field(parameters, tetrahedra, &input::Fracture::impulse));
@@ -144,24 +140,35 @@ void add_criterion(Rows& rows, const Subject& subject) {
                         fmt::format(", from the strength and {}{}", from, varied));
 }
 
-void add_waves(Rows& rows, const input::Parameters& parameters) {
+void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::BreakableBody& body) {
+  const auto& [elasticity, density] = body.material();
   double slowest_shear = infinity;
+  for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t)
+    slowest_shear = std::min(slowest_shear, mechanics::shear_speed(elasticity[t], density[t]));
+  const auto waves = fracture::slowest_waves(parallel::Communicator(MPI_COMM_SELF), parameters, body);
   for (const input::Material& material : parameters.materials) {
     rows.emplace_back(
         material.name.empty() ? std::string("wave speeds") : fmt::format("wave speeds, {}", material.name),
         fmt::format("c_d {:.4g} m/s, c_s {:.4g} m/s, c_R {:.4g} m/s", mechanics::dilatational_speed(material),
                     mechanics::shear_speed(material), mechanics::rayleigh_speed(material)));
-    slowest_shear = std::min(slowest_shear, mechanics::shear_speed(material));
   }
-  const double dilatational = mechanics::slowest_dilatational_speed(parameters.materials);
+  if (parameters.maps_stiffness() ||
+      std::ranges::any_of(parameters.materials, [](const auto& one) { return one.variation.has_value(); }))
+    rows.emplace_back(
+        "", fmt::format("before rasters and variations; with these, bar waves of {:.4g} m/s, "
+                        "the mean of sample 0{}",
+                        waves.bar, parameters.materials.size() > 1 ? ", in the slowest material" : ""));
   rows.emplace_back("transit times",
                     fmt::format("{} along the length (dilatational), {} across the width (shear)",
-                                time_text(parameters.specimen.size[2] / dilatational),
+                                time_text(parameters.specimen.size[2] / waves.dilatational),
                                 time_text(parameters.specimen.size[1] / slowest_shear)));
-  rows.emplace_back("arrest window",
-                    parameters.time.start != input::Start::rest
-                        ? time_text(dynamics::arrest_window(parameters)) + " without a break"
-                        : "none: with start = \"rest\" the phase lasts for the whole duration");
+  const input::Start start = parameters.time.start;
+  rows.emplace_back(
+      "arrest window",
+      start == input::Start::rest
+          ? "none: with start = \"rest\" the phase lasts for the whole duration"
+          : time_text(dynamics::arrest_window(parameters, waves)) + " without a break" +
+                (start == input::Start::equilibrium ? ", counted from the first break on" : ""));
 }
 
 /// All quantities of sample 0 that need no measurement.
@@ -179,8 +186,12 @@ Rows subject_rows(const Subject& subject, double available) {
   add_curves(rows, subject.parameters.specimen);
   for (auto& row : material_rows(parameters, subject.realization)) rows.push_back(std::move(row));
   add_regions(rows, subject);
-  add_criterion(rows, subject);
-  add_waves(rows, parameters);
+  const auto subdomain =
+      geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
+  const fracture::BreakableBody body(
+      subdomain, fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
+  add_criterion(rows, subject, body);
+  add_waves(rows, parameters, body);
   rows.insert(rows.end(),
               {{"stable step", time_text(subject.stable_step)},
                {"time step", time_text(subject.phase.grid.step)},
@@ -202,13 +213,24 @@ std::string refining_regions_text(const input::Parameters& parameters) {
   return text;
 }
 
-/// Checks the memory for the mesh only; the machine that computes the samples may have more memory, or more
-/// nodes.
-/// @throws std::runtime_error when there is too little
-void check_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
+/// Meshes that take longer than this are announced [s].
+constexpr double long_meshing = 20;
+
+/// Checks the memory for the mesh only, as the machine that computes the samples may have more memory, or
+/// more nodes; and announces a mesh that takes long to make, which a slip in a spacing causes.
+/// @throws std::runtime_error when there is too little memory
+void check_mesh_size(const input::Parameters& parameters, const geometry::Body& body) {
   if (const auto message = ensemble::shortage(ensemble::expected_mesh_memory(parameters, body),
                                               "making the mesh", ensemble::available_memory()))
     throw std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
+  if (parameters.mesh.points) return;
+  const double n_points = geometry::estimate_n_points(body, parameters.mesh);
+  const double seconds = ensemble::placing_seconds(n_points);
+  if (seconds < long_meshing) return;
+  fmt::print("\nWarning: a mesh has about {:.2g} million nodes and takes {} or more to make: {}\n\n",
+             n_points / 1e6, duration_text(seconds),
+             geometry::SpacingField(body, parameters.mesh).range_text());
+  std::fflush(stdout);
 }
 
 }  // namespace
@@ -222,7 +244,11 @@ double Subject::memory() const {
 
 Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
                      geometry::MotherPoints& base) {
-  check_mesh_memory(parameters, body);
+  {
+    Heartbeat heartbeat(notify);
+    heartbeat.begin("counting the mother points");
+    check_mesh_size(parameters, body);
+  }
   if (parameters.mesh.base == input::Base::shared)
     base = ensemble::make_base_points(body, parameters, notify);
   const ThreadClock clock;

@@ -24,4 +24,11 @@ struct TrialExtent {
 std::vector<std::string> try_samples(const Subject& subject, const geometry::MotherPoints& base,
                                      const TrialExtent& extent);
 
+/// Starts more samples, as many as ten seconds allow, where the stress of sample 0 at time 0 is so near the
+/// strength that others may exceed it; says how many would fail.
+/// @param share of stress in strength in sample 0, the largest
+/// @return the first reason of a failure, if any
+std::vector<std::string> try_scatter_at_start(const Subject& subject, const geometry::MotherPoints& base,
+                                              double share);
+
 }  // namespace crackle::apps

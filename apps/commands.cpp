@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands.h"
 #include "crackle/common/failure.h"
+#include "crackle/common/printable.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/common/whole_number.h"
 #include "crackle/experiment/observation.h"
@@ -30,7 +31,7 @@ void refuse_existing(const std::filesystem::path& file) {
 }
 
 void notify(const std::string& line) {
-  fmt::print(stderr, "{}\n", line);
+  fmt::print(stderr, "{}\n", printable(line));
 }
 
 input::Parameters share_input(const parallel::Communicator& world, const std::filesystem::path& name,
@@ -79,9 +80,10 @@ input::Parameters read_given_input(const parallel::Communicator& world, const st
 }
 
 std::vector<input::Case> read_cases(const parallel::Communicator& world, const input::Parameters& parameters,
-                                    const std::filesystem::path& file) {
-  return with_input_errors(
-      [&] { return parallel::agree(world, [&] { return input::sweep_cases(parameters, file); }); });
+                                    const std::filesystem::path& file, bool are_stored) {
+  return with_input_errors([&] {
+    return parallel::agree(world, [&] { return input::sweep_cases(parameters, file, are_stored); });
+  });
 }
 
 void refuse_sweep(const input::Parameters& parameters, const std::filesystem::path& file) {

@@ -18,10 +18,14 @@ class Option;
 }  // namespace CLI
 
 /// The commands of the program. Each function declares its command on `app`; if the command is given on the
-/// command line, `run` is set to its action, which returns the exit status.
+/// command line, `run` is set to its action.
 namespace crackle::apps {
 
-using Action = std::function<int(const parallel::Communicator& world)>;
+/// What a command does; returns the exit status.
+struct Action {
+  std::function<int(const parallel::Communicator& world)> work;
+  bool needs_mpi = false;  ///< from its beginning on
+};
 
 /// Exit statuses of the program.
 enum ExitStatus : int {
@@ -36,7 +40,8 @@ enum ExitStatus : int {
 using CommandLine = std::vector<std::string>;
 
 void add_init_command(CLI::App& app, Action& run);
-void add_check_command(CLI::App& app, Action& run);
+/// @param start_mpi is called before the first sample is tried
+void add_check_command(CLI::App& app, const std::function<void()>& start_mpi, Action& run);
 void add_mesh_command(CLI::App& app, Action& run);
 void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run);
 void add_run_command(CLI::App& app, const CommandLine& typed, Action& run);
@@ -73,7 +78,7 @@ input::Parameters read_given_input(const parallel::Communicator& world, const st
 /// The cases of a sweep, as input::sweep_cases: either every rank has them or all throw the same
 /// input::InputError. Collective over `world`.
 std::vector<input::Case> read_cases(const parallel::Communicator& world, const input::Parameters& parameters,
-                                    const std::filesystem::path& file);
+                                    const std::filesystem::path& file, bool are_stored = false);
 
 /// Rejects an input with [[sweep]], which has no samples of its own.
 /// @throws input::InputError

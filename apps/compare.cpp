@@ -62,7 +62,7 @@ void add_compare_command(CLI::App& app, Action& run) {
       ->check(CLI::Range(0.5, 0.9999));
   command->add_flag("--json", options->json, "print one JSON document instead, in SI units; NaN is null");
   command->callback([options, &run] {
-    run = [options](const parallel::Communicator& world) { return compare(world, *options); };
+    run.work = [options](const parallel::Communicator& world) { return compare(world, *options); };
   });
 }
 

@@ -1,23 +1,32 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The program: parse the command line, start MPI and PETSc, run one command, turn failures into exit
-// statuses.
+// The program: parse the command line, start MPI and PETSc where they are needed, run one command, turn
+// failures into exit statuses.
 #include "commands.h"
+#include "crackle/common/nearest_name.h"
+#include "crackle/common/printable.h"
 #include "crackle/ensemble/stop_request.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/version.h"
+#include "parallel_command.h"
 
 #include <fmt/format.h>
 #include <petscsys.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <functional>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace {
 
@@ -26,13 +35,13 @@ using namespace crackle;
 /// Initializes and finalizes PETSc, and with it MPI.
 class Runtime {
 public:
-  Runtime() : started_(start()) {}
-  ~Runtime() {
-    if (started_) PetscFinalize();
+  /// @throws std::runtime_error
+  Runtime() {
+    if (!start()) throw std::runtime_error("MPI or PETSc could not be started");
   }
+  ~Runtime() { PetscFinalize(); }
   Runtime(const Runtime&) = delete;
   Runtime& operator=(const Runtime&) = delete;
-  bool started() const { return started_; }
 
 private:
   bool start() {
@@ -50,14 +59,14 @@ private:
   std::array<char*, 3> argument_list_{name_.data(), skip_option_.data(), nullptr};
   char** arguments_ = argument_list_.data();
   int n_arguments_ = 2;
-  bool started_;
 };
 
-void add_commands(CLI::App& app, const apps::CommandLine& typed, apps::Action& run) {
+void add_commands(CLI::App& app, const apps::CommandLine& typed, const std::function<void()>& start_mpi,
+                  apps::Action& run) {
   app.require_subcommand(0, 1);
   app.set_version_flag("--version", [] { return version_text(); });
   apps::add_init_command(app, run);
-  apps::add_check_command(app, run);
+  apps::add_check_command(app, start_mpi, run);
   apps::add_mesh_command(app, run);
   apps::add_sample_command(app, typed, run);
   apps::add_run_command(app, typed, run);
@@ -75,43 +84,60 @@ std::string chosen_command(const CLI::App& app) {
   return name;
 }
 
-/// Parses the command line. Returns false and sets the exit status if there is nothing left to do.
-bool parse(CLI::App& app, int argc, char** argv, bool print, int& status) {
-  if (argc <= 1) {
-    if (print) fmt::print("{}", app.help());
-    status = apps::input_error;
-    return false;
-  }
+/// What is wrong with the command line. CLI11 names every argument after an unknown command.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error, const std::string& command) {
+  std::vector<std::string> known;
+  for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; }))
+    known.push_back(one->get_name());
+  const bool is_known = std::ranges::find(known, command) != known.end();
+  if (command.empty() || command.starts_with('-') || is_known) return printable(error.what());
+  const auto nearest = nearest_name(command, known);
+  return printable(fmt::format("there is no command \"{}\"{}", command,
+                               nearest ? fmt::format(" (did you mean {}?)", *nearest) : ""));
+}
+
+/// The action that the command line asks for; of a wrong one, of --help and of --version, to print what there
+/// is to say.
+apps::Action parse(CLI::App& app, int argc, char** argv, const apps::Action& chosen) {
+  const auto print_and_end = [](FILE* stream, const std::string& text, int status) {
+    return apps::Action{[=](const parallel::Communicator& world) {
+      if (world.is_root()) fmt::print(stream, "{}", text);
+      return status;
+    }};
+  };
+  if (argc <= 1) return print_and_end(stdout, app.help(), apps::input_error);
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) throw CLI::RequiredError("a command");
-    return true;
+    return chosen;
   } catch (const CLI::ParseError& outcome) {
     // --help and --version also arrive here, with exit code 0.
-    const bool done = outcome.get_exit_code() == 0;
-    status = done ? apps::success : apps::input_error;
-    if (print && done) app.exit(outcome);
-    if (print && !done) {
-      fmt::print(stderr, "crackle: {}; see {} --help\n", outcome.what(), chosen_command(app));
+    if (outcome.get_exit_code() == 0) {
+      std::ostringstream text;
+      app.exit(outcome, text, text);
+      return print_and_end(stdout, text.str(), apps::success);
     }
-    return false;
+    return print_and_end(
+        stderr,
+        fmt::format("crackle: {}; see {} --help\n", complaint(app, outcome, argv[1]), chosen_command(app)),
+        apps::input_error);
   }
 }
 
 int run_command(const apps::Action& run, const parallel::Communicator& world) {
   try {
-    return run(world);
+    return run.work(world);
   } catch (const input::InputError& error) {
     // Its lines start with the file name.
-    if (world.is_root()) fmt::print(stderr, "{}\n", error.what());
+    if (world.is_root()) fmt::print(stderr, "{}\n", printable(error.what()));
   } catch (const parallel::AgreedError& error) {
-    if (world.is_root()) fmt::print(stderr, "crackle: {}\n", error.what());
+    if (world.is_root()) fmt::print(stderr, "crackle: {}\n", printable(error.what()));
   } catch (const std::exception& error) {
     if (world.size() == 1) {
-      fmt::print(stderr, "crackle: {}\n", error.what());
+      fmt::print(stderr, "crackle: {}\n", printable(reason_of(error)));
     } else {
       // The other ranks may not know of this failure and would wait forever.
-      fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), error.what());
+      fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), printable(reason_of(error)));
       std::fflush(nullptr);
       MPI_Abort(world.get(), apps::internal_failure);
     }
@@ -129,18 +155,23 @@ int main(int argc, char** argv) {
   const bool can_suspend = command == "run" || command == "sample";
   if (can_suspend) ensemble::watch_stop_signals();
   CLI::App app{"crackle: Monte-Carlo ensembles of dynamic brittle fracture by PDS-FEM", "crackle"};
-  apps::Action run;
-  const Runtime runtime;
-  if (!runtime.started()) {
-    fmt::print(stderr, "crackle: MPI or PETSc could not be started\n");
+  std::optional<Runtime> runtime;
+  const auto start_mpi = [&runtime] {
+    if (!runtime) runtime.emplace();
+  };
+  apps::Action chosen;
+  const apps::CommandLine typed(argv, argv + argc);
+  add_commands(app, typed, start_mpi, chosen);
+  const apps::Action run = parse(app, argc, argv, chosen);
+  try {
+    if (run.needs_mpi || apps::has_other_ranks()) start_mpi();
+  } catch (const std::runtime_error& error) {
+    fmt::print(stderr, "crackle: {}\n", error.what());
     return apps::input_error;
   }
   if (can_suspend) ensemble::watch_stop_signals();  // MPI has installed its own handlers
   const parallel::Communicator world(MPI_COMM_WORLD);
-  int status = apps::success;
-  const apps::CommandLine typed(argv, argv + argc);
-  add_commands(app, typed, run);
-  if (parse(app, argc, argv, world.is_root(), status)) status = run_command(run, world);
+  int status = run_command(run, world);
   if (world.is_root() && (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && status == apps::success) {
     fmt::print(stderr, "crackle: standard output cannot be written\n");
     status = apps::input_error;

@@ -42,9 +42,9 @@ std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
   if (!is_taken(ensemble::results_file(folder))) return io::read_summaries(folder, parameters, 0, n_samples);
   auto samples = io::read_ensemble(ensemble::results_file(folder)).samples;
   samples.resize(std::max(samples.size(), n_samples));
+  const io::SampleReader reader(folder, parameters);
   for (std::size_t i = 0; i < n_samples; ++i) {
-    if (samples[i].status == analysis::SampleStatus::pending)
-      samples[i] = io::read_summaries(folder, parameters, i, 1).front();
+    if (samples[i].status == analysis::SampleStatus::pending) samples[i] = reader.row(i);
   }
   return samples;
 }
@@ -75,7 +75,17 @@ analysis::Origin origin_of(const fs::path& folder) {
   analysis::for_each_result([&](const analysis::ResultInfo& info, auto) {
     if (info.since > version) origin.lacking.emplace_back(info.name);
   });
+  const std::int64_t model = io::stored_model(folder);
+  if (model != 0 && model != io::model_version)
+    origin.notes.push_back(
+        fmt::format("these samples are of model {}; this program's model {} gives other results", model,
+                    io::model_version));
   return origin;
+}
+
+void tell_unusable(std::size_t sample, const analysis::SampleSummary& row) {
+  if (row.status == analysis::SampleStatus::pending && !row.error.empty())
+    notify(fmt::format("sample {} is left out: {}", sample, row.error));
 }
 
 StoredSamples stored_samples(const fs::path& folder, const input::Parameters& parameters) {
@@ -125,6 +135,8 @@ std::vector<StoredEnsemble> stored_ensembles(const parallel::Communicator& world
     for (std::size_t i = 0; i < ensembles.size(); ++i) {
       StoredEnsemble& ensemble = ensembles[i];
       ensemble.samples = stored_samples(found[i], ensemble.parameters);
+      for (std::size_t k = 0; k < ensemble.samples.rows.size(); ++k)
+        tell_unusable(k, ensemble.samples.rows[k]);
       const analysis::Statistics statistics =
           analysis::make_statistics(ensemble.samples.rows, ensemble.parameters);
       analysis::leave_out_surplus(statistics, 0, ensemble.samples.rows);

@@ -23,10 +23,14 @@ struct StoredSamples {
 /// @throws parallel::AgreedError for another file
 std::filesystem::path folder_of(const parallel::Communicator& world, const std::filesystem::path& given);
 
+/// Prints on standard error why the file of a sample cannot be used, if it cannot.
+void tell_unusable(std::size_t sample, const analysis::SampleSummary& row);
+
 /// The rows of a read-only ensemble: those of ensemble.h5, and of sample files not yet included.
 StoredSamples stored_samples(const std::filesystem::path& folder, const input::Parameters& parameters);
 
-/// Results missing from the folder's files if these are of an older format.
+/// Results missing from the folder's files if these are of an older format; a note if they are of another
+/// model than this program's.
 analysis::Origin origin_of(const std::filesystem::path& folder);
 
 /// The input with which the ensemble in `folder` was started: the run's copy of it, or the one stored with

@@ -87,7 +87,7 @@ void add_init_command(CLI::App& app, Action& run) {
       ->excludes("--from");
   command->footer("Exit status: 0 done; 1 usage error, or the file cannot be written.");
   command->callback([options, &run] {
-    run = [options](const parallel::Communicator& world) {
+    run.work = [options](const parallel::Communicator& world) {
       return options->ensemble.empty() ? init(world, *options) : init_experiments(world, *options);
     };
   });

@@ -114,7 +114,7 @@ void add_match_command(CLI::App& app, Action& run) {
         throw CLI::ValidationError(
             fmt::format("--held-out: \"{}\" is neither a number of samples nor \"{}\"", text, all_samples));
     }
-    run = [options](const parallel::Communicator& world) { return match(world, *options); };
+    run.work = [options](const parallel::Communicator& world) { return match(world, *options); };
   });
 }
 

@@ -138,7 +138,7 @@ void add_mesh_command(CLI::App& app, Action& run) {
   command->footer("Exit status: 0 done; 1 usage or input error; 2 some surveyed realizations failed.");
   command->callback([options, output, survey, &run] {
     if (output->count() + survey->count() == 0) throw CLI::RequiredError("--output or --survey");
-    run = [options](const parallel::Communicator& world) { return run_mesh(world, *options); };
+    run.work = [options](const parallel::Communicator& world) { return run_mesh(world, *options); };
   });
 }
 

@@ -87,8 +87,8 @@ std::optional<double> as_slurm_writes(std::string_view text) {
   return *days * day + numbers[0] * hour + numbers[1] * minute + numbers[2];
 }
 
-/// A number from one of SLURM's variables; 0 if unset.
-int told_by_slurm(const char* variable) {
+/// A number from one of a launcher's variables; 0 if unset.
+int told_by_launcher(const char* variable) {
   const char* value = std::getenv(variable);
   return whole_number<int>(value != nullptr ? value : "").value_or(0);
 }
@@ -107,16 +107,22 @@ std::optional<double> duration(std::string_view text) {
 void check_tasks(const parallel::Communicator& world, bool is_whole) {
   if (world.size() > 1 || std::getenv("SLURM_PROCID") == nullptr) return;
   const char* const advice = "start the ranks with mpirun, or with srun --mpi=pmix where SLURM has it";
-  if (const int n = told_by_slurm("SLURM_STEP_NUM_TASKS"); n > 1) {
+  if (const int n = told_by_launcher("SLURM_STEP_NUM_TASKS"); n > 1) {
     const std::string found =
         fmt::format("srun started {} tasks, but MPI sees only 1: each would be a separate run", n);
     // Does not apply to the shell of srun --pty, whose other tasks have ended.
-    const bool is_task = told_by_slurm("SLURM_TASK_PID") == ::getpid();
+    const bool is_task = told_by_launcher("SLURM_TASK_PID") == ::getpid();
     if (is_whole && is_task) fail("{}; {}", found, advice);
     fmt::print(stderr, "crackle: {}; if they are to be ranks of one run, {}\n", found, advice);
-  } else if (const int n_in_job = told_by_slurm("SLURM_NTASKS"); n_in_job > 1) {
+  } else if (const int n_in_job = told_by_launcher("SLURM_NTASKS"); n_in_job > 1) {
     fmt::print(stderr, "crackle: the SLURM job has {} tasks, and this run uses 1; {}\n", n_in_job, advice);
   }
+}
+
+bool has_other_ranks() {
+  // Those of Open MPI, of MPICH and its kin, and of SLURM's srun.
+  constexpr std::array variables{"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"};
+  return std::ranges::any_of(variables, [](const char* name) { return told_by_launcher(name) > 1; });
 }
 
 void add_suspend_options(CLI::App& command, SuspendOptions& options) {

@@ -28,6 +28,10 @@ struct SuspendOptions {
   double checkpoint_interval = infinity;  ///< [s]
 };
 
+/// True if a launcher has started this process as one of several ranks, which share the work of a command or
+/// leave it to the first one; MPI need not be started to know.
+bool has_other_ranks();
+
 /// Declares --time-limit and --checkpoint-interval.
 void add_suspend_options(CLI::App& command, SuspendOptions& options);
 

@@ -155,7 +155,8 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
                               "samples failed; 3 stopped early, continue with --resume; ") +
                   crash_help + signals_help);
   command->callback([arguments, typed, &run] {
-    run = [arguments, typed](const parallel::Communicator& world) {
+    run.needs_mpi = true;
+    run.work = [arguments, typed](const parallel::Communicator& world) {
       parallel::agree(world,
                       [&] { check_tasks(world, arguments->samples.empty() && arguments->part.empty()); });
       const input::Parameters parameters = read_given_input(world, arguments->input);

@@ -68,7 +68,8 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
                   "failed; 3 suspended, continue with --resume; ") +
       crash_help + signals_help);
   command->callback([arguments, typed, &run] {
-    run = [arguments, typed](const parallel::Communicator& world) {
+    run.needs_mpi = true;
+    run.work = [arguments, typed](const parallel::Communicator& world) {
       check_tasks(world, false);
       const input::Parameters parameters = read_given_input(world, arguments->input);
       refuse_sweep(parameters, arguments->input);

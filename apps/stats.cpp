@@ -5,6 +5,7 @@
 #include "crackle/analysis/bases.h"
 #include "crackle/analysis/crack_path.h"
 #include "crackle/analysis/exceedance.h"
+#include "crackle/analysis/path_groups.h"
 #include "crackle/analysis/path_inference.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sensitivity.h"
@@ -70,6 +71,7 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
     for (const std::string& limit : options.limits)
       limits += analysis::to_text(analysis::exceedance(limit, parameters, needed));
     fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections, origin));
+    fmt::print("{}", analysis::holes_text(samples, statistics.start_names));
     fmt::print("{}", analysis::path_inference_text(statistics, samples, parameters));
     fmt::print("{}", analysis::to_text(analysis::sensitivities(parameters, samples), parameters));
     if (!limits.empty()) fmt::print("\n{}", limits);
@@ -127,7 +129,8 @@ int update_statistics(const parallel::Communicator& world, const StatsOptions& o
     return success;
   }
   const ensemble::Results results = refresh(world, options, folder, parameters);
-  parallel::agree_on_root(world, [&] { print(options, results.rows, results.statistics, parameters, {}); });
+  parallel::agree_on_root(
+      world, [&] { print(options, results.rows, results.statistics, parameters, origin_of(folder)); });
   if (!results.file_error.empty()) throw parallel::AgreedError(0, results.file_error);
   return success;
 }
@@ -167,12 +170,12 @@ int update_sweep(const parallel::Communicator& world, const StatsOptions& option
   const fs::path folder = options.folder;
   const fs::path file = ensemble::sweep_input(folder);
   const input::Parameters parameters = read_input(world, file);
-  const auto cases = read_cases(world, parameters, file);
+  const auto cases = read_cases(world, parameters, file, true);
   std::vector<ensemble::CaseRows> rows;
   std::string file_error;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const fs::path own = ensemble::case_folder(folder, i, cases.size());
-    const input::Parameters& of_case = cases[i].parameters;
+    const input::Parameters of_case = input_of(world, own);
     rows.push_back({&cases[i], own.filename().string(), {}});
     if (options.read_only || is_read_only(world, own)) {
       parallel::agree_on_root(world, [&] { rows.back().rows = read_stored(own, of_case).rows; });
@@ -184,7 +187,7 @@ int update_sweep(const parallel::Communicator& world, const StatsOptions& option
   }
   parallel::agree_on_root(world, [&] {
     if (!options.read_only) io::write_text_file(ensemble::sweep_table(folder), ensemble::sweep_csv(rows));
-    fmt::print("{}", ensemble::sweep_text(rows));
+    fmt::print("{}", options.json ? ensemble::sweep_json(rows) : ensemble::sweep_text(rows));
   });
   if (!file_error.empty()) throw parallel::AgreedError(0, file_error);
   return success;
@@ -218,7 +221,7 @@ void add_stats_command(CLI::App& app, Action& run) {
   command->add_flag(
       "--json", options->json,
       "print one JSON document instead: the statistics, the rows of all samples and the outline of "
-      "the body, in SI units; NaN is null");
+      "the body, or the table of a sweep, in SI units; NaN is null");
   command
       ->add_option("--limit", options->limits,
                    "also print the share of samples that meet a condition, such as \"peak_load > "
@@ -252,16 +255,16 @@ void add_stats_command(CLI::App& app, Action& run) {
     if (options->json && !options->limits.empty())
       throw CLI::ValidationError("--limit cannot be combined with --json");
     if (*columns) {
-      run = [](const parallel::Communicator& world) {
+      run.work = [](const parallel::Communicator& world) {
         if (world.is_root()) fmt::print("{}", analysis::result_table());
         return static_cast<int>(success);
       };
       return;
     }
-    run = [options](const parallel::Communicator& world) {
+    run.work = [options](const parallel::Communicator& world) {
       if (options->folders.size() > 1) return show_bases(world, *options);
       options->folder = folder_of(world, options->folders.front()).string();
-      const bool is_of_one = options->json || !options->limits.empty() || !options->sections.empty();
+      const bool is_of_one = !options->limits.empty() || !options->sections.empty();
       if (!is_of_one && is_sweep(world, options->folder)) return update_sweep(world, *options);
       return options->sections.empty() ? update_statistics(world, *options)
                                        : show_at_sections(world, *options);

@@ -27,6 +27,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -67,6 +68,7 @@ public:
 
   void update() {
     std::error_code ignored;
+    std::optional<io::SampleReader> reader;
     for (std::uint64_t i = 0; i < n_samples(); ++i) {
       const fs::path file = io::sample_path(folder_, i);
       const auto time = fs::last_write_time(file, ignored);
@@ -74,7 +76,8 @@ public:
         samples_.erase(i);
       } else if (const auto known = samples_.find(i);
                  known == samples_.end() || known->second.ended != time) {
-        SampleSummary row = io::read_summaries(folder_, *parameters_, i, 1).front();
+        if (!reader) reader.emplace(folder_, *parameters_);
+        SampleSummary row = reader->row(i);
         samples_.insert_or_assign(i, Sample{time, std::move(row)});
       }
     }
@@ -146,8 +149,9 @@ std::string shown(const ResultInfo& info, Value value) {
   }
 }
 
+/// @param headline the most important result, which comes first if it is the peak load
 std::string table(const std::vector<const Folder::Sample*>& samples,
-                  const std::vector<std::uint64_t>& numbers) {
+                  const std::vector<std::uint64_t>& numbers, std::string_view headline) {
   std::vector<Column> columns{{"sample", {}}, {"status", {}}};
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const auto status = static_cast<std::int64_t>(samples[k]->row.status);
@@ -158,12 +162,17 @@ std::string table(const std::vector<const Folder::Sample*>& samples,
     if (std::ranges::find(shown_results, info.name) == shown_results.end()) return;
     const std::string units = *info.shown_units != 0 ? fmt::format(" [{}]", info.shown_units) : "";
     Column column{info.label + units, {}};
-    for (const auto* sample : samples)
+    for (const auto* sample : samples) {
       column.cells.push_back(sample->row.status == SampleStatus::done ? shown(info, sample->row.*member)
                                                                       : "");
+      const bool is_bound =
+          analysis::is_unbroken(sample->row) && info.of_unbroken == analysis::OfUnbroken::bound;
+      if (is_bound && column.cells.back() != "-") column.cells.back().insert(0, "> ");
+    }
     // Columns without any value are omitted.
     if (std::ranges::any_of(column.cells, [](const auto& cell) { return !cell.empty() && cell != "-"; }))
-      columns.push_back(std::move(column));
+      columns.insert(info.name == headline && headline == "peak_load" ? columns.begin() + 2 : columns.end(),
+                     std::move(column));
   });
   columns.push_back({"took", {}});
   for (const auto* sample : samples)
@@ -226,7 +235,7 @@ Standing standing(const Folder& folder, const input::Parameters& parameters, con
     text += samples.size() < folder.samples().size()
                 ? fmt::format("\nthe last {} samples that ended\n", samples.size())
                 : "\n";
-    text += table(samples, numbers);
+    text += table(samples, numbers, progress.statistics().median_load().name);
   }
   if (!log.empty()) {
     text += "\n";
@@ -288,7 +297,7 @@ void add_watch_command(CLI::App& app, Action& run) {
   command->add_flag("--once", options->once, "update once");
   command->footer("Reads only, and ends with the ensemble. Ctrl-C ends it at any time; the run goes on.");
   command->callback([options, &run] {
-    run = [options](const parallel::Communicator& world) {
+    run.work = [options](const parallel::Communicator& world) {
       options->folder = folder_of(world, options->folder);
       const input::Parameters parameters = input_of(world, options->folder);
       parallel::agree_on_root(world, [&] { watch(*options, parameters); });

@@ -25,8 +25,6 @@ export OMPI_MCA_mpi_yield_when_idle=1
 export OMPI_MCA_pml=ob1
 # Nor are graphics cards and other devices looked for, by plugins of hwloc: a tenth of a short command's time.
 export HWLOC_PLUGINS_PATH=/none
-# A command without a launcher needs no daemon that could start more ranks: a third of a short command's time.
-export OMPI_MCA_ess_singleton_isolated=1
 
 # Containers often forbid one process to read another's memory.
 export OMPI_MCA_btl_vader_single_copy_mechanism=none

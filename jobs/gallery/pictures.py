@@ -10,7 +10,6 @@ import pandas as pd
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -21,8 +20,7 @@ import measured
 from crackle import Ensemble, Sample
 from crackle.units import US, Unit
 from crackle_report import style
-from crackle_report.drawing import draw_facets, draw_plate, draw_rings, outline_path, time_colours, whole_length, window
-from crackle_report.mesh import Mesh
+from crackle_report.drawing import draw_facets, draw_plate, draw_regions, draw_rings, outline_path, time_colours, whole_length, window
 from crackle_report.plate import Plate
 from crackle_report.results import CrackSurface
 from crackle_report.writing import write_light_figure
@@ -62,7 +60,7 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False, quasi_st
     @param quasi_static: colours tell the time of the load at which cracks opened, not that since the onset
     """
     samples = [ensemble[i] for i in ensemble.done[:5]]
-    plate = _plate_of(samples[0])
+    plate = samples[0].plate
     mesh = samples[0].mesh
     z_range = _shown_length(plate, samples[:3])
     width = np.ptp(plate.outline[:, 0]) / style.MILLIMETRE
@@ -88,7 +86,8 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False, quasi_st
         time, times = (_load_time(sample), MS) if quasi_static else (np.where(surface.time < SLOW, surface.time, -1), US)
         fast = time[time >= 0]
         colours = time_colours(float(np.quantile(fast, COLOURED)) if len(fast) else 0, times)
-        _draw_materials(panel, plate, sample)
+        if sample.regions is not None:
+            draw_regions(panel, sample.regions, plate.lengths)
         if len(time):
             undrawn = np.zeros(len(time), int)
             facets = CrackSurface(surface.corners.values, time, notch=undrawn, tetrahedron=undrawn, phase_end=np.inf)
@@ -106,7 +105,7 @@ def draw_cracks(picture: Path, ensemble: Ensemble, rings: bool = False, quasi_st
 def draw_measured(picture: Path, ensemble: Ensemble, experiments: Path) -> None:
     """A measured crack among those of all samples, the body lying on its side: the whole, and where they run."""
     samples = [ensemble[i] for i in ensemble.done]
-    plate = _plate_of(samples[0])
+    plate = samples[0].plate
     path = tomllib.loads(experiments.read_text())["experiment"][0]["path"]
     crack = pd.read_csv(experiments.parent / path, comment="#")
     around = [(crack[axis].min() - 3, crack[axis].max() + 3) for axis in ("z_mm", "y_mm")]
@@ -134,25 +133,10 @@ def draw_measured(picture: Path, ensemble: Ensemble, experiments: Path) -> None:
     pyplot.close(figure)
 
 
-def _plate_of(sample: Sample) -> Plate:
-    with sample.open() as root:
-        return Plate.of({name: values[...] for name, values in root["specimen"].items()})
-
-
 def _load_time(sample: Sample) -> np.ndarray:
     """Time of the load at which the tetrahedron of each opened facet broke [s]."""
     at = sample.breaks.set_index("tetrahedron").load_time
     return at[~at.index.duplicated()].reindex(sample.crack_surface.tetrahedron.values).to_numpy()
-
-
-def _draw_materials(panel: Axes, plate: Plate, sample: Sample) -> None:
-    """Tints the parts of other materials than the first, at mid-thickness."""
-    mesh = sample.mesh
-    if "material" in mesh:
-        others = mesh["tetrahedra"][mesh["material"] > 0]
-        polygons, _ = Mesh(mesh["nodes"], others).cut(0, plate.size[0] / 2)
-        panel.add_collection(PolyCollection([plate.lengths.of(polygon) for polygon in polygons], facecolors=style.OTHER_MATERIAL,
-                                            edgecolors=style.OTHER_MATERIAL, linewidths=0.3, rasterized=True), autolim=False)
 
 
 def _time_bar(figure: Figure, panel: Axes, colours: Normalize, times: Unit = US) -> Colorbar:

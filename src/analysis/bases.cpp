@@ -92,6 +92,7 @@ BasesStatistics statistics_of_bases(std::span<const Compared> bases, double conf
       all.n_failed += row.status == SampleStatus::failed ? 1 : 0;
       all.n_pending += row.status == SampleStatus::pending ? 1 : 0;
       all.n_undecided += is_undecided(row) ? 1 : 0;
+      all.n_unbroken += is_unbroken(row) ? 1 : 0;
     }
   }
   const auto add = [&](MeanOverBases what, bool is_share, const Value& value) {
@@ -114,7 +115,7 @@ BasesStatistics statistics_of_bases(std::span<const Compared> bases, double conf
         add({.info = info, .share_of = category_name(info.categories, k)}, true,
             [&](const SampleSummary& row) { return row.*member == k ? 1.0 : 0.0; });
     } else if (info.reduction == Reduction::quantiles) {
-      add({.info = info}, false, [&](const SampleSummary& row) { return static_cast<double>(row.*member); });
+      add({.info = info}, false, [&](const SampleSummary& row) { return known(info, member, row); });
     }
   });
   const input::Parameters& parameters = *bases[0].parameters;

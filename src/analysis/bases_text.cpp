@@ -16,14 +16,22 @@ namespace crackle::analysis {
 std::string to_text(const BasesStatistics& statistics, const input::Sections& sections) {
   const std::size_t n = statistics.seeds.size();
   std::string text = fmt::format(
-      "{} bases, of seeds {}: {} samples done, {} failed, {} pending, which are in no number\n"
+      "{} bases, of seeds {}: {} samples done, {} failed, {} pending{}\n"
       "Intervals are for the material: of the bases' means, Student's t of {} degrees of freedom.\n",
       n, fmt::join(statistics.seeds, ", "),
       std::accumulate(statistics.n_done.begin(), statistics.n_done.end(), 0), statistics.n_failed,
-      statistics.n_pending, n - 1);
+      statistics.n_pending,
+      statistics.n_failed + statistics.n_pending > 0 ? "; failed and pending ones are in no number" : "",
+      n - 1);
   if (statistics.n_undecided > 0)
     fmt::format_to(std::back_inserter(text), "{} undecided samples count with what they had reached.\n",
                    statistics.n_undecided);
+  if (statistics.n_unbroken > 0)
+    fmt::format_to(
+        std::back_inserter(text),
+        "{} samples did not break: means of loads, times, displacements and work are of those that "
+        "broke.\n",
+        statistics.n_unbroken);
   TextTable table{{"", "samples", "mean", fmt::format("{:g} % interval", 100 * statistics.confidence),
                    "std within", "std between", "intraclass", "design effect"}};
   for (const MeanOverBases& one : statistics.results) {
@@ -80,6 +88,7 @@ std::string to_json(const BasesStatistics& statistics, std::span<const std::stri
                       {"n_failed", statistics.n_failed},
                       {"n_left", statistics.n_pending},
                       {"n_undecided", statistics.n_undecided},
+                      {"n_unbroken", statistics.n_unbroken},
                       {"results", std::move(results)}};
   // Folder names need not be valid UTF-8.
   return document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -98,6 +98,8 @@ ChosenDegree choose_degree(const ChaosBasis& basis, const DrawnValues& values) {
     const double predicted = 1 - error / variation;
     if (predicted > best.predicted) best = {degree, predicted};
   }
+  // What predicts nothing explains nothing.
+  if (!(best.predicted > 0)) best.degree = 0;
   return best;
 }
 
@@ -119,22 +121,30 @@ SobolIndices sobol_indices(const ChaosBasis& basis, const DrawnValues& values, i
   }
   const Eigen::VectorXd coefficient =
       factors.solve(rows.transpose() * (weight.array() * values.value.array()).matrix());
+  const Eigen::VectorXd residual = values.value - rows * coefficient;
+  const double scatter = (weight.array() * residual.array().square()).sum() /
+                         std::max(1.0, n - static_cast<double>(corrects ? n_terms : 1));
   Eigen::VectorXd squares = coefficient.array().square();
-  if (corrects) {
-    const Eigen::VectorXd residual = values.value - rows * coefficient;
-    const double scatter =
-        (weight.array() * residual.array().square()).sum() / std::max(1.0, n - static_cast<double>(n_terms));
-    squares -= scatter * factors.solve(Eigen::MatrixXd::Identity(n_terms, n_terms)).diagonal();
-  }
+  if (corrects) squares -= scatter * factors.solve(Eigen::MatrixXd::Identity(n_terms, n_terms)).diagonal();
   for (Eigen::Index t = 1; t < n_terms; ++t) {
     const auto& degrees = basis.degrees()[index(t)];
     const auto takes_part = [](int one) { return one > 0; };
     const bool is_alone = std::ranges::count_if(degrees, takes_part) == 1;
     for (std::size_t k = 0; k < n_inputs; ++k) {
       if (degrees[k] == 0) continue;
-      indices.total[k] += squares[t] / variance;
-      if (is_alone) indices.first[k] += squares[t] / variance;
+      indices.total[k] += squares[t];
+      if (is_alone) indices.first[k] += squares[t];
     }
+  }
+  // Squares are variances over all draws, what is explained is a share of those that have a value.
+  const double all = squares.tail(n_terms - 1).sum();
+  const double explained = std::max(0.0, 1 - scatter / variance);
+  for (std::size_t k = 0; k < n_inputs; ++k) {
+    // Corrected, the squares of interactions may be negative.
+    const double first = std::max(0.0, indices.first[k]), total = std::max(first, indices.total[k]);
+    const double whole = std::max(all, total);
+    indices.first[k] = whole > 0 ? explained * first / whole : 0;
+    indices.total[k] = whole > 0 ? explained * total / whole : 0;
   }
   return indices;
 }

@@ -44,7 +44,7 @@ struct DrawnValues {
   std::size_t n_draws() const;
 };
 
-/// Shares of the total variance, by input.
+/// Shares of the total variance, by input; 0 <= first <= total <= 1.
 struct SobolIndices {
   std::vector<double> first;
   std::vector<double> total;

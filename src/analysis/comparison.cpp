@@ -120,17 +120,48 @@ ComparedResult compared(const ResultInfo& info, const std::string& share_of, con
   return result;
 }
 
+/// Observations, as TwoSamples.
+struct TwoObservations {
+  std::vector<Observation> first, second;
+  bool are_paired = false;
+  std::vector<std::size_t> first_group = {}, second_group = {};
+};
+
+/// Compares one number of which unbroken samples give a lower bound.
+/// @param scores receives the scores that are compared
+ComparedResult compared(const ResultInfo& info, const TwoObservations& samples, double confidence,
+                        TwoSamples& scores) {
+  CensoredValues first, second;
+  for (std::size_t i = 0; i < samples.first.size(); ++i) first.add(samples.first[i], samples.first_group[i]);
+  for (std::size_t i = 0; i < samples.second.size(); ++i)
+    second.add(samples.second[i], samples.second_group[i]);
+  ComparedResult result{.info = info, .share_of = {}};
+  result.n_first = static_cast<int>(first.size());
+  result.n_second = static_cast<int>(second.size());
+  result.n_bounds_first = first.n_bounds();
+  result.n_bounds_second = second.n_bounds();
+  result.median_first = censored_quantile(first, 0.5);
+  result.median_second = censored_quantile(second, 0.5);
+  result.of_medians = difference_of_medians(first, second, confidence);
+  auto [one, other] = censored_scores(first, second);
+  scores = {std::move(one), std::move(other), samples.are_paired, first.group, second.group};
+  result.probability =
+      first.size() == 0 || second.size() == 0 ? not_a_number : permutation_probability(scores);
+  return result;
+}
+
 /// Comparisons, and what they compare.
 struct Results {
   std::vector<ComparedResult> results;
   std::vector<TwoSamples> samples;
 };
 
-Results compare_results(const Samples& all, const Origin& first, const Origin& second, double confidence) {
+Results compare_results(const Samples& all, const Compared& first, const Compared& second,
+                        double confidence) {
   Results found;
   for_each_result([&](const ResultInfo& info, auto member) {
     const bool is_pattern = std::string_view(info.name) == "pattern";
-    if (lacks(first, info.name) || lacks(second, info.name) || !is_of_the_body(info) ||
+    if (lacks(first.origin, info.name) || lacks(second.origin, info.name) || !is_of_the_body(info) ||
         info.reduction == Reduction::places || (info.reduction == Reduction::none && !is_pattern))
       return;
     const auto add = [&](const std::string& share_of, const auto& value) {
@@ -151,7 +182,17 @@ Results compare_results(const Samples& all, const Origin& first, const Origin& s
     } else if (info.reduction == Reduction::counts) {
       add("any", [&](const SampleSummary& row) { return row.*member > 0 ? 1.0 : 0.0; });
     } else {
-      add("", [&](const SampleSummary& row) { return static_cast<double>(row.*member); });
+      const auto observations = lists_of<TwoObservations>(all, [&](const SampleSummary& row) {
+        const Observation one = observed(info, member, row);
+        return std::isnan(one.value) ? std::optional<Observation>() : one;
+      });
+      const auto has_any = [](const std::vector<Observation>& list) {
+        return std::ranges::any_of(list, &Observation::is_bound);
+      };
+      if (!has_bounds(info, member, first.rows) || !has_bounds(info, member, second.rows) ||
+          !(has_any(observations.first) || has_any(observations.second)))
+        return add("", [&](const SampleSummary& row) { return known(info, member, row); });
+      found.results.push_back(compared(info, observations, confidence, found.samples.emplace_back()));
     }
   });
   return found;
@@ -222,8 +263,10 @@ void adjust(Comparison& comparison, std::span<const TwoSamples> samples,
         "With so few samples no difference could be significant: the least p is {:.3f}.", joint.least));
   else if (joint.n_too_small > 0)
     comparison.remarks.push_back(
-        fmt::format("{} of the comparisons have too few samples for any p of 0.05 and are not counted.",
-                    joint.n_too_small));
+        joint.n_too_small == 1
+            ? "One of the comparisons has too few samples for any p of 0.05 and is not counted."
+            : fmt::format("{} of the comparisons have too few samples for any p of 0.05 and are not counted.",
+                          joint.n_too_small));
 }
 
 SampleCounts counts_of(std::span<const SampleSummary> rows) {
@@ -231,6 +274,7 @@ SampleCounts counts_of(std::span<const SampleSummary> rows) {
   for (const SampleSummary& row : rows) {
     counts.done += is_done(row) ? 1 : 0;
     counts.undecided += is_undecided(row) ? 1 : 0;
+    counts.unbroken += is_unbroken(row) ? 1 : 0;
     counts.failed += row.status == SampleStatus::failed ? 1 : 0;
     counts.pending += row.status == SampleStatus::pending ? 1 : 0;
   }
@@ -267,6 +311,12 @@ void add_scope(Comparison& comparison, const Samples& samples, const Compared& f
   if (one.failed + other.failed > 0)
     comparison.remarks.push_back(
         fmt::format("Failed samples are in no number: {}.", pair_of(&SampleCounts::failed)));
+  if (one.unbroken + other.unbroken > 0)
+    comparison.remarks.push_back(fmt::format(
+        "Some samples did not break ({}): loads count them as stronger than the largest applied, by "
+        "medians (Kaplan and Meier) and p of Gehan's scores; times, displacements and work are of "
+        "those that broke.",
+        pair_of(&SampleCounts::unbroken)));
   if (one.undecided + other.undecided > 0)
     comparison.remarks.push_back(
         fmt::format("Undecided samples count with what they had reached, in all numbers: {}.",
@@ -294,7 +344,7 @@ Comparison compare(const Compared& first, const Compared& second, double confide
   comparison.first = counts_of(first.rows);
   comparison.second = counts_of(second.rows);
   add_scope(comparison, samples, first, second);
-  Results results = compare_results(samples, first.origin, second.origin, confidence);
+  Results results = compare_results(samples, first, second, confidence);
   comparison.results = std::move(results.results);
   Paths paths;
   const auto is_of_the_specimen = [](const std::optional<std::string>& line) {

@@ -2,6 +2,7 @@
 #include "crackle/analysis/comparison.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/text_table.h"
+#include "crackle/common/quantity_text.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -29,6 +30,7 @@ nlohmann::ordered_json json_of(const Difference& difference) {
 nlohmann::ordered_json json_of(const SampleCounts& counts) {
   return {{"n_done", counts.done},
           {"n_undecided", counts.undecided},
+          {"n_unbroken", counts.unbroken},
           {"n_failed", counts.failed},
           {"n_left", counts.pending}};
 }
@@ -40,9 +42,8 @@ std::string to_text(const Comparison& comparison, const std::string& first, cons
   std::string text = fmt::format("{} minus {}\n", second, first);
   const double percent = 100 * comparison.confidence;
   if (comparison.are_paired)
-    fmt::format_to(std::back_inserter(text),
-                   "{} pairs of samples with the same bodies; differences are within pairs\n",
-                   comparison.n_pairs);
+    fmt::format_to(std::back_inserter(text), "{} with the same bodies; differences are within pairs\n",
+                   count_text(comparison.n_pairs, "pair") + " of samples");
   if (!comparison.note.empty()) text += comparison.note + "\n";
   for (const std::string& remark : comparison.remarks) text += remark + "\n";
   TextTable table{{"", "samples", "first", "second", "difference", fmt::format("{:g} % interval", percent),
@@ -50,24 +51,31 @@ std::string to_text(const Comparison& comparison, const std::string& first, cons
   for (const ComparedResult& result : comparison.results) {
     const ResultInfo& info = result.info;
     const bool is_share = !result.share_of.empty();
-    const ShownUnit unit =
-        is_share ? ShownUnit{"%", 100}
-                 : info.unit_for(std::max(std::abs(result.mean_first), std::abs(result.mean_second)));
+    const bool is_censored = result.n_bounds_first + result.n_bounds_second > 0;
+    const double a = is_censored ? result.median_first.value : result.mean_first;
+    const double b = is_censored ? result.median_second.value : result.mean_second;
+    const ShownUnit unit = is_share ? ShownUnit{"%", 100} : info.unit_for(std::max(std::abs(a), std::abs(b)));
     const double factor = unit.factor;
     const std::string format = is_share ? ".0f" : info.format;
     std::string label =
         is_share ? fmt::format("{}: {} [%]", info.label, result.share_of) : std::string(info.label);
     if (!is_share && !unit.name.empty()) label += fmt::format(" [{}]", unit.name);
-    const auto add = [&](const std::string& name, double a, double b, const Difference& difference,
-                         const std::string& p, const std::string& adjusted) {
-      table.push_back({name, fmt::format("{}, {}", result.n_first, result.n_second), shown(a, format, factor),
-                       shown(b, format, factor), shown(difference.value, format, factor),
-                       shown_interval(difference, format, factor), p, adjusted});
+    const auto add = [&](const std::string& name, const Observation& one, const Observation& other,
+                         const Difference& difference, const std::string& p, const std::string& adjusted) {
+      table.push_back({name, fmt::format("{}, {}", result.n_first, result.n_second),
+                       shown(one, format, factor), shown(other, format, factor),
+                       shown(difference.value, format, factor), shown_interval(difference, format, factor), p,
+                       adjusted});
     };
-    add(is_share ? label : label + ", mean", result.mean_first, result.mean_second, result.of_means,
-        shown_probability(result.probability),
-        result.same_as.empty() ? shown_probability(result.adjusted) : fmt::format("as {}", result.same_as));
-    if (!is_share) add("  median", not_a_number, not_a_number, result.of_medians, "", "");
+    const std::string p = shown_probability(result.probability);
+    const std::string adjusted =
+        result.same_as.empty() ? shown_probability(result.adjusted) : fmt::format("as {}", result.same_as);
+    if (is_censored) {
+      add(label + ", median", result.median_first, result.median_second, result.of_medians, p, adjusted);
+      continue;
+    }
+    add(is_share ? label : label + ", mean", {a}, {b}, result.of_means, p, adjusted);
+    if (!is_share) add("  median", {}, {}, result.of_medians, "", "");
   }
   const std::vector<input::Section> all_sections = sections.all();
   for (const ComparedPaths& paths : comparison.paths) {
@@ -119,6 +127,8 @@ std::string to_json(std::span<const Comparison> comparisons, std::span<const std
                  {"share_of", result.share_of},
                  {"n_first", result.n_first},
                  {"n_second", result.n_second},
+                 {"n_bounds_first", result.n_bounds_first},
+                 {"n_bounds_second", result.n_bounds_second},
                  {"mean_first", result.mean_first},
                  {"mean_second", result.mean_second},
                  {"difference_of_means", json_of(result.of_means)},
@@ -127,6 +137,10 @@ std::string to_json(std::span<const Comparison> comparisons, std::span<const std
                  {"p_least", result.least},
                  {"same_as", result.same_as}};
       if (result.share_of.empty()) entry["difference_of_medians"] = json_of(result.of_medians);
+      if (result.n_bounds_first + result.n_bounds_second > 0) {
+        entry["median_first"] = known(result.median_first);
+        entry["median_second"] = known(result.median_second);
+      }
       one["results"].push_back(std::move(entry));
     }
     for (const ComparedPaths& paths : comparison.paths) {

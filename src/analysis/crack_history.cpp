@@ -11,13 +11,14 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <utility>
 
 namespace crackle::analysis {
 
 namespace {
 
-/// The energy released by the cracks of a start over time.
+/// The energy released by the cracks that began at a start over time.
 class Releases {
 public:
   /// @pre times ascend
@@ -38,66 +39,79 @@ private:
 class TipCourse {
 public:
   TipCourse() = default;
-  explicit TipCourse(const CrackWay& way) : points_(way.points), window_(way.window) {}
+  explicit TipCourse(CrackWay way) : way_(std::move(way)) {}
   /// A crack that is too short for a way: how far its facets lie from the start; without speeds.
   TipCourse(const CrackSurface& surface, const geometry::CrackStart& start, std::int32_t number) {
     for (const CrackFacet& facet : surface.facets) {
-      if (surface.cracks[index(facet.crack)].start != number) continue;
+      if (surface.cracks[index(facet.crack)].origin() != number) continue;
       double place = 0;
       for (const geometry::Point& corner : facet.corner) place += start.advance(corner) / 4;
       if (place <= length()) continue;
-      if (!points_.empty() && facet.time <= points_.back().reached)
-        points_.back().place = place;
+      auto& points = way_.points;
+      if (!points.empty() && facet.time <= points.back().reached)
+        points.back().place = place;
       else
-        points_.push_back({place, facet.time, facet.time});
+        points.push_back({place, facet.time, facet.time, 0, not_a_number, 0});
     }
   }
 
-  double length() const { return points_.empty() ? 0 : points_.back().place; }
+  double length() const { return way_.points.empty() ? 0 : way_.length(); }
 
   /// Position of the tip at a time.
   double place_at(double time) const {
-    const auto next = std::ranges::upper_bound(points_, time, {}, &CrackWay::Point::reached);
-    if (next == points_.begin()) return 0;
-    if (next == points_.end()) return length();
+    const auto next = next_at(time);
+    if (next == way_.points.begin()) return 0;
+    if (next == way_.points.end()) return length();
     const CrackWay::Point& last = *std::prev(next);
     return std::lerp(last.place, next->place, (time - last.reached) / (next->reached - last.reached));
   }
 
   struct Tip {
     double speed = not_a_number;
+    double speed_ratio = not_a_number;   ///< to the Rayleigh speed there
     double release_rate = not_a_number;  ///< per length of its way [J/m]
   };
   /// The tip at a time of the dynamic phase while it is on its way, by straight lines fitted over the part of
-  /// the window around it that it passed in that phase.
+  /// the window around it that it passed in that phase, up to its jumps.
   Tip tip_at(double time, const Releases& releases) const {
     LineFit arrival, energy;
-    if (points_.empty() || time <= std::max(0.0, points_.front().reached) || time >= points_.back().reached)
+    const auto& points = way_.points;
+    if (points.empty() || time <= std::max(0.0, points.front().reached) || time >= points.back().reached)
       return {};
     const double place = place_at(time);
-    for (const CrackWay::Point& point : points_) {
+    const int run = next_at(time)->run;
+    if (run < 0) return {};
+    double first = infinity, last = 0;
+    for (const CrackWay::Point& point : points) {
       const double ahead = point.place - place;
-      if (std::abs(ahead) > window_ / 2 || point.reached <= 0) continue;
+      if (std::abs(ahead) > way_.window / 2 || point.reached <= 0 || point.run != run) continue;
       arrival.add(ahead, point.time);
       energy.add(ahead, releases.until(point.reached));
+      first = std::min(first, point.place);
+      last = point.place;
     }
     if (arrival.n() <= 2 || !(arrival.slope() > 0)) return {};
-    return {1 / arrival.slope(), energy.slope()};
+    const double speed = 1 / arrival.slope();
+    return {speed, speed * way_.slowness(first, last), energy.slope()};
   }
 
 private:
-  std::vector<CrackWay::Point> points_;
-  double window_ = 0;
+  /// The point that the front comes to next.
+  std::vector<CrackWay::Point>::const_iterator next_at(double time) const {
+    return std::ranges::upper_bound(way_.points, time, {}, &CrackWay::Point::reached);
+  }
+
+  CrackWay way_{};
 };
 
 /// The longest way of each crack start.
 std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurface& surface,
-                                   double rayleigh_speed) {
+                                   const mechanics::TetrahedronField<double>& rayleigh_speed) {
   const auto& starts = body.crack_starts();
   std::vector<TipCourse> courses(starts.size());
-  for (const CrackWay& way : crack_ways(body, surface, rayleigh_speed)) {
+  for (CrackWay& way : crack_ways(body, surface, rayleigh_speed)) {
     TipCourse& longest = courses[index(way.start)];
-    if (way.length() > longest.length()) longest = TipCourse(way);
+    if (way.length() > longest.length()) longest = TipCourse(std::move(way));
   }
   for (std::size_t k = 0; k < starts.size(); ++k)
     if (courses[k].length() == 0) courses[k] = TipCourse(surface, starts[k], static_cast<std::int32_t>(k));
@@ -118,7 +132,7 @@ std::vector<Releases> releases_of(const CrackSurface& surface, std::size_t n_sta
   std::vector<Releases> releases(n_starts);
   for (const CrackFacet& facet : surface.facets) {
     const auto found = energy.find(facet.tetrahedron);
-    const auto origin = surface.cracks[index(facet.crack)].start;
+    const auto origin = surface.cracks[index(facet.crack)].origin();
     if (found == energy.end() || origin < 0) continue;
     releases[index(origin)].add(facet.time, found->second);
     energy.erase(found);
@@ -129,12 +143,20 @@ std::vector<Releases> releases_of(const CrackSurface& surface, std::size_t n_sta
 }  // namespace
 
 CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
-                           const dynamics::SampleResult& result, double rayleigh_speed) {
+                           const dynamics::SampleResult& result,
+                           const mechanics::TetrahedronField<double>& rayleigh_speed) {
   CrackHistory history;
+  std::vector<std::size_t> all(surface.facets.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  history.rayleigh_speed = 1 / mean_slowness(surface, all, rayleigh_speed);
   const std::size_t n_starts = history.n_starts = body.crack_starts().size();
   const std::vector<TipCourse> courses = tip_courses(body, surface, rayleigh_speed);
   const auto releases = releases_of(surface, n_starts, result);
-  std::vector<double> area(n_starts, 0.0);
+  std::vector<double> area(n_starts, 0.0);  // by the start where the crack began
+  std::vector<std::size_t> belongs_to(n_starts);
+  std::iota(belongs_to.begin(), belongs_to.end(), 0);
+  for (const Crack& crack : surface.cracks)
+    if (crack.hole >= 0) belongs_to[index(crack.hole)] = index(crack.start);
   const double start = start_of_times(result.breaks, result.phase_start);
   std::size_t facet = 0, n_open = 0;
   for (const dynamics::HistoryRow& row : result.history) {
@@ -144,17 +166,26 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
           facet == 0 || surface.facets[facet].tetrahedron != surface.facets[facet - 1].tetrahedron;
       if (is_next && n_open == index(row.energy.broken)) break;
       if (is_next) ++n_open;
-      const auto origin = surface.cracks[index(surface.facets[facet].crack)].start;
+      const auto origin = surface.cracks[index(surface.facets[facet].crack)].origin();
       if (origin >= 0) area[index(origin)] += surface.facets[facet].area;
     }
     const bool is_dynamic = row.phase > 0 && row.phase == result.counts.dynamic_phases;
     // On the time axis of the facets.
     const double time = is_dynamic ? row.energy.time : row.load_time - start;
     for (std::size_t k = 0; k < n_starts; ++k) {
-      const auto tip = is_dynamic ? courses[k].tip_at(time, releases[k]) : TipCourse::Tip{};
-      history.area.push_back(area[k]);
-      history.length.push_back(area[k] > 0 ? courses[k].place_at(time) : 0);
+      double all_area = 0, length = 0;
+      TipCourse::Tip tip;
+      for (std::size_t from = 0; from < n_starts; ++from) {
+        if (belongs_to[from] != k) continue;
+        all_area += area[from];
+        if (area[from] > 0) length += courses[from].place_at(time);
+        const auto here = is_dynamic ? courses[from].tip_at(time, releases[from]) : TipCourse::Tip{};
+        if (here.speed > tip.speed || std::isnan(tip.speed)) tip = here;
+      }
+      history.area.push_back(all_area);
+      history.length.push_back(length);
       history.speed.push_back(tip.speed);
+      history.speed_ratio.push_back(tip.speed_ratio);
       history.release_rate.push_back(tip.release_rate / body.size()[0]);
     }
   }

@@ -89,9 +89,31 @@ public:
     }
   }
 
+  /// Of the single cracks.
   std::vector<CrackLigament> ligaments() const {
+    return ligaments(facets_begun_at(surface_, number_), [](std::int32_t crack) { return crack; });
+  }
+
+  /// Of cracks together with those that continue them behind holes.
+  std::vector<CrackLigament> through_holes() const {
+    return ligaments(facets_from(surface_, number_), [&](std::int32_t crack) {
+      while (crack >= 0 && surface_.cracks[index(crack)].hole >= 0)
+        crack = entering(surface_.cracks[index(crack)].hole);
+      return crack;
+    });
+  }
+
+private:
+  /// The crack that those of a hole continue; if there is none, a number of its own.
+  std::int32_t entering(std::int32_t hole) const {
+    const auto entry = std::ranges::find(surface_.entries, hole, &HoleEntry::hole);
+    return entry != surface_.entries.end() && entry->crack >= 0 ? entry->crack : -1 - hole;
+  }
+
+  /// @param joined number shared by cracks that count as one
+  std::vector<CrackLigament> ligaments(const Numbers& all, const auto& joined) const {
     std::map<std::int32_t, Numbers> cracks;
-    for (const std::size_t i : facets_from(surface_, number_)) cracks[surface_.facets[i].crack].push_back(i);
+    for (const std::size_t i : all) cracks[joined(surface_.facets[i].crack)].push_back(i);
     std::vector<CrackLigament> found;
     for (const auto& [crack, facets] : cracks) {
       const double least = min_crack_length * mean_spacing(surface_, facets);
@@ -103,7 +125,6 @@ public:
     return found;
   }
 
-private:
   Point centre(std::size_t facet) const {
     const auto& corner = surface_.facets[facet].corner;
     return in_plane((corner[0] + corner[1] + corner[2] + corner[3]) / 4, middle_);
@@ -202,7 +223,8 @@ private:
   }
 
   CrackLigament ligament(const Point& root, const Vector& to_farthest, Numbers facets) const {
-    CrackLigament found{number_, start_, std::move(facets)};
+    const Crack& crack = surface_.cracks[index(surface_.facets[facets.front()].crack)];
+    CrackLigament found{crack.start, number_, start_, std::move(facets)};
     CrackStart& line = found.line;
     const double length = norm(to_farthest);
     line.tip = root;
@@ -236,12 +258,20 @@ std::vector<CrackLigament> of_all_starts(const geometry::Body& body, const auto&
 std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface,
                                            std::int32_t start) {
   const CrackStart& from = body.crack_starts()[index(start)];
-  if (from.is_straight) return {{start, from, facets_from(surface, start)}};
+  if (from.is_straight) return {{start, start, from, facets_begun_at(surface, start)}};
   return LigamentFinder(body, surface, start).ligaments();
 }
 
 std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface) {
   return of_all_starts(body, [&](std::int32_t start) { return crack_ligaments(body, surface, start); });
+}
+
+std::vector<CrackLigament> ligaments_through_holes(const geometry::Body& body, const CrackSurface& surface) {
+  return of_all_starts(body, [&](std::int32_t start) -> std::vector<CrackLigament> {
+    const CrackStart& from = body.crack_starts()[index(start)];
+    if (from.is_straight) return {{start, start, from, facets_from(surface, start)}};
+    return LigamentFinder(body, surface, start).through_holes();
+  });
 }
 
 std::vector<CrackLigament> crack_chords(const geometry::Body& body, const CrackSurface& surface) {

@@ -45,7 +45,7 @@ Advance advance(const geometry::Body& body, const CrackSurface& surface, const C
 /// arrived first.
 std::vector<Advance> advances_of_starts(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<Advance> farthest(body.crack_starts().size());
-  for (const CrackLigament& ligament : crack_ligaments(body, surface)) {
+  for (const CrackLigament& ligament : ligaments_through_holes(body, surface)) {
     const Advance found = advance(body, surface, ligament);
     Advance& of_start = farthest[index(ligament.start)];
     if (std::pair(-found.share, found.time) < std::pair(-of_start.share, of_start.time)) of_start = found;
@@ -121,6 +121,26 @@ int leading_start(const geometry::Body& body, const CrackSurface& surface) {
   return leading;
 }
 
+LeadersHole leaders_hole(const geometry::Body& body, const CrackSurface& surface, int leading) {
+  const auto entry = std::ranges::find(surface.entries, leading, &HoleEntry::start);
+  if (entry == surface.entries.end()) return {};
+  LeadersHole found{entry->hole, HolePassage::ends};
+  bool is_past = false;  // the crack itself has passed the hole, which it only touched
+  const std::vector<CrackLigament> behind = crack_ligaments(body, surface, entry->hole);
+  for (const CrackLigament& before : ligaments_through_holes(body, surface)) {
+    if (before.start != leading) continue;
+    const Vector towards = body.crack_starts()[index(entry->hole)].tip - before.line.tip;
+    for (const CrackLigament& ligament : behind)
+      if (dot(ligament.line.along, towards) > 0) found.passage = HolePassage::passes;
+    for (const std::size_t i : before.facets) {
+      const CrackFacet& facet = surface.facets[i];
+      if (surface.cracks[index(facet.crack)].origin() != entry->hole)
+        is_past |= dot(facet.corner[2] - before.line.tip, towards) > dot(towards, towards);
+    }
+  }
+  return found.passage == HolePassage::ends && is_past ? LeadersHole{} : found;
+}
+
 double path_overlap(const geometry::Body& body, const CrackSurface& surface, int one, int other) {
   const CrackStart& start = body.crack_starts()[index(one)];
   const CrackStart& opposite = body.crack_starts()[index(other)];
@@ -156,7 +176,7 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface) {
   if (share_from_elsewhere(body, surface) >= developed_share) return Pattern::other;
   int n_developed = 0;
   double largest = 0;
-  for (const CrackLigament& ligament : crack_ligaments(body, surface)) {
+  for (const CrackLigament& ligament : ligaments_through_holes(body, surface)) {
     const double share = advance(body, surface, ligament).share;
     largest = std::max(largest, share);
     if (share >= developed_share) ++n_developed;

@@ -106,21 +106,21 @@ private:
 /// The courses of all columns through the thickness.
 using History = std::vector<Course>;
 
-/// An advancing crack front. Isolated openings farther than `reach` ahead of it count once the front has
-/// reached them.
+/// An advancing crack front. What opens farther than front_reach ahead of it, or nearer but as part of what
+/// has opened there, counts once the front has come there.
 class Front {
 public:
-  Front(double thickness, double spacing, double reach)
+  Front(double thickness, double spacing)
       : gap_(spacing),
         farthest_(std::max<std::size_t>(1, static_cast<std::size_t>(thickness / (2 * spacing))), 0.0),
         thickness_(thickness),
-        reach_(reach),
+        reach_(front_reach * spacing),
         histories_{History(farthest_.size())} {}
 
   /// @pre times ascend
   void open(const Opened& opened) {
     const bool is_dynamic = opened.time > 0;
-    if (is_dynamic && opened.place > tip() + reach_) {
+    if (is_dynamic && is_apart(opened)) {
       ahead_.push_back(opened);
       return;
     }
@@ -134,6 +134,13 @@ public:
 
 private:
   double tip() const { return *std::max_element(farthest_.begin(), farthest_.end()); }
+
+  bool is_apart(const Opened& opened) const {
+    const double ahead = opened.place - tip();
+    return ahead > reach_ || (ahead > gap_ && std::ranges::any_of(ahead_, [&](const Opened& other) {
+                                return std::abs(other.place - opened.place) <= gap_;
+                              }));
+  }
 
   /// @param history to which the columns' advance is added; may be null
   void take(const Opened& opened, History* history) {
@@ -287,13 +294,15 @@ private:
   std::vector<Stretch> windows_;
 };
 
-/// Largest speed over a window; NaN when the front advances by less.
-double fastest(const History& history, double window, double spacing) {
+/// Raises the largest speed, and the largest ratio to the Rayleigh speed there, to those over a window; NaN
+/// counts as less than any.
+void raise(CrackSpeed& largest, const History& history, const CrackWay& way) {
+  const double window = way.window;
   const std::vector<Stretch> stretches = stretches_of(history, window);
-  const Windows windows(stretches, window, spacing);
-  if (windows.is_empty()) return not_a_number;
-  double least = infinity;
-  double least_upper = least;
+  const Windows windows(stretches, window, way.spacing);
+  if (windows.is_empty()) return;
+  CrackSpeed found;
+  double least_upper = infinity, least_upper_ratio = infinity;
   for (const Stretch& stretch : stretches) {
     for (std::size_t degree = 1; degree <= largest_degree; ++degree) {
       // A parabola needs more than one window of data, and is steepest at an end.
@@ -303,24 +312,33 @@ double fastest(const History& history, double window, double spacing) {
       for (const double start : {-1.0, 1 - width}) {
         const double time = time_over(stretch, degree, start, width);
         const double upper = time + speed_standard_errors * windows.error(stretch, degree, start, width);
-        if (time <= 0 || upper >= least_upper) continue;
-        least_upper = upper;
-        least = time;
+        if (time <= 0) continue;
+        const double from = stretch.start + (start + 1) / 2 * stretch.length;
+        const double slowness = way.slowness(from, from + window);
+        if (upper < least_upper) {
+          least_upper = upper;
+          found.largest = window / time;
+        }
+        if (upper / slowness < least_upper_ratio) {
+          least_upper_ratio = upper / slowness;
+          found.largest_ratio = window / time * slowness;
+        }
       }
     }
   }
-  return window / least;
+  largest.largest = std::fmax(largest.largest, found.largest);
+  largest.largest_ratio = std::fmax(largest.largest_ratio, found.largest_ratio);
 }
 
 }  // namespace
 
-double max_crack_speed(const geometry::Body& body, const CrackSurface& surface, double rayleigh_speed) {
-  double largest = not_a_number;
+CrackSpeed max_crack_speed(const geometry::Body& body, const CrackSurface& surface,
+                           const mechanics::TetrahedronField<double>& rayleigh_speed) {
+  CrackSpeed largest;
   for (const CrackWay& way : crack_ways(body, surface, rayleigh_speed)) {
-    Front front(body.size()[0], way.spacing, way.window);
+    Front front(body.size()[0], way.spacing);
     for (const Opened& opened : way.opened) front.open(opened);
-    for (const History& history : front.histories())
-      largest = std::fmax(largest, fastest(history, way.window, way.spacing));
+    for (const History& history : front.histories()) raise(largest, history, way);
   }
   return largest;
 }

@@ -4,10 +4,13 @@
 #include "crackle/common/disjoint_sets.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/common/vector.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -90,8 +93,47 @@ private:
   std::vector<std::int32_t> start_;  ///< valid at a crack's first break
 };
 
+/// The holes into which cracks of other starts ran.
+class HoleEntries {
+public:
+  struct Entry {
+    std::int32_t hole;
+    std::optional<std::size_t> entering;  ///< break of the other crack
+  };
+
+  explicit HoleEntries(const geometry::Body& body) : starts_(body.crack_starts()), into_(starts_.size()) {
+    std::iota(into_.begin(), into_.end(), 0);
+  }
+
+  /// The start whose crack those of this start continue; itself for most.
+  std::int32_t start_of(std::int32_t start) const {
+    while (into_[index(start)] != start) start = into_[index(start)];
+    return start;
+  }
+
+  /// Notes that break i, of a crack of one start, touches another start or its break j.
+  void meet(std::int32_t one, std::size_t i, std::int32_t other, std::optional<std::size_t> j) {
+    const std::int32_t running = start_of(one), met = start_of(other);
+    if (running == met) return;
+    if (starts_[index(met)].is_hole) {
+      into_[index(met)] = running;
+      entries_.push_back({met, i});
+    } else if (starts_[index(running)].is_hole) {
+      into_[index(running)] = met;
+      entries_.push_back({running, j});
+    }
+  }
+
+  const std::vector<Entry>& entries() const { return entries_; }  ///< in order of breaking
+
+private:
+  const std::vector<geometry::CrackStart>& starts_;
+  std::vector<std::int32_t> into_;
+  std::vector<Entry> entries_;
+};
+
 CrackForest connect(const geometry::Body& body, const Realization& realization,
-                    std::span<const fracture::Break> breaks) {
+                    std::span<const fracture::Break> breaks, HoleEntries& holes) {
   const std::vector<std::int32_t> start_of_node = start_of_nodes(body, realization);
   CrackForest forest(breaks.size());
   std::unordered_map<std::uint64_t, std::vector<std::size_t>> breaks_at_edge;
@@ -114,6 +156,12 @@ CrackForest connect(const geometry::Body& body, const Realization& realization,
       }
     }
     forest.add(i, touched, own_start);
+    const std::int32_t start = forest.start_of(i);
+    if (start < 0) continue;
+    for (const std::int32_t node : nodes)
+      if (const std::int32_t at = start_of_node[index(node)]; at >= 0) holes.meet(start, i, at, {});
+    for (const std::size_t j : touched)
+      if (const std::int32_t other = forest.start_of(j); other >= 0) holes.meet(start, i, other, j);
   }
   return forest;
 }
@@ -154,7 +202,8 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
           broken.tetrahedron, broken.cut, realization.tetrahedra.size(), fracture::n_cuts - 1);
     }
   }
-  CrackForest forest = connect(body, realization, breaks);
+  HoleEntries holes(body);
+  CrackForest forest = connect(body, realization, breaks, holes);
   const double start_time = start_of_times(breaks, phase_start);
 
   const auto& starts = body.crack_starts();
@@ -172,8 +221,9 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
     const std::size_t first = forest.crack_of(i);
     if (first == i) {
       id[i] = static_cast<std::int32_t>(surface.cracks.size());
-      const std::int32_t start = forest.start_of(i);
-      surface.cracks.push_back({start >= 0 ? start : elsewhere, 0, time, time});
+      const std::int32_t origin = forest.start_of(i);
+      const std::int32_t start = origin >= 0 ? holes.start_of(origin) : elsewhere;
+      surface.cracks.push_back({start, 0, time, time, start != origin && origin >= 0 ? origin : -1});
     }
     id[i] = id[first];
     Crack& crack = surface.cracks[index(id[i])];
@@ -191,7 +241,35 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
       }
     }
   }
+  for (const auto& [hole, entering] : holes.entries())
+    surface.entries.push_back({hole, holes.start_of(hole), entering ? id[forest.crack_of(*entering)] : -1});
   return surface;
+}
+
+mechanics::TetrahedronField<double> rayleigh_speeds(const CrackSurface& surface,
+                                                    const Realization& realization,
+                                                    const mechanics::MaterialField& material) {
+  const auto& [elasticity, density] = material;
+  if (elasticity.is_uniform() && density.is_uniform())
+    return mechanics::rayleigh_speed(elasticity[0], density[0]);
+  std::vector<double> speeds(realization.tetrahedra.size(), 0.0);
+  for (const CrackFacet& facet : surface.facets) {
+    const auto t = static_cast<std::int32_t>(facet.tetrahedron);
+    if (speeds[index(t)] == 0) speeds[index(t)] = mechanics::rayleigh_speed(elasticity[t], density[t]);
+  }
+  return mechanics::TetrahedronField<double>(std::move(speeds));
+}
+
+double mean_slowness(const CrackSurface& surface, std::span<const std::size_t> facets,
+                     const mechanics::TetrahedronField<double>& rayleigh_speed) {
+  if (rayleigh_speed.is_uniform()) return 1 / rayleigh_speed[0];
+  double sum = 0, area = 0;
+  for (const std::size_t i : facets) {
+    const CrackFacet& facet = surface.facets[i];
+    sum += facet.area / rayleigh_speed[static_cast<std::int32_t>(facet.tetrahedron)];
+    area += facet.area;
+  }
+  return area > 0 ? sum / area : not_a_number;
 }
 
 }  // namespace crackle::analysis

@@ -5,6 +5,7 @@
 #include "crackle/analysis/crack_ligaments.h"
 #include "crackle/analysis/crack_path.h"
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/common/vector.h"
 
 #include "crack_chain.h"
@@ -32,8 +33,9 @@ class SideSteps {
 public:
   /// Takes the steps out of the path: what is left of each is as long as a crack can run meanwhile.
   /// @param reached when the crack had opened at each place or farther on [s]
-  SideSteps(std::vector<Polyline::Place>& path, const std::vector<double>& reached, double spacing,
-            double rayleigh_speed) {
+  /// @param slowness of Rayleigh waves at each place [s/m]
+  SideSteps(std::vector<Polyline::Place>& path, const std::vector<double>& reached,
+            const std::vector<double>& slowness, double spacing) {
     Polyline::Place last = path.front(), out{0, 0};
     for (std::size_t i = 1; i < path.size();) {
       // To the next place at which the crack was before it was farther on.
@@ -41,7 +43,9 @@ public:
       while (next + 1 < path.size() && reached[next + 1] == reached[i]) ++next;
       const Polyline::Place here = path[next];
       const double ahead = here.advance - last.advance, step = here.across - last.across;
-      const double run = rayleigh_speed * (reached[next] - reached[i - 1]);
+      const auto from = slowness.begin() + static_cast<std::ptrdiff_t>(i - 1);
+      const double least = *std::min_element(from, from + static_cast<std::ptrdiff_t>(next + 2 - i));
+      const double run = (reached[next] - reached[i - 1]) / least;
       if (std::abs(step) > 2 * spacing && std::hypot(ahead, step) > run) {
         const double pace = std::clamp(run, 0.01 * ahead, ahead) / static_cast<double>(next + 1 - i);
         for (std::size_t k = i; k <= next; ++k) path[k] = {path[k - 1].advance + pace, path[k - 1].across};
@@ -99,10 +103,42 @@ std::vector<CrackWay::Opened> opened_by(const CrackSurface& surface, std::span<c
   return all;
 }
 
+/// Adds when the front comes to the points of a way, and its runs between jumps.
+/// @param places along the chain before it is smoothed [m]
+void follow_front(std::vector<CrackWay::Point>& points, const std::vector<double>& places, double reach) {
+  std::vector<double> come;  // when the front comes to each point itself
+  int run = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double before = i == 0 ? -infinity : come[i - 1];
+    for (std::size_t k = i; k-- > 0 && places[i] - places[k] <= reach;) before = std::min(before, come[k]);
+    const bool has_opened_before = points[i].time < before;
+    if (i > 0 && (has_opened_before || places[i] - places[i - 1] > reach)) ++run;
+    points[i].run = has_opened_before ? -1 : run;
+    come.push_back(std::max(points[i].time, before));
+  }
+  double reached = infinity;
+  for (std::size_t i = points.size(); i-- > 0;) points[i].reached = reached = std::min(reached, come[i]);
+}
+
 }  // namespace
 
+double CrackWay::slowness(double from, double to) const {
+  const double usual = points.front().slowness;
+  const auto delay_until = [&](double place) {
+    const auto next = std::ranges::upper_bound(points, place, {}, &Point::place);
+    if (next == points.begin()) return 0.0;
+    const Point& last = *std::prev(next);
+    const double ahead = place - last.place;
+    const double here = next == points.end()
+                            ? last.slowness
+                            : std::lerp(last.slowness, next->slowness, ahead / (next->place - last.place));
+    return last.delay + ahead * ((last.slowness + here) / 2 - usual);
+  };
+  return usual + (delay_until(to) - delay_until(from)) / (to - from);
+}
+
 std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface,
-                                 double rayleigh_speed) {
+                                 const mechanics::TetrahedronField<double>& rayleigh_speed) {
   std::vector<CrackWay> ways;
   const double thickness = body.size()[0];
   std::vector<CrackLigament> chords = crack_chords(body, surface);
@@ -112,7 +148,7 @@ std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface&
     const geometry::CrackStart& line = chord.line;
     const double spacing = mean_spacing(surface, chord.facets);
     std::vector<Polyline::Place> places;
-    std::vector<double> times;
+    std::vector<double> times, slowness;
     Numbers facets;
     for (const ChainLink& link : longest_chain(surface, chord.facets, line, spacing, thickness, false)) {
       facets.insert(facets.end(), link.facets.begin(), link.facets.end());
@@ -121,23 +157,31 @@ std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface&
       if (!crossing) continue;  // the rough edges of a piece can leave gaps
       places.push_back({advance, crossing->mean});
       times.push_back(crossing->arrival);
+      slowness.push_back(mean_slowness(surface, link.facets, rayleigh_speed));
     }
     if (places.size() < 2) continue;
     sort_out(facets);
     std::vector<double> reached = times;
     for (std::size_t i = reached.size() - 1; i-- > 0;) reached[i] = std::min(reached[i], reached[i + 1]);
-    const SideSteps steps(places, reached, spacing, rayleigh_speed);
+    const SideSteps steps(places, reached, slowness, spacing);
+    const std::vector<double> unsmoothed = Polyline(places).arc_lengths();
     const Polyline path = Polyline(std::move(places)).smoothed(way_smoothing * spacing);
     const double first = std::hypot(path.front().advance, path.front().across - dot(line.tip, line.across));
-    const geometry::CrackStart& start = body.crack_starts()[index(chord.start)];
+    const geometry::CrackStart& start = body.crack_starts()[index(chord.origin)];
     const double ligament = start.is_straight ? start.ligament : line.ligament;
-    CrackWay way{chord.start,
+    CrackWay way{chord.origin,
                  spacing,
                  std::max(speed_window_share * ligament, speed_window_spacings * spacing),
                  {},
                  opened_by(surface, facets, line, path, steps, first)};
-    for (std::size_t i = 0; i < times.size(); ++i)
-      way.points.push_back({first + path.arc_lengths()[i], times[i], reached[i]});
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      CrackWay::Point point{first + path.arc_lengths()[i], times[i], 0, 0, slowness[i], 0};
+      if (i > 0)
+        point.delay = way.points.back().delay + (point.place - way.points.back().place) *
+                                                    ((slowness[i - 1] + slowness[i]) / 2 - slowness[0]);
+      way.points.push_back(point);
+    }
+    follow_front(way.points, unsmoothed, front_reach * spacing);
     ways.push_back(std::move(way));
   }
   return ways;

@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/crack_surface.h"
 #include "crackle/geometry/body.h"
+#include "crackle/mechanics/tetrahedron_field.h"
 
 #include <array>
 #include <cstdint>
@@ -12,14 +13,19 @@ namespace crackle::analysis {
 
 /// The path of a way is smoothed over this many spacings to both sides.
 inline constexpr double way_smoothing = 3;
+/// What opens farther ahead of a front does not belong to it until the front has come there [spacings].
+inline constexpr double front_reach = 3;
 
 /// A crack that runs in any direction, curved or kinked, as a course along its own path. Its places are arc
 /// lengths from the root in the plane of the plate.
 struct CrackWay {
   struct Point {
-    double place;    ///< [m]
-    double time;     ///< through-thickness mean of when the crack opened there [s]
-    double reached;  ///< when it had opened there or farther on [s]
+    double place;     ///< [m]
+    double time;      ///< through-thickness mean of when the crack opened there [s]
+    double reached;   ///< when its front had come there or farther on [s]
+    int run;          ///< of the front between two of its jumps; -1: opened before it came near
+    double slowness;  ///< of Rayleigh waves in what broke there, mean over its area [s/m]
+    double delay;     ///< of a Rayleigh wave from the first point, beyond one at the slowness there [s]
   };
   /// An opened tetrahedron.
   struct Opened {
@@ -28,13 +34,15 @@ struct CrackWay {
     std::array<double, 2> x;  ///< extent through the thickness [m]
   };
 
-  std::int32_t start;          ///< number of the crack start
+  std::int32_t start;          ///< number of the crack start that the crack touched first (Crack::origin)
   double spacing;              ///< mean, local [m]
   double window;               ///< over which speeds are taken: speed_window_share, speed_window_spacings [m]
   std::vector<Point> points;   ///< along the path, about a spacing apart; at least two
   std::vector<Opened> opened;  ///< by time, then by place
 
   double length() const { return points.back().place; }
+  /// Mean slowness of Rayleigh waves over a part of the way, in the material that broke there [s/m].
+  double slowness(double from, double to) const;
 };
 
 /// The ways of all cracks of the starts, one for each chord (crack_chords).
@@ -46,8 +54,11 @@ struct CrackWay {
 ///
 /// Where branches grow side by side, the chain can pass from one to the other. Of such a step to the side, by
 /// more than two spacings and faster than a crack runs, only what it could run meanwhile is part of the way.
-/// @param rayleigh_speed that no crack exceeds; infinity: all of the chain counts [m/s]
+///
+/// A front passes at most front_reach of what has not opened yet. It jumps where it meets what opened while
+/// it was farther away, such as another crack; the way is known there, but no speed.
+/// @param rayleigh_speed see rayleigh_speeds; no crack exceeds it; infinity: all of the chain counts
 std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface,
-                                 double rayleigh_speed);
+                                 const mechanics::TetrahedronField<double>& rayleigh_speed);
 
 }  // namespace crackle::analysis

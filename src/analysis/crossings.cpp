@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 
 namespace crackle::analysis {
@@ -79,14 +80,22 @@ Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> 
   return integrals;
 }
 
+/// The facets of cracks with this number of a start.
+Numbers facets_of(const CrackSurface& surface, std::int32_t start, auto number_of) {
+  Numbers facets;
+  for (std::size_t i = 0; i < surface.facets.size(); ++i)
+    if (std::invoke(number_of, surface.cracks[index(surface.facets[i].crack)]) == start) facets.push_back(i);
+  return facets;
+}
+
 }  // namespace
 
 std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t start) {
-  std::vector<std::size_t> facets;
-  for (std::size_t i = 0; i < surface.facets.size(); ++i) {
-    if (surface.cracks[index(surface.facets[i].crack)].start == start) facets.push_back(i);
-  }
-  return facets;
+  return facets_of(surface, start, &Crack::start);
+}
+
+std::vector<std::size_t> facets_begun_at(const CrackSurface& surface, std::int32_t start) {
+  return facets_of(surface, start, &Crack::origin);
 }
 
 double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets) {

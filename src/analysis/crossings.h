@@ -21,8 +21,12 @@ struct Trace {
   std::size_t facet;
 };
 
-/// The facets of cracks from this crack start, in order of breaking; -1 for cracks that started elsewhere.
+/// The facets of cracks that belong to this crack start, in order of breaking; -1 for cracks that started
+/// elsewhere.
 std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t start);
+
+/// Those of cracks that touched this start first (Crack::origin).
+std::vector<std::size_t> facets_begun_at(const CrackSurface& surface, std::int32_t start);
 
 /// Mean local spacing of facets [m]; 0 without facets.
 double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets);

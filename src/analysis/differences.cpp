@@ -98,6 +98,17 @@ Difference difference_of_medians(const TwoSamples& samples, double confidence) {
                median_interval(samples.second, samples.second_group, confidence), 0));
 }
 
+Difference difference_of_medians(const CensoredValues& first, const CensoredValues& second,
+                                 double confidence) {
+  const auto one = censored_quantile(first, 0.5), other = censored_quantile(second, 0.5);
+  if (one.is_bound || other.is_bound) return {};
+  const auto interval_of = [&](const CensoredValues& values) {
+    const auto [lower, upper] = censored_median_interval(values, confidence);
+    return Interval{lower.value, upper.is_bound ? infinity : upper.value};
+  };
+  return combined(one.value, interval_of(first), other.value, interval_of(second), 0);
+}
+
 Difference difference_of_shares(const TwoSamples& samples, double confidence) {
   const MeanEstimate a = estimate_mean(samples.first, {}), b = estimate_mean(samples.second, {});
   if (samples.first.empty() || samples.second.empty()) return {b.mean - a.mean};

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/exceedance.h"
 
-#include "crackle/analysis/grouped_values.h"
 #include "crackle/common/failure.h"
-#include "crackle/common/index.h"
 #include "crackle/input/reader.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <string_view>
 #include <vector>
@@ -29,39 +27,33 @@ Exceedance exceedance(const std::string& condition, const input::Parameters& par
                : std::string(text.substr(first, text.find_last_not_of(' ') - first + 1));
   };
   const std::string name = trimmed(all.substr(0, sign));
-  std::function<double(const SampleSummary&)> value;
+  CensoredValues values;
+  bool is_known = false;
   std::vector<std::string> names;
   for_each_result([&](const ResultInfo& info, auto member) {
     if (is_nominal(info)) return;
     names.emplace_back(info.name);
     if (name != info.name) return;
     found.info = info;
-    value = [member](const SampleSummary& row) { return number_or_nan(row.*member); };
+    is_known = true;
+    values = observations(info, member, rows, parameters.ensemble.replicates);
+    found.n_undecided = static_cast<int>(std::ranges::count_if(rows, [&](const SampleSummary& row) {
+      return is_undecided(row) && !std::isnan(observed(info, member, row).value);
+    }));
   });
   if (sign == std::string::npos)
     fail("'{}' is not a condition; give one such as \"peak_load > 500 N\"", condition);
-  if (!value) fail("there is no result '{}'; give one of {}", name, fmt::join(names, ", "));
+  if (!is_known) fail("there is no result '{}'; give one of {}", name, fmt::join(names, ", "));
   found.is_above = condition[sign] == '>';
   found.limit = input::read_value(trimmed(all.substr(sign + 1)), found.info.units);
 
   found.n_planned = static_cast<int>(rows.size());
-  std::vector<double> hits;
-  std::vector<std::size_t> draws;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const bool is_done = rows[i].status == SampleStatus::done;
-    found.n_failed += rows[i].status == SampleStatus::failed ? 1 : 0;
-    found.n_missing += rows[i].status == SampleStatus::pending ? 1 : 0;
-    found.n_without += is_done && std::isnan(value(rows[i])) ? 1 : 0;
-    if (!is_done || std::isnan(value(rows[i]))) continue;
-    found.n_undecided += is_undecided(rows[i]) ? 1 : 0;
-    draws.push_back(index(parameters.ensemble.input_of(i)));
-    hits.push_back((found.is_above ? value(rows[i]) > found.limit : value(rows[i]) < found.limit) ? 1 : 0);
-    found.n_hits += hits.back() == 1 ? 1 : 0;
-  }
-  found.n_values = static_cast<int>(hits.size());
-  if (hits.empty()) return found;
-  found.share = static_cast<double>(found.n_hits) / found.n_values;
-  found.interval = share_interval(hits, draws, confidence);
+  found.n_failed = static_cast<int>(std::ranges::count(rows, SampleStatus::failed, &SampleSummary::status));
+  found.n_missing = static_cast<int>(std::ranges::count(rows, SampleStatus::pending, &SampleSummary::status));
+  found.n_values = static_cast<int>(values.size());
+  found.n_bounds = values.n_bounds();
+  found.n_without = found.n_planned - found.n_failed - found.n_missing - found.n_values;
+  if (found.n_values > 0) found.share = censored_share(values, found.limit, found.is_above, confidence);
   return found;
 }
 
@@ -69,11 +61,24 @@ std::string to_text(const Exceedance& found) {
   std::string text = fmt::format("{} {} {:g} {}: ", found.info.name, found.is_above ? '>' : '<', found.limit,
                                  found.info.units);
   auto out = std::back_inserter(text);
+  const CensoredShare& share = found.share;
+  const auto interval = [&] {
+    return fmt::format("({:.1f} to {:.1f} %)", 100 * share.interval.lower, 100 * share.interval.upper);
+  };
   if (found.n_values == 0)
     text += "no sample has this result";
+  else if (share.n_unknown == 0)
+    fmt::format_to(out, "{} of {} samples, {:.1f} % {}{}", share.n_hits, found.n_values, 100 * share.share,
+                   interval(), found.n_bounds > 0 ? fmt::format(", with {} unbroken", found.n_bounds) : "");
+  else if (std::isnan(share.share))
+    fmt::format_to(
+        out, "{:.1f} to {:.1f} % of {} samples {}: {} did not break, and none of them was loaded as far",
+        100 * share.least, 100 * share.most, found.n_values, interval(), share.n_unknown);
   else
-    fmt::format_to(out, "{} of {} samples, {:.1f} % ({:.1f} to {:.1f} %)", found.n_hits, found.n_values,
-                   100 * found.share, 100 * found.interval.lower, 100 * found.interval.upper);
+    fmt::format_to(out,
+                   "{:.1f} % of {} samples {} by Kaplan and Meier's estimate: {} are known to be, {} did not "
+                   "break at lower loads",
+                   100 * share.share, found.n_values, interval(), share.n_hits, share.n_unknown);
   if (found.n_undecided > 0) fmt::format_to(out, ", {} of them undecided", found.n_undecided);
   text += '\n';
   const int n_others = found.n_planned - found.n_values;
@@ -84,7 +89,7 @@ std::string to_text(const Exceedance& found) {
   const auto percent = [&](int n) { return 100.0 * n / found.n_planned; };
   fmt::format_to(out,
                  "the share is not of them; with them it lies between {:.1f} and {:.1f} % of these samples\n",
-                 percent(found.n_hits), percent(found.n_hits + n_others));
+                 percent(share.n_hits), percent(share.n_hits + share.n_unknown + n_others));
   return text;
 }
 

@@ -2,6 +2,7 @@
 #include "crackle/analysis/leader_frame.h"
 
 #include "crackle/common/index.h"
+#include "crackle/geometry/outline.h"
 #include "crackle/geometry/symmetry.h"
 
 #include <algorithm>
@@ -112,11 +113,14 @@ LeaderFrame::LeaderFrame(const geometry::Body& body, const std::vector<geometry:
     reference_.push_back(symmetry.crack_start[leading]);
     symmetries_.push_back(std::move(mapping));
   }
+  start_names_ = geometry::outline_of(body).names;
+  for (std::string& name : start_names_) std::ranges::replace(name, '-', ' ');
 }
 
 LeaderFrame::LeaderFrame(int n_starts, int n_sections)
     : n_sections_(n_sections), reference_(static_cast<std::size_t>(n_starts)) {
   std::iota(reference_.begin(), reference_.end(), 0);
+  for (const auto start : reference_) start_names_.push_back(std::to_string(start));
   const auto n = static_cast<std::size_t>(n_sections);
   Mapping none{0, std::vector<int>(reference_.size()), std::vector<int>(n),
                std::vector<std::optional<double>>(n)};

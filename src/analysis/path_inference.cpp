@@ -95,6 +95,15 @@ std::vector<std::size_t> in_order(std::span<const int> previous) {
   return order;
 }
 
+/// True where a crack has no position although it came to a section farther on, as within a hole.
+bool passes_without_position(const FramedPath& path, std::span<const int> previous, std::size_t s) {
+  if (!std::isnan(path[s].value)) return false;
+  for (std::size_t t = 0; t < previous.size(); ++t)
+    for (int k = std::isnan(path[t].value) ? -1 : previous[t]; k >= 0; k = previous[index(k)])
+      if (index(k) == s) return true;
+  return false;
+}
+
 /// Mean of the positions at each section, had no crack stopped.
 struct MeanOfAll {
   double mean = not_a_number;
@@ -126,7 +135,7 @@ std::vector<MeanOfAll> means_of_all(std::span<const FramedPath> paths, std::span
       most_before = std::max(most_before, one);
     }
     for (std::size_t i = 0; i < paths.size(); ++i) {
-      if (!is_in(i) || !paths[i][s].counts) continue;
+      if (!is_in(i) || !paths[i][s].counts || passes_without_position(paths[i], previous, s)) continue;
       if (line && std::isnan(value[s][i]) && !std::isnan(earlier(i))) {
         value[s][i] = line->at(earlier(i));
         found[s].n_predicted += 1;
@@ -220,7 +229,8 @@ std::vector<Stopped> stopped_cracks(std::span<const FramedPath> paths, std::span
     TwoSamples earlier;
     for (std::size_t i = 0; i < paths.size(); ++i) {
       const double before = paths[i][index(previous[s])].value;
-      if (!paths[i][s].counts || std::isnan(before)) continue;
+      if (!paths[i][s].counts || std::isnan(before) || passes_without_position(paths[i], previous, s))
+        continue;
       const bool arrives = !std::isnan(paths[i][s].value);
       (arrives ? earlier.first : earlier.second).push_back(before);
       (arrives ? earlier.first_group : earlier.second_group).push_back(group_of(groups, i));
@@ -241,6 +251,13 @@ std::vector<Stopped> stopped_cracks(std::span<const FramedPath> paths, std::span
     found[s].n_predicted = means[s].n_predicted;
     found[s].n_beyond = means[s].n_beyond;
     if (!std::isnan(means[s].mean)) found[s].half_width_of_all = half_widths[s];
+  }
+  // A line says little where more cracks lie beyond its points than it has.
+  for (const std::size_t s : in_order(previous)) {
+    const bool follows_none = previous[s] >= 0 && previous[index(previous[s])] >= 0 &&
+                              std::isnan(found[index(previous[s])].mean_of_all);
+    if (previous[s] >= 0 && (follows_none || found[s].n_beyond > found[s].n_arrived))
+      found[s].mean_of_all = found[s].half_width_of_all = not_a_number;
   }
   return found;
 }
@@ -282,38 +299,49 @@ std::string path_inference_text(const Statistics& statistics, std::span<const Sa
     if (std::abs(mean) > largest) largest = std::abs(mean);
   const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest, 0.1);
   const auto length = [&](double value) { return shown(value, ".3f", unit.factor); };
-  TextTable table{{"cracks", "leading", "start", "section", "mean", "+- alone", "+- band", "stopped",
-                   "were at", "others at", "p", "mean of all", "+-", "predicted", "beyond"}};
+  TextTable bands{{"cracks", "leading", "start", "section", "mean", "+- alone", "+- band"}};
+  TextTable ends{{"cracks", "leading", "start", "section", "before", "arrived", "were at", "stopped",
+                  "were at", "p", "mean of all", "+-", "predicted", "beyond"}};
+  const auto number = [](int n) { return fmt::format("{}", n); };
   const auto add = [&](const char* name, const RankStatistics& ranks) {
     const PathInference found = path_inference(ranks, statistics, samples, parameters);
     for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
       if (ranks.reached[p] == 0) continue;
       const std::size_t row = p / sections.size();
+      const std::vector<std::string> which{name, number(ranks.leading_start[row]), number(ranks.start[row]),
+                                           input::name_of(sections[p % sections.size()])};
+      const auto push = [&](TextTable& table, const std::vector<std::string>& cells) {
+        table.push_back(which);
+        table.back().insert(table.back().end(), cells.begin(), cells.end());
+      };
+      push(bands, {length(ranks.z_mean[p]), length(ranks.z_half_width[p]), length(found.band_half_width[p])});
       const Stopped& stopped = found.stopped[p];
-      const bool follows = stopped.previous >= 0, some = stopped.n_stopped > 0;
-      const auto number = [](int n) { return fmt::format("{}", n); };
-      table.push_back(
-          {name, number(ranks.leading_start[row]), number(ranks.start[row]),
-           input::name_of(sections[p % sections.size()]), length(ranks.z_mean[p]),
-           length(ranks.z_half_width[p]), length(found.band_half_width[p]),
-           follows ? number(stopped.n_stopped) : "", some ? length(stopped.mean_stopped) : "",
-           some ? length(stopped.mean_arrived) : "", some ? shown_probability(stopped.probability) : "",
-           follows ? length(stopped.mean_of_all) : "", follows ? length(stopped.half_width_of_all) : "",
-           follows ? number(stopped.n_predicted) : "", follows ? number(stopped.n_beyond) : ""});
+      if (stopped.previous < 0 || stopped.n_stopped + stopped.n_predicted == 0) continue;
+      push(ends, {input::name_of(sections[index(stopped.previous)]), number(stopped.n_arrived),
+                  length(stopped.mean_arrived), number(stopped.n_stopped), length(stopped.mean_stopped),
+                  shown_probability(stopped.probability), length(stopped.mean_of_all),
+                  length(stopped.half_width_of_all), number(stopped.n_predicted), number(stopped.n_beyond)});
     }
   };
   add("leader", statistics.leader);
   add("follower", statistics.follower);
-  if (table.size() == 1) return {};
-  return fmt::format(
-             "\nalong the paths [{}]: the band holds at all sections of a path at once. Positions are those "
-             "of "
-             "the cracks that got there; \"stopped\" are those that reached the section before only, and "
-             "where they and the others were there\n",
+  if (bands.size() == 1) return {};
+  std::string text =
+      fmt::format(
+          "\nmean paths [{}]: +- alone holds at its section, the band at all sections of a path at once\n",
+          unit.name) +
+      aligned(bands);
+  if (ends.size() == 1) return text;
+  return text +
+         fmt::format(
+             "\ncracks that stopped [{}]: of those that had come to the section before, how many arrived and "
+             "how "
+             "many stopped, and where they were then; p of a difference as large were there none\n",
              unit.name) +
-         aligned(table) +
-         "\"Mean of all\" has cracks go on, by regression on the section before: so many are predicted, some "
-         "beyond where those that arrive were. Its +- assumes that the line goes on there\n";
+         aligned(ends) +
+         "mean of all: as if none had stopped, those that did predicted by regression on the section before; "
+         "beyond: "
+         "of these, outside the range of the arrivals. No mean where these are more than arrived\n";
 }
 
 }  // namespace crackle::analysis

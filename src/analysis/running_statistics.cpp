@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/running_statistics.h"
 
+#include "crackle/analysis/censored_values.h"
 #include "crackle/analysis/grouped_values.h"
+#include "crackle/analysis/path_groups.h"
+#include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/stop_rule.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
@@ -80,6 +83,7 @@ Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, dou
   statistics.n_needed = statistics.n_samples;
   statistics.confidence = confidence;
   statistics.reference_start = frame.reference();
+  statistics.start_names = frame.start_names();
   statistics.leader = statistics.leader_one_crack = statistics.leader_two_cracks = empty_ranks(frame, true);
   statistics.follower = empty_ranks(frame, false);
   return statistics;
@@ -149,6 +153,56 @@ void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statist
   }
 }
 
+/// The groups of each row's samples.
+/// @param pattern as in compute_ranks
+void compute_groups(RankStatistics& ranks, const LeaderFrame& frame, std::optional<Pattern> pattern,
+                    const Statistics& shape, std::span<const SampleSummary> rows) {
+  const std::size_t n_sections = index(frame.n_sections());
+  ranks.groups.clear();
+  ranks.is_divided.assign(ranks.start.size() * n_sections, 0);
+  for (std::size_t rank = 0; rank < ranks.start.size() && n_sections > 0; ++rank) {
+    const auto position = [&](const SampleSummary& row, std::size_t section) {
+      const bool counts = row.status == SampleStatus::done &&
+                          (!pattern || row.pattern == static_cast<std::int32_t>(*pattern));
+      return counts ? position_in(frame, ranks, row, rank * n_sections + section) : FramedPosition{};
+    };
+    std::vector<std::vector<double>> paths(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      for (std::size_t s = 0; s < n_sections; ++s) paths[i].push_back(position(rows[i], s).value);
+    const std::vector<int> group_of_sample = path_groups(paths);
+    const int n_groups = rows.empty() ? 0 : 1 + std::ranges::max(group_of_sample);
+    for (int k = 0; k < n_groups && n_groups > 1; ++k) {
+      PathGroup& group = ranks.groups.emplace_back();
+      group.row = rank;
+      compute_paths(group, n_sections, shape, rows, Running::none,
+                    [&](const SampleSummary& row, std::size_t section) {
+                      const bool is_in = group_of_sample[index(&row - rows.data())] == k;
+                      return is_in ? position(row, section) : FramedPosition{};
+                    });
+      std::vector<double> hits;
+      std::vector<std::size_t> draws;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (std::ranges::all_of(paths[i], [](double value) { return std::isnan(value); })) continue;
+        hits.push_back(group_of_sample[i] == k ? 1 : 0);
+        draws.push_back(i / index(shape.replicates));
+      }
+      group.n = static_cast<int>(std::ranges::count(hits, 1.0));
+      group.n_of = static_cast<int>(hits.size());
+      group.share = static_cast<double>(group.n) / group.n_of;
+      const Interval interval = share_interval(hits, draws, shape.confidence);
+      group.share_lower = interval.lower;
+      group.share_upper = interval.upper;
+    }
+    for (std::size_t s = 0; s < n_sections && n_groups > 1; ++s) {
+      std::vector<std::vector<double>> values(index(n_groups));
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        if (group_of_sample[i] >= 0 && !std::isnan(paths[i][s]))
+          values[index(group_of_sample[i])].push_back(paths[i][s]);
+      ranks.is_divided[rank * n_sections + s] = are_apart(values) ? 1 : 0;
+    }
+  }
+}
+
 /// @param pattern of the samples that count; all if empty
 void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optional<Pattern> pattern,
                    const Statistics& shape, std::span<const SampleSummary> rows, Running running_values) {
@@ -161,6 +215,7 @@ void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optiona
                   if (found.counts) ++ranks.counted[p];
                   return found;
                 });
+  compute_groups(ranks, frame, pattern, shape, rows);
 }
 
 void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows) {
@@ -207,7 +262,7 @@ Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<
 
 }  // namespace
 
-WilsonInterval wilson_interval(double share, int n, double confidence) {
+WilsonInterval wilson_interval(double share, double n, double confidence) {
   const double z = boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
   const double scale = 1 + z * z / n;
   return {(share + z * z / (2.0 * n)) / scale,
@@ -264,6 +319,7 @@ RunningStatistics::RunningStatistics(const input::Parameters& parameters)
           parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
   statistics_.base = parameters.mesh.base;
   statistics_.replicates = parameters.ensemble.replicates;
+  statistics_.crack_parts = crack_parts(parameters);
   stop_ = parameters.ensemble.stop;
   if (!stop_) return;
   looks_ = look_schedule(parameters.ensemble.samples, stop_->min_samples);
@@ -321,12 +377,14 @@ double RunningStatistics::mean_leader_position(int section) const {
   return end.leader.z_mean[most([&](std::size_t p) { return end.leader.reached[p]; })];
 }
 
-double RunningStatistics::median_onset_force() const {
-  std::vector<double> forces;
-  for (const SampleSummary& row : std::span(rows_).first(stopped_at_.value_or(rows_.size()))) {
-    if (row.status == SampleStatus::done) forces.push_back(row.onset_force);
-  }
-  return quantile(std::move(forces), 0.5);
+RunningStatistics::MedianLoad RunningStatistics::median_load() const {
+  const auto rows = std::span(rows_).first(stopped_at_.value_or(rows_.size()));
+  MedianLoad found{.name = headline_load(rows), .median = {}};
+  found.n_unbroken = static_cast<int>(std::ranges::count_if(rows, is_unbroken));
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (found.name == info.name) found.median = censored_quantile(observations(info, member, rows, 1), 0.5);
+  });
+  return found;
 }
 
 void RunningStatistics::stop_at(std::size_t n) {

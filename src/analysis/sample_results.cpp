@@ -48,6 +48,7 @@ std::string result_table() {
     fmt::format_to(std::back_inserter(text), "| `/{}/{}` | {} | {} |\n", group, info.name, shape, meaning);
   };
   for_each_result([&](const ResultInfo& info, auto) { add("samples", "N", info); });
+  add("samples", "N × P", crack_area_in_info);
   for_each_position_result([&](const ResultInfo& info, auto) { add("crack_path", "N × K × S", info); });
   return text;
 }

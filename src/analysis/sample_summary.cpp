@@ -2,10 +2,10 @@
 #include "crackle/analysis/sample_summary.h"
 
 #include "crackle/analysis/sample_results.h"
+#include "crackle/common/index.h"
 #include "crackle/common/packing.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
-#include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -61,7 +61,7 @@ SampleSummary empty_summary(int n_starts, int n_sections, SampleStatus status, s
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
                         const CrackBranches& branches, const std::vector<SectionCrossing>& crossings,
-                        const input::Material& material) {
+                        const mechanics::TetrahedronField<double>& rayleigh_speed) {
   SampleSummary row;
   row.status = SampleStatus::done;
   row.note = result.note;
@@ -80,6 +80,9 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.outcome = static_cast<std::int32_t>(result.outcome);
   row.pattern = static_cast<std::int32_t>(classify(body, surface));
   row.leading_start = leading_start(body, surface);
+  const LeadersHole met = leaders_hole(body, surface, row.leading_start);
+  row.hole = met.hole;
+  row.hole_passage = static_cast<std::int32_t>(met.passage);
   row.overlap = pattern_overlap(body, surface);
   row.branching_points = branches.n_in_space();
   row.branching_points_projected = branches.n_projected();
@@ -87,11 +90,13 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.breaks = static_cast<std::int64_t>(result.breaks.size());
   row.crack_area = surface.area();
   // Without crack starts the direction of a crack is unknown.
-  const double rayleigh_speed = mechanics::rayleigh_speed(material);
-  if (!body.crack_starts().empty()) row.crack_speed_max = max_crack_speed(body, surface, rayleigh_speed);
+  if (!body.crack_starts().empty()) {
+    const CrackSpeed speed = max_crack_speed(body, surface, rayleigh_speed);
+    row.crack_speed_max = speed.largest;
+    row.crack_speed_ratio = speed.largest_ratio;
+  }
   row.energy_error = result.energy_error;
   row.equilibrium_residual = result.equilibrium_residual;
-  row.crack_speed_ratio = row.crack_speed_max / rayleigh_speed;
   row.traced_area = body.size()[0] * traced_length(lines);
   row.effective_toughness = row.traced_area > 0 && !result.energy.empty()
                                 ? result.energy.back().released / row.traced_area
@@ -100,6 +105,28 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   const dynamics::SampleTimings& timings = result.timings;
   row.wall_time = timings.mesh + timings.setup + timings.quasi_static + timings.dynamic;
   return row;
+}
+
+std::vector<std::string> crack_parts(const input::Parameters& parameters) {
+  std::vector<std::string> names;
+  if (parameters.materials.size() == 1) return names;
+  for (const input::Material& material : parameters.materials) names.push_back(material.name);
+  for (const input::Interface& one : parameters.interfaces)
+    names.push_back(fmt::format("interface {}-{}", one.between[0], one.between[1]));
+  return names;
+}
+
+std::vector<double> crack_area_in_parts(const CrackSurface& surface, const geometry::Realization& realization,
+                                        const input::Parameters& parameters) {
+  std::vector<double> areas(crack_parts(parameters).size(), 0.0);
+  if (areas.empty()) return areas;
+  for (const CrackFacet& facet : surface.facets) {
+    const auto t = index(facet.tetrahedron);
+    const std::size_t interface = realization.interface.empty() ? 0 : realization.interface[t];
+    const std::size_t material = realization.material.empty() ? 0 : realization.material[t];
+    areas[interface > 0 ? parameters.materials.size() + interface - 1 : material] += facet.area;
+  }
+  return areas;
 }
 
 void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
@@ -132,9 +159,9 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
 std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary) {
   if (summary.status != SampleStatus::done || !(summary.crack_speed_ratio > 1)) return std::nullopt;
   return fmt::format(
-      "warning: sample {}: a crack speed of {:.0f} m/s is {:.2f} times the Rayleigh speed, the limit for an "
-      "opening crack; it is overestimated where cracks meet or branches run side by side",
-      sample, summary.crack_speed_max, summary.crack_speed_ratio);
+      "warning: sample {}: a crack runs at {:.2f} times the Rayleigh speed of its material, the limit for an "
+      "opening crack; its speed is overestimated where cracks meet or branches run side by side",
+      sample, summary.crack_speed_ratio);
 }
 
 std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples) {
@@ -146,30 +173,61 @@ std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples)
 
 namespace {
 
+constexpr double clearly_below = 0.9;
+
+bool has_onset(const SampleSummary& row) {
+  return row.status == SampleStatus::done && !std::isnan(row.onset_force) && !std::isnan(row.peak_load);
+}
+
+/// True if the load was clearly higher before the last dynamic phase: the onset is not what a test would
+/// record.
+bool has_late_onset(const SampleSummary& row) {
+  return has_onset(row) && row.onset_force < clearly_below * row.peak_load;
+}
+
+std::optional<std::string> fast_crack_warning(std::span<const SampleSummary> samples) {
+  const auto n = std::ranges::count_if(samples, [](const SampleSummary& row) {
+    return row.status == SampleStatus::done && row.crack_speed_ratio > usual_speed_ratio &&
+           row.crack_speed_ratio <= 1;
+  });
+  if (n == 0) return std::nullopt;
+  return fmt::format(
+      "warning: in {} a crack runs at more than {:g} times the Rayleigh speed of its material, which "
+      "experiments hardly ever show: more energy is released than the cracks consume, or branches run side "
+      "by side",
+      count_text(n, "sample"), usual_speed_ratio);
+}
+
 /// If the load was clearly higher before the last dynamic phase, in any sample: the onset is not what a test
 /// would record.
 std::optional<std::string> onset_warning(std::span<const SampleSummary> samples) {
-  constexpr double clearly_below = 0.9;
-  const auto has_onset = [](const SampleSummary& row) {
-    return row.status == SampleStatus::done && !std::isnan(row.onset_force) && !std::isnan(row.peak_load);
-  };
-  const auto n = std::ranges::count_if(samples, has_onset);
-  const auto n_below = std::ranges::count_if(samples, [&](const SampleSummary& row) {
-    return has_onset(row) && row.onset_force < clearly_below * row.peak_load;
-  });
+  const auto n_below = std::ranges::count_if(samples, has_late_onset);
   if (n_below == 0) return std::nullopt;
   return fmt::format(
       "warning: in {} of {} the load was more than {:.0f} % higher before the last dynamic phase, "
       "whose start is the onset: cracks had run and stopped; the peak load is what the body held",
-      n_below, count_text(n, "sample"), 100 / clearly_below - 100);
+      n_below, count_text(std::ranges::count_if(samples, has_onset), "sample"), 100 / clearly_below - 100);
 }
 
 }  // namespace
 
 std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> samples) {
   std::vector<std::string> warnings = sample_warnings(samples);
-  if (auto warning = onset_warning(samples)) warnings.push_back(std::move(*warning));
+  for (auto& warning : {fast_crack_warning(samples), onset_warning(samples)})
+    if (warning) warnings.push_back(*warning);
   return warnings;
+}
+
+const char* headline_load(std::span<const SampleSummary> samples) {
+  const auto has = [&](double SampleSummary::*load) {
+    return std::ranges::any_of(samples, [load](const SampleSummary& row) {
+      return row.status == SampleStatus::done && !std::isnan(row.*load);
+    });
+  };
+  if (std::ranges::any_of(samples, has_late_onset)) return "peak_load";
+  return has(&SampleSummary::onset_force)        ? "onset_force"
+         : has(&SampleSummary::first_break_load) ? "first_break_load"
+                                                 : "peak_load";
 }
 
 }  // namespace crackle::analysis

@@ -5,6 +5,7 @@
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/random.h"
 #include "crackle/common/real.h"
 #include "crackle/geometry/body.h"
@@ -14,6 +15,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <boost/math/distributions/normal.hpp>
 
 #include <algorithm>
 #include <array>
@@ -63,7 +65,8 @@ std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size
   for_each_result([&](const ResultInfo& info, auto member) {
     if (!is_of_the_body(info)) return;
     add_result(
-        info, [member](const SampleSummary& row) { return number_or_nan(row.*member); }, n_starts, subjects);
+        info, [info, member](const SampleSummary& row) { return known(info, member, row); }, n_starts,
+        subjects);
   });
   const std::size_t n_sections = parameters.sections.size();
   for_each_position_result([&](const ResultInfo& info, auto member) {
@@ -99,6 +102,66 @@ Draws draws_of(const input::Parameters& parameters, std::span<const SampleSummar
     draws.row.push_back(&rows[i]);
   }
   return draws;
+}
+
+/// Values of one input in the draws that failed on any mesh, and in the others.
+struct FailedValues {
+  std::vector<double> failed, others;
+};
+
+FailedValues failed_values(const input::Parameters& parameters, std::span<const SampleSummary> rows,
+                           std::size_t input) {
+  FailedValues found;
+  for (std::size_t i = 0; i < rows.size();) {
+    const std::uint64_t draw = parameters.ensemble.input_of(i);
+    bool has_failed = false, is_known = false;
+    double value = not_a_number;
+    for (; i < rows.size() && parameters.ensemble.input_of(i) == draw; ++i) {
+      if (rows[i].status == SampleStatus::pending || rows[i].inputs.size() <= input) continue;
+      has_failed = has_failed || rows[i].status == SampleStatus::failed;
+      is_known = true;
+      value = rows[i].inputs[input];
+    }
+    if (is_known && std::isfinite(value)) (has_failed ? found.failed : found.others).push_back(value);
+  }
+  return found;
+}
+
+/// Two-sided p of Wilcoxon's rank-sum test in its normal approximation; negative if the failed ones are the
+/// smaller.
+double rank_sum_probability(const FailedValues& values) {
+  const auto m = static_cast<double>(values.failed.size()), n = static_cast<double>(values.others.size());
+  double excess = 0;
+  for (const double one : values.failed)
+    for (const double other : values.others) excess += one > other ? 0.5 : one < other ? -0.5 : 0;
+  const double z = excess / std::sqrt(m * n * (m + n + 1) / 12);
+  return std::copysign(2 * boost::math::cdf(boost::math::normal(), -std::abs(z)), excess);
+}
+
+std::string where_draws_fail(const input::Parameters& parameters, std::span<const SampleSummary> rows) {
+  constexpr double clear = 0.01;
+  std::string text;
+  for (std::size_t k = 0; k < parameters.random.size(); ++k) {
+    const input::RandomInput& random = parameters.random[k];
+    const FailedValues values = failed_values(parameters, rows, k);
+    if (values.failed.empty() || values.others.empty()) return {};
+    const double probability = rank_sum_probability(values);
+    if (!(std::abs(probability) * static_cast<double>(parameters.random.size()) < clear)) continue;
+    const auto [least, most] = std::ranges::minmax(values.failed);
+    const auto [least_other, most_other] = std::ranges::minmax(values.others);
+    const auto range = [&](double from, double to) {
+      const bool has_unit = !random.unit.empty() && random.unit != "1";
+      return has_unit
+                 ? fmt::format("{} to {}", quantity_text(from, random.unit), quantity_text(to, random.unit))
+                 : fmt::format("{:.4g} to {:.4g}", from, to);
+    };
+    text += fmt::format("{}the {} that failed {} at the {} end of {}: {}, the others {}",
+                        text.empty() ? "" : "; ", count_text(std::ssize(values.failed), "draw"),
+                        most < least_other || least > most_other ? "all lie" : "lie mostly",
+                        probability < 0 ? "lower" : "upper", random.key, range(least, most),
+                        range(least_other, most_other));
+  }
+  return text.empty() ? text : text + ". All numbers hold for draws that do not fail";
 }
 
 /// Bootstrap samples, as the multiplicity of each draw.
@@ -243,6 +306,7 @@ Sensitivities sensitivities(const input::Parameters& parameters, std::span<const
                             double confidence) {
   Sensitivities all{.confidence = confidence};
   if (parameters.random.empty()) return all;
+  all.failures = where_draws_fail(parameters, rows);
   Draws draws = draws_of(parameters, rows);
   all.n_draws = static_cast<int>(draws.values.size());
   all.n_samples = static_cast<int>(draws.row.size());
@@ -256,6 +320,7 @@ Sensitivities sensitivities(const input::Parameters& parameters, std::span<const
     const DrawnValues values = values_of(study, subject);
     if (values.n_draws() < least || values.value.minCoeff() == values.value.maxCoeff()) continue;
     subject.of.n_values = static_cast<int>(values.value.size());
+    subject.of.n_draws = static_cast<int>(values.n_draws());
     estimate(study, values, subject.of);
     all.results.push_back(std::move(subject.of));
   }

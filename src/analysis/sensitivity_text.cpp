@@ -52,6 +52,7 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
   fmt::format_to(out, "{} draws ({}), {} samples\n", sensitivities.n_draws,
                  input::plan_names[static_cast<std::size_t>(parameters.ensemble.plan)],
                  sensitivities.n_samples);
+  if (!sensitivities.failures.empty()) text += sensitivities.failures + "\n";
   if (const std::string note = note_on_plan(parameters); !note.empty()) text += note + "\n";
   if (sensitivities.results.empty()) {
     text += "too few draws for sensitivity indices\n";
@@ -63,8 +64,8 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
       "interactions (total Sobol' index); in brackets Spearman's rank correlation\n{:<30} {:>13}",
       100 * sensitivities.confidence, "", "mesh");
   for (std::size_t k = 0; k < random.size(); ++k) fmt::format_to(out, " {:>20}", fmt::format("input {}", k));
-  fmt::format_to(out, " {:>10} {:>11}\n", "predicted", "lack of fit");
-  bool any_is_large = false;
+  fmt::format_to(out, " {:>10} {:>11} {:>6}\n", "predicted", "lack of fit", "draws");
+  bool any_is_large = false, any_is_partial = false;
   for (const Sensitivity& result : sensitivities.results) {
     fmt::format_to(out, "{:<30.30} {:>13}", name_of(result, parameters.sections), percent(result.mesh));
     for (const InputEffect& input : result.inputs)
@@ -72,9 +73,15 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
                      fmt::format("{} [{:+.2f}]", percent(input.total), input.rank_correlation.value));
     const bool is_large = result.lack_of_fit > large_lack_of_fit;
     any_is_large = any_is_large || is_large;
-    fmt::format_to(out, " {:>10} {:>11}\n", percent(std::max(0.0, result.predicted)),
-                   percent(result.lack_of_fit) + (is_large ? "!" : ""));
+    any_is_partial = any_is_partial || result.n_draws < sensitivities.n_draws;
+    fmt::format_to(out, " {:>10} {:>11} {:>6}\n", percent(std::max(0.0, result.predicted)),
+                   percent(result.lack_of_fit) + (is_large ? "!" : ""), result.n_draws);
   }
+  if (any_is_partial)
+    text +=
+        "some results are of fewer draws, such as those that broke: the variance is that among these, and "
+        "inputs "
+        "share what is explained of it as they would among all draws\n";
   if (any_is_large)
     fmt::format_to(out,
                    "!: the expansion does not follow the result, which may jump: its indices may be far off, "

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/statistics.h"
 
-#include "crackle/analysis/grouped_values.h"
+#include "crackle/analysis/censored_values.h"
 #include "crackle/analysis/running_statistics.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
@@ -55,27 +55,23 @@ std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> s
   std::vector<ResultStatistics> all;
   for_each_result([&](const ResultInfo& info, auto member) {
     if (lacks(origin, info.name)) return;
-    std::vector<double> values, any;
-    std::vector<std::size_t> draws;
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      const auto value = static_cast<double>(samples[i].*member);
-      if (samples[i].status != SampleStatus::done || std::isnan(value)) continue;
-      values.push_back(value);
-      any.push_back(value > 0 ? 1 : 0);
-      draws.push_back(i / index(replicates));
-    }
+    const CensoredValues found_values = observations(info, member, samples, replicates);
+    const std::vector<double>& values = found_values.value;
     ResultStatistics& found = all.emplace_back();
     found.info = info;
     found.n_values = static_cast<int>(values.size());
+    found.n_bounds = found_values.n_bounds();
     for (int k = 0; k < n_categories(info.categories); ++k)
       found.counts.push_back(static_cast<int>(std::ranges::count(values, k)));
     for (std::size_t i = 0; i < quantile_shares.size(); ++i)
-      found.quantiles[i] = quantile(values, quantile_shares[i]);
+      found.quantiles[i] = censored_quantile(found_values, quantile_shares[i]);
     if (values.empty()) return;
+    std::vector<double> any;
+    for (const double value : values) any.push_back(value > 0 ? 1 : 0);
     found.mean = std::accumulate(values.begin(), values.end(), 0.0) / found.n_values;
-    found.of_median = median_interval(values, draws, confidence);
+    found.of_median = censored_median_interval(found_values, confidence);
     found.n_any = static_cast<int>(std::ranges::count(any, 1.0));
-    found.share_any = share_interval(any, draws, confidence);
+    found.share_any = share_interval(any, found_values.group, confidence);
   });
   return all;
 }

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/censored_values.h"
 #include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/path_inference.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/stop_rule.h"
+#include "crackle/analysis/text_table.h"
 #include "crackle/geometry/outline.h"
 #include "crackle/input/reader.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 
 namespace crackle::analysis {
 
@@ -35,22 +38,34 @@ Json table(const std::vector<Value>& values, const Shape& shape) {
   return table<Value>(std::span(values), std::span(shape));
 }
 
+constexpr std::array unbroken_words{"value", "bound", "nothing"};  // as in OfUnbroken
+
 /// Metadata of each result, and its statistics over all samples.
 Json describe_results(const std::vector<ResultStatistics>& results) {
   Json described = Json::array();
   for (const ResultStatistics& found : results) {
     const ResultInfo& info = found.info;
-    Json result{
-        {"name", info.name},     {"meaning", info.meaning},         {"units", info.units},
-        {"label", info.label},   {"shown_units", info.shown_units}, {"shown_factor", info.shown_factor},
-        {"format", info.format}, {"n_values", found.n_values}};
+    Json result{{"name", info.name},
+                {"meaning", info.meaning},
+                {"units", info.units},
+                {"label", info.label},
+                {"shown_units", info.shown_units},
+                {"shown_factor", info.shown_factor},
+                {"format", fitting_format(info.format, found.quantiles, info.shown_factor)},
+                {"n_values", found.n_values},
+                {"of_unbroken", unbroken_words[static_cast<std::size_t>(info.of_unbroken)]},
+                {"n_bounds", found.n_bounds}};
     for (std::size_t k = 0; k < found.counts.size(); ++k)
       result["categories"].push_back(category_name(info.categories, static_cast<std::int64_t>(k)));
     const bool has_quantiles = info.reduction == Reduction::quantiles || info.reduction == Reduction::places;
     if (found.n_values > 0 && has_quantiles) {
-      result["quantiles"] = found.quantiles;
-      result["median_lower"] = found.of_median.lower;
-      result["median_upper"] = found.of_median.upper;
+      for (const Observation& one : found.quantiles) {
+        result["quantiles"].push_back(known(one));
+        if (found.n_bounds > 0) result["quantile_bounds"].push_back(one.is_bound ? one.value : not_a_number);
+      }
+      const auto& [lower, upper] = found.of_median;
+      result["median_lower"] = known(lower);
+      result["median_upper"] = known(upper);
     }
     if (found.n_values > 0 && info.reduction == Reduction::shares) result["counts"] = found.counts;
     if (found.n_values > 0 && info.reduction == Reduction::counts) {
@@ -72,7 +87,7 @@ Json column(std::span<const SampleSummary> samples, Value value) {
   return values;
 }
 
-Json samples_of(std::span<const SampleSummary> samples, const Origin& origin) {
+Json samples_of(std::span<const SampleSummary> samples, const Statistics& statistics, const Origin& origin) {
   Json group{{"status", column(samples, [](const auto& row) { return static_cast<int>(row.status); })},
              {"error", column(samples, [](const auto& row) { return row.error; })},
              {"note", column(samples, [](const auto& row) { return row.note; })}};
@@ -80,6 +95,10 @@ Json samples_of(std::span<const SampleSummary> samples, const Origin& origin) {
     if (lacks(origin, info.name)) return;
     group[info.name] = column(samples, [member](const auto& row) { return row.*member; });
   });
+  for (std::size_t k = 0; k < statistics.crack_parts.size(); ++k)
+    group[crack_area_in_info.name][statistics.crack_parts[k]] = column(samples, [k](const auto& row) {
+      return k < row.crack_area_in.size() ? row.crack_area_in[k] : not_a_number;
+    });
   group["wall_time"] = column(samples, [](const auto& row) { return row.wall_time; });
   return group;
 }
@@ -124,9 +143,10 @@ Json precision(const Statistics& statistics, const input::Parameters& parameters
   Json found{{"half_width_wanted", wanted}, {"is_of_the_input", stop.has_value()}};
   if (const auto worst = least_certain(statistics)) {
     const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
-    found["half_width"] = statistics.leader.z_half_width[*worst];
-    found["row"] = *worst / n_sections;
-    found["section"] = *worst % n_sections;
+    found["half_width"] = worst->half_width;
+    found["row"] = worst->position / n_sections;
+    found["section"] = worst->position % n_sections;
+    if (worst->group != nullptr) found["group"] = worst->group - statistics.leader.groups.data();
     found["n_samples_needed"] = n_samples_needed(statistics, wanted);
   }
   return found;
@@ -153,6 +173,25 @@ Json stopped_before(const PathInference& found, const RankStatistics& ranks, std
                     {"n_predicted", one.n_predicted},
                     {"n_beyond", one.n_beyond}});
   }
+  return list;
+}
+
+/// The groups of a rank's paths, as a list.
+Json groups_of(const RankStatistics& ranks) {
+  Json list = Json::array();
+  for (const PathGroup& group : ranks.groups)
+    list.push_back({{"leading_notch", ranks.leading_start[group.row]},
+                    {"notch", ranks.start[group.row]},
+                    {"row", group.row},
+                    {"n", group.n},
+                    {"n_of", group.n_of},
+                    {"share", group.share},
+                    {"lower", group.share_lower},
+                    {"upper", group.share_upper},
+                    {"reached", group.reached},
+                    {"z_mean", group.z_mean},
+                    {"z_std", group.z_std},
+                    {"z_half_width", group.z_half_width}});
   return list;
 }
 
@@ -185,6 +224,9 @@ Json statistics_of(const Statistics& statistics, std::span<const SampleSummary> 
         {"notch", ranks.start},
         {"counted", table(ranks.counted, {n_rows, static_cast<std::size_t>(statistics.n_sections)})}};
     add_paths(of_rank, ranks, n_rows, statistics);
+    of_rank["groups"] = groups_of(ranks);
+    of_rank["is_divided"] =
+        table(ranks.is_divided, {n_rows, static_cast<std::size_t>(statistics.n_sections)});
     if (&ranks == &statistics.leader || &ranks == &statistics.follower) {
       const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
       const PathInference found = path_inference(ranks, statistics, samples, parameters);
@@ -227,9 +269,10 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
       inputs.push_back({{"rank_correlation", estimate(effect.rank_correlation)},
                         {"first", estimate(effect.first)},
                         {"total", estimate(effect.total)}});
-    Json result{{"result", one.info.name},    {"label", one.info.label},        {"share_of", one.share_of},
-                {"n_values", one.n_values},   {"mesh", estimate(one.mesh)},     {"degree", one.degree},
-                {"predicted", one.predicted}, {"lack_of_fit", one.lack_of_fit}, {"inputs", inputs}};
+    Json result{{"result", one.info.name},  {"label", one.info.label},    {"share_of", one.share_of},
+                {"n_values", one.n_values}, {"n_draws", one.n_draws},     {"mesh", estimate(one.mesh)},
+                {"degree", one.degree},     {"predicted", one.predicted}, {"lack_of_fit", one.lack_of_fit},
+                {"inputs", inputs}};
     if (one.start >= 0) {
       result["notch"] = one.start;
       result["section"] = one.section;
@@ -239,6 +282,7 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
   return {{"confidence", all.confidence},
           {"n_draws", all.n_draws},
           {"n_samples", all.n_samples},
+          {"failures", all.failures},
           {"replicates", parameters.ensemble.replicates},
           {"results", results}};
 }
@@ -254,6 +298,8 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
                 {"n_done", statistics.n_done},
                 {"n_failed", n_failed},
                 {"n_undecided", std::ranges::count_if(samples, is_undecided)},
+                {"n_unbroken", std::ranges::count_if(samples, is_unbroken)},
+                {"headline_load", headline_load(samples)},
                 {"n_left", statistics.n_needed - statistics.n_done - n_failed},
                 {"notes", origin.notes},
                 {"warnings", ensemble_warnings(samples)},
@@ -263,7 +309,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
                                 const char*) { document["specimen"][name] = table(values, shape); });
   document["results"] =
       describe_results(result_statistics(samples, statistics.confidence, origin, statistics.replicates));
-  document["samples"] = samples_of(samples, origin);
+  document["samples"] = samples_of(samples, statistics, origin);
   document["crack_path"] = crack_path(
       samples, parameters.sections,
       {static_cast<std::size_t>(statistics.n_starts), static_cast<std::size_t>(statistics.n_sections)});

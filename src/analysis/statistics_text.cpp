@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/path_groups.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/text_table.h"
+#include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
 
 #include <fmt/format.h>
@@ -49,12 +51,17 @@ public:
   }
 
   /// One line of a table of positions.
-  void append_position(std::string& text, const PathStatistics& paths, std::size_t p) const {
+  /// @param is_divided the mean of all is no crack's position
+  void append_position(std::string& text, const PathStatistics& paths, std::size_t p,
+                       bool is_divided = false) const {
     const double factor = unit_.factor;
     const auto& [name, coordinate] = names_[p % names_.size()];
     fmt::format_to(std::back_inserter(text), "{} {:>8} {:>10} {:>10} {:>10}", cells(name, coordinate),
-                   paths.reached[p], number(paths.z_mean[p] * factor, 3), number(paths.z_std[p] * factor, 3),
-                   are_equal(paths, p) ? "all equal" : number(paths.z_half_width[p] * factor, 3));
+                   paths.reached[p], is_divided ? "groups" : number(paths.z_mean[p] * factor, 3),
+                   is_divided ? "-" : number(paths.z_std[p] * factor, 3),
+                   is_divided            ? "-"
+                   : are_equal(paths, p) ? "all equal"
+                                         : number(paths.z_half_width[p] * factor, 3));
   }
 
 private:
@@ -80,12 +87,26 @@ void append_ranks(std::string& text, const char* label, const RankStatistics& ra
     const std::size_t row = p / sections.size();
     fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_start[row],
                    ranks.start[row]);
-    sections.append_position(text, ranks, p);
+    sections.append_position(text, ranks, p, ranks.is_divided[p] != 0);
     fmt::format_to(std::back_inserter(text), " {:>10}\n", ranks.counted[p]);
   }
 }
 
-/// "0 in 104 samples, 1 in 95, none in 1", over the completed samples.
+/// True if the cracks of a start take several ways where they lead or follow.
+/// @param p index of start and section
+bool is_divided(const Statistics& statistics, std::size_t p) {
+  const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
+  const auto in = [&](const RankStatistics& ranks) {
+    for (std::size_t row = 0; row < ranks.start.size(); ++row)
+      if (static_cast<std::size_t>(ranks.start[row]) == p / n_sections &&
+          ranks.is_divided[row * n_sections + p % n_sections] != 0)
+        return true;
+    return false;
+  };
+  return in(statistics.leader) || in(statistics.follower);
+}
+
+/// "notch 0 in 104 samples, notch 1 in 95, none in 1", over the completed samples.
 std::string leaders(const Statistics& statistics, std::span<const SampleSummary> samples) {
   std::string text;
   for (int start = 0; start <= statistics.n_starts; ++start) {
@@ -95,7 +116,7 @@ std::string leaders(const Statistics& statistics, std::span<const SampleSummary>
     });
     if (is_none && n == 0) continue;
     fmt::format_to(std::back_inserter(text), "{}{} in {}", text.empty() ? "" : ", ",
-                   is_none ? "none" : fmt::to_string(start), n);
+                   is_none ? "none" : statistics.start_names[index(start)], n);
     if (start == 0) text += n == 1 ? " sample" : " samples";
   }
   return text;
@@ -108,8 +129,8 @@ std::string mapped_samples(const Statistics& statistics) {
     const auto reference = static_cast<std::size_t>(statistics.reference_start[start]);
     if (reference != start)
       fmt::format_to(std::back_inserter(text),
-                     "; samples led by start {} are mapped by the body's symmetry, as if start {} led", start,
-                     reference);
+                     "; samples led by {} are mapped by the body's symmetry, as if {} led",
+                     statistics.start_names[start], statistics.start_names[reference]);
   }
   return text;
 }
@@ -146,14 +167,19 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", mapped_samples(statistics), "cracks",
                  "leading", "start", sections.heads(), "of samples");
   append_ranks(text, "leader", statistics.leader, sections);
-  append_ranks(text, "leader, one crack", statistics.leader_one_crack, sections);
-  append_ranks(text, "leader, two cracks", statistics.leader_two_cracks, sections);
+  // Where all samples have the same pattern, these rows would repeat those above.
+  if (statistics.leader_one_crack.counted != statistics.leader.counted)
+    append_ranks(text, "leader, one crack", statistics.leader_one_crack, sections);
+  if (statistics.leader_two_cracks.counted != statistics.leader.counted)
+    append_ranks(text, "leader, two cracks", statistics.leader_two_cracks, sections);
   append_ranks(text, "follower", statistics.follower, sections);
+  if (statistics.n_starts == 1 && statistics.reached == statistics.leader.reached)
+    return append_unreached(text, statistics, sections);
   fmt::format_to(out, "\nall cracks of the start, leading and following\nstart{}\n", sections.heads());
   for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
     if (statistics.reached[p] == 0) continue;
     fmt::format_to(out, "{:>5}", p / sections.size());
-    sections.append_position(text, statistics, p);
+    sections.append_position(text, statistics, p, is_divided(statistics, p));
     text += '\n';
   }
   append_unreached(text, statistics, sections);
@@ -195,6 +221,12 @@ void append_counts(std::string& text, const std::vector<ResultStatistics>& resul
   }
 }
 
+/// The most important result comes first: the peak load, where the onset says little (headline_load).
+void put_first(std::vector<ResultStatistics>& results, std::string_view name) {
+  const auto of_name = [&](const ResultStatistics& one) { return one.info.name == name; };
+  if (name == "peak_load") std::ranges::stable_partition(results, of_name);
+}
+
 /// @param with_places show results of type places
 void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results, bool with_places,
                       double confidence) {
@@ -207,17 +239,45 @@ void append_quantiles(std::string& text, const std::vector<ResultStatistics>& re
         info.reduction == Reduction::quantiles || (with_places && info.reduction == Reduction::places);
     if (!is_shown || result.n_values == 0) continue;
     auto out = std::back_inserter(text);
-    const ShownUnit unit = info.unit_for(largest_size(result.quantiles));
+    double largest = 0;
+    for (const Observation& one : result.quantiles) largest = std::max(largest, std::abs(one.value));
+    const ShownUnit unit = info.unit_for(largest);
     fmt::format_to(out, "{:<30}", info.label + (unit.name.empty() ? "" : fmt::format(" [{}]", unit.name)));
-    const std::string form = fmt::format(" {{:>12{}}}", info.format);
-    for (const double value : result.quantiles) fmt::format_to(out, fmt::runtime(form), value * unit.factor);
+    const std::string format = fitting_format(info.format, result.quantiles, unit.factor);
+    for (const Observation& one : result.quantiles)
+      fmt::format_to(out, " {:>12}", shown(one, format, unit.factor));
     const auto& [lower, upper] = result.of_median;
-    fmt::format_to(out, " {:>8}   {}\n", result.n_values,
-                   std::isnan(lower) ? "too few samples"
-                   : result.quantiles.front() == result.quantiles.back()
-                       ? "all equal"
-                       : shown_range(lower, upper, info.format, unit.factor));
+    fmt::format_to(
+        out, " {:>8}   {}\n", result.n_values,
+        std::isnan(lower.value) ? "too few samples"
+        : result.quantiles.front().value == result.quantiles.back().value && result.n_bounds == 0
+            ? "all equal"
+            : fmt::format("{} to {}", shown(lower, format, unit.factor), shown(upper, format, unit.factor)));
   }
+}
+
+/// Shares of the crack area in the materials and at the interfaces, over the samples that broke.
+void append_parts(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples) {
+  if (statistics.crack_parts.empty()) return;
+  TextTable table{{"crack area in [%]", "mean", "min", "max", "samples with any"}};
+  for (std::size_t k = 0; k < statistics.crack_parts.size(); ++k) {
+    double sum = 0, least = 1, largest = 0;
+    int n = 0, n_any = 0;
+    for (const SampleSummary& row : samples) {
+      if (row.status != SampleStatus::done || k >= row.crack_area_in.size() || !(row.crack_area > 0))
+        continue;
+      const double share = row.crack_area_in[k] / row.crack_area;
+      sum += share;
+      least = std::min(least, share);
+      largest = std::max(largest, share);
+      n_any += share > 0 ? 1 : 0;
+      ++n;
+    }
+    if (n == 0) return;
+    table.push_back({statistics.crack_parts[k], shown(sum / n, ".1f", 100), shown(least, ".1f", 100),
+                     shown(largest, ".1f", 100), fmt::format("{} of {}", n_any, n)});
+  }
+  text += "\n" + aligned(table);
 }
 
 /// Which samples no number below covers, and which it covers although they are unfinished.
@@ -229,6 +289,12 @@ void append_left_out(std::string& text, const Statistics& statistics,
     fmt::format_to(std::back_inserter(text),
                    "{} undecided: still breaking at the end; all numbers below count what they had reached\n",
                    n_undecided);
+  const auto n_unbroken = std::ranges::count_if(samples, is_unbroken);
+  if (n_unbroken > 0)
+    fmt::format_to(std::back_inserter(text),
+                   "{} unbroken: loads count them as stronger than the largest load applied (Kaplan and "
+                   "Meier); times, displacements and work below are of those that broke\n",
+                   n_unbroken);
 }
 
 }  // namespace
@@ -250,11 +316,14 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   constexpr double least = 0.1;  // of positions, so that small deviations remain visible [mm]
   const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean), least);
   append_positions(text, statistics, samples, SectionColumns(sections.all(), unit));
+  text += groups_text(statistics, sections, unit);
   if (statistics.n_starts > 0) append_patterns(text, statistics);
-  const auto results = result_statistics(samples, statistics.confidence, origin, statistics.replicates);
+  auto results = result_statistics(samples, statistics.confidence, origin, statistics.replicates);
+  put_first(results, headline_load(samples));
   append_shares(text, results);
   append_counts(text, results, statistics.confidence);
   append_quantiles(text, results, statistics.n_starts == 0, statistics.confidence);
+  append_parts(text, statistics, samples);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     auto out = std::back_inserter(text);
     if (!samples[i].error.empty())

@@ -13,14 +13,24 @@ namespace {
 
 constexpr int most_samples = 10'000'000;  ///< upper bound of the search
 
-/// Indices of the leaders' positions that count for the rule.
-std::vector<std::size_t> positions_that_count(const Statistics& statistics) {
-  const std::vector<std::int32_t>& reached = statistics.leader.reached;
+/// The leaders' means that count for the rule.
+std::vector<LeaderMean> means_that_count(const Statistics& statistics) {
+  const RankStatistics& leader = statistics.leader;
   const double n_least = std::max(2.0, min_reached_share * statistics.n_done);
-  std::vector<std::size_t> positions;
-  for (std::size_t p = 0; p < reached.size(); ++p)
-    if (reached[p] >= n_least) positions.push_back(p);
-  return positions;
+  std::vector<LeaderMean> means;
+  const auto add = [&](std::size_t position, const PathStatistics& paths, std::size_t p,
+                       const PathGroup* group) {
+    if (paths.reached[p] >= n_least)
+      means.push_back({position, group, paths.reached[p], paths.z_std[p], paths.z_half_width[p]});
+  };
+  for (std::size_t p = 0; p < leader.reached.size(); ++p) {
+    if (leader.is_divided[p] == 0) add(p, leader, p, nullptr);
+    const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
+    for (const PathGroup& group : leader.groups)
+      if (leader.is_divided[p] != 0 && group.row == p / n_sections && group.share >= min_group_share)
+        add(p, group, p % n_sections, &group);
+  }
+  return means;
 }
 
 }  // namespace
@@ -33,35 +43,32 @@ std::vector<std::size_t> look_schedule(int samples, int min_samples) {
   return looks;
 }
 
-std::optional<std::size_t> least_certain(const Statistics& statistics) {
-  const std::vector<double>& half_width = statistics.leader.z_half_width;
-  std::optional<std::size_t> found;
-  for (const std::size_t p : positions_that_count(statistics))
-    if (!found || half_width[p] > half_width[*found]) found = p;
+std::optional<LeaderMean> least_certain(const Statistics& statistics) {
+  std::optional<LeaderMean> found;
+  for (const LeaderMean& mean : means_that_count(statistics))
+    if (!found || mean.half_width > found->half_width) found = mean;
   return found;
 }
 
 double n_samples_needed(const Statistics& statistics, double half_width) {
   const double confidence = confidence_of_look(statistics.confidence, statistics.n_looks);
   double n_needed = not_a_number;
-  for (const std::size_t p : positions_that_count(statistics)) {
-    const double deviation = statistics.leader.z_std[p];
+  for (const LeaderMean& mean : means_that_count(statistics)) {
     // Samples of one draw are alike.
-    const double design = deviation > 0 && statistics.replicates > 1
-                              ? statistics.leader.z_half_width[p] /
-                                    student_half_width(deviation, statistics.leader.reached[p], confidence)
+    const double design = mean.deviation > 0 && statistics.replicates > 1
+                              ? mean.half_width / student_half_width(mean.deviation, mean.n, confidence)
                               : 1;
     int n = 2;  // values at this section
-    while (design * student_half_width(deviation, n, confidence) > half_width && n < most_samples)
+    while (design * student_half_width(mean.deviation, n, confidence) > half_width && n < most_samples)
       n = std::max(n + 1, static_cast<int>(1.02 * n));
-    n_needed = std::fmax(n_needed, static_cast<double>(n) * statistics.n_done / statistics.leader.reached[p]);
+    n_needed = std::fmax(n_needed, static_cast<double>(n) * statistics.n_done / mean.n);
   }
   return n_needed;
 }
 
 bool is_known(const Statistics& statistics, double half_width) {
   const auto worst = least_certain(statistics);
-  return worst && statistics.leader.z_half_width[*worst] <= half_width;
+  return worst && worst->half_width <= half_width;
 }
 
 }  // namespace crackle::analysis

@@ -70,7 +70,7 @@ std::string quantity_text(double value, const std::string& si, int n_digits) {
 std::string quantity_text(double value, const std::string& si, int n_digits, double largest) {
   const double magnitude = std::abs(largest);
   const bool is_plain = !has_size(magnitude) || (magnitude >= least_plain && magnitude < greatest_plain);
-  const bool is_of_millimetres = si == "m" && magnitude >= 1e-5 && magnitude < 1;
+  const bool is_of_millimetres = si == "m" && (magnitude == 0 || (magnitude >= 1e-5 && magnitude < 1));
   const ShownUnit unit = is_of_millimetres ? ShownUnit{"mm", 1e3}
                          : is_plain        ? ShownUnit{si, 1}
                                            : prefixed(si, magnitude);

@@ -27,9 +27,10 @@ mechanics::Symmetric symmetric_of(const Eigen::Matrix3d& m) {
 }  // namespace
 
 Dampers::Dampers(const MotionContext& context) : context_(context) {
+  const auto& mass = context.body->operators().node_mass;
+  if (act() || are_viscous()) memory_.resize(mass.size());
   if (!act()) return;
   const auto& loads = *context.loads;
-  const auto& mass = context.body->operators().node_mass;
   std::map<std::int32_t, Eigen::Matrix3d> rates;
   const auto rate_of = [&](std::int32_t node) -> auto& {
     return rates.try_emplace(node, context.damping_rate * Eigen::Matrix3d::Identity()).first->second;
@@ -44,7 +45,6 @@ Dampers::Dampers(const MotionContext& context) : context_(context) {
       rate.col(motion.component).setZero();
     }
   }
-  memory_.resize(mass.size());
   for (const auto& [node, rate] : rates) nodes_.push_back({node, symmetric_of(rate), {}});
 }
 
@@ -62,7 +62,7 @@ void Dampers::set_duration(double duration) {
 }
 
 double Dampers::dissipated_energy() const {
-  if (!act()) return 0;
+  if (!act() && !are_viscous()) return 0;
   std::vector<double> terms;
   terms.reserve(memory_.size());
   for (const Memory& memory : memory_) terms.push_back(memory.dissipated);

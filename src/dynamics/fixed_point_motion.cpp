@@ -8,12 +8,14 @@
 #include "crackle/parallel/exact_sum.h"
 
 #include "boundary_nodes.h"
+#include "damped_nodes.h"
 #include "dampers.h"
 #include "fixed_point_state.h"
 #include "ghost_displacements.h"
 #include "initial_force.h"
 #include "state_range.h"
 #include "substeps.h"
+#include "viscous_force.h"
 
 #include "fracture/stress_screening.h"
 #include "mechanics/fixed_point_force.h"
@@ -68,6 +70,8 @@ public:
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
         dampers_(context),
+        viscosity_(subdomain_, context.body->operators(), context.body->material(), context.bulk_viscosity),
+        viscous_force_(dampers_.are_viscous() ? state_.velocity().size() : 0),
         initial_force_(*context.body, [this](const auto& forces) { return force_quanta(forces); }),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
         ghosts_(*context.group, subdomain_.layout, force_.nodes(),
@@ -101,6 +105,7 @@ public:
       }
     }
     ghosts_.end();
+    if (dampers_.are_viscous()) resist({time, time + time_step});
     force_is_current_ = substeps.back().keeps_force;
     n_forces_ += std::ranges::count_if(substeps, &Substep::has_force);
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
@@ -251,28 +256,6 @@ public:
   }
 
 private:
-  /// Access for the dampers, in quanta.
-  struct DampedNodes {
-    std::span<kernels::NodeRecord<Real>> nodes;
-    std::span<kernels::Velocity<Real>> velocities;
-    double half_drift;                     // displacement per velocity
-    kernels::Movement<double> movement{};  // due to the changes
-
-    double velocity(std::int32_t node, std::size_t c) const {
-      return static_cast<double>(velocities[index(node)].value[c]);
-    }
-    double change(std::int32_t node, std::size_t c, double change) {
-      const auto rounded = std::llrint(change);
-      velocities[index(node)].value[c] += static_cast<Integer>(rounded);
-      auto& place = nodes[index(node)].displacement[c];
-      const auto way = std::llrint(static_cast<double>(rounded) * half_drift);
-      place = low_digits<Real>(place + way);
-      movement.low[c] = std::min(movement.low[c], static_cast<double>(way));
-      movement.high[c] = std::max(movement.high[c], static_cast<double>(way));
-      return static_cast<double>(rounded);
-    }
-  };
-
   double energy_quantum() const { return scale_.displacement * scale_.force; }
 
   /// Strain energies of the counted tetrahedra that the screening leaves out [J].
@@ -514,14 +497,38 @@ private:
   /// @param movement of the block in the drift; extended by the effect of the dampers
   void slow_down(std::size_t first, std::size_t n, const Substep& substep,
                  kernels::Movement<double>& movement) {
-    DampedNodes nodes{state_.nodes(), state_.velocity(),
-                      0.5 * substep.drift * scale_.velocity / scale_.displacement};
+    DampedNodes<Real> nodes{state_.nodes(), state_.velocity(),
+                            0.5 * substep.drift * scale_.velocity / scale_.displacement};
     dampers_.slow_down(static_cast<std::int32_t>(first), static_cast<std::int32_t>(first + n), substep.drift,
                        nodes, scale_.velocity);
     for (std::size_t c = 0; c < 3; ++c) {
       movement.low[c] += nodes.movement.low[c];
       movement.high[c] += nodes.movement.high[c];
     }
+  }
+
+  /// In integers, so that neither the order nor a partition matters.
+  void resist(const mechanics::StepSpan& step) {
+    std::ranges::fill(viscous_force_, ForceQuanta{});
+    const auto nodes = force_.nodes();
+    viscosity_.find(
+        context_.body->residual_stiffness(), step.end - step.begin,
+        [&](std::int32_t a, std::int32_t b, std::size_t i) {
+          const auto& from = state_.displacement_before(index(a), 1);
+          const auto& other = state_.displacement_before(index(b), 1);
+          const auto now =
+              kernels::difference(nodes[index(a)].displacement[i], nodes[index(b)].displacement[i]);
+          return scale_.displacement *
+                 static_cast<double>(kernels::difference(now, kernels::difference(from[i], other[i])));
+        },
+        [&](double value) -> std::int64_t {
+          return quantized<Integer>(value, scale_.force, forces_are_in_range_);
+        },
+        [&](std::int32_t node, std::size_t i, std::int64_t value) {
+          if (index(node) < viscous_force_.size()) viscous_force_[index(node)][i] += value;
+        });
+    ViscousNodes<Real> moved{state_.velocity(), forces_are_in_range_};
+    dampers_.resist(step, std::span(viscous_force_), scale_.force, moved, scale_.velocity, work_);
   }
 
   MotionContext context_;
@@ -537,6 +544,8 @@ private:
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
   Dampers dampers_;
+  ViscousForce viscosity_;
+  std::vector<ForceQuanta> viscous_force_;  // of owned nodes, in the last step
   bool forces_are_in_range_ = true;
   InitialForce<std::int64_t> initial_force_;
   std::vector<kernels::Movement<double>> movement_;  // per block of nodes, since the last breaking check

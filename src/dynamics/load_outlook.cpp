@@ -7,7 +7,6 @@
 #include "crackle/dynamics/sample_setup.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/geometry/partition.h"
-#include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -16,51 +15,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 namespace crackle::dynamics {
 
 namespace {
 
-/// Maximum amplification of the static stress that waves are assumed to cause.
+/// Maximum amplification of a stress by reflection, superposition and notches that is assumed possible.
 constexpr double wave_amplification = 10;
-
-/// Largest speed of the body at the start [m/s].
-double initial_speed(const input::Parameters& parameters) {
-  const input::Region bounds = input::bounds_of(parameters.specimen);
-  const auto velocities = parameters.initial_velocities();
-  double speed = 0;
-  // A velocity that is linear in the coordinates is largest at a corner.
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    Vector p{}, sum{};
-    for (std::size_t k = 0; k < 3; ++k) p[k] = (corner >> k & 1u) != 0 ? bounds[k].second : bounds[k].first;
-    for (const auto& velocity : velocities) sum = sum + velocity.at(p);
-    speed = std::max(speed, norm(sum));
-  }
-  return speed;
-}
-
-/// Largest stress of the plane wave that a prescribed or initial velocity sends into the body: density times
-/// dilatational speed times velocity [Pa].
-double impact_stress(const input::Parameters& parameters) {
-  double speed = initial_speed(parameters);
-  for (const auto& condition : parameters.boundaries)
-    if (condition.kind == input::BoundaryKind::velocity)
-      speed = std::max(
-          speed, norm(condition.value) * (condition.factor ? condition.factor->largest_magnitude() : 1));
-  double impedance = 0;
-  for (const auto& material : parameters.materials)
-    impedance = std::max(impedance, material.density * mechanics::dilatational_speed(material));
-  return impedance * speed;
-}
+/// Share of the volume beyond what is strained at notches only.
+constexpr double large_part = 0.01;
 
 std::string text_of_load(double load) {
   return quantity_text(std::abs(load), "N");
 }
 
 std::string too_late(const input::Parameters& parameters, const LoadOutlook& outlook) {
-  const double transit = std::ranges::max(parameters.specimen.size) /
-                         mechanics::slowest_dilatational_speed(parameters.materials);
-  const double reach = std::max(parameters.time.duration, transit);
+  const double reach = std::max(parameters.time.duration, outlook.transit);
   if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
   return fmt::format(
       "the loads are far from breaking the body: in equilibrium they reach the first break after {}, at "
@@ -91,6 +62,7 @@ LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLo
   const auto has_broken = [&] { return loading.n_events() > 0; };
   const auto look = [&](const LoadState& now) {
     if (has_broken()) return;
+    outlook.strained = loading.strained_share(small_strain);
     if (const double share = loading.stress_share(); share > outlook.share) {
       outlook.share = share;
       outlook.load = machine_load(loads, now).force;
@@ -106,29 +78,48 @@ LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLo
   return outlook;
 }
 
-LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::Realization& realization) {
+RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Realization& realization,
+                         bool solves) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
   SampleSetup setup(self, parameters, subdomain, 0);
-  if (!setup.free_motions().empty()) return {};
-  // Equilibria say nothing about a wave that breaks the body.
-  double least_strength = infinity;
-  for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
-    least_strength = std::min(least_strength, setup.criterion->strength(t));
-  const bool is_struck = parameters.time.start == input::Start::rest &&
-                         wave_amplification * impact_stress(parameters) >= least_strength;
-  if (is_struck) return {};
-  EnergyAccount account(self, setup.body);
-  QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion, arrest_window(parameters),
-                             setup.average.get());
-  loading.load_at_start(account);
-  return first_break(loading, setup.loads, account);
+  RestOutlook outlook{wave_outlook(setup), {}};
+  const bool may_break = wave_amplification * outlook.waves.stress >= outlook.waves.strength;
+  // A slow load bends a body at far higher stresses than those of its waves.
+  if (!solves || may_break || !setup.free_motions().empty()) return outlook;
+  try {
+    EnergyAccount account(self, setup.body);
+    QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion,
+                               arrest_window(parameters, setup.waves), setup.average.get());
+    loading.load_at_start(account);
+    outlook.equilibrium = first_break(loading, setup.loads, account);
+    outlook.equilibrium->transit = wave_transit(parameters, setup.waves);
+  } catch (const std::runtime_error&) {
+    // A sample that starts from rest needs no equilibrium.
+  }
+  return outlook;
 }
 
-std::string weak_load_warning(const input::Parameters& parameters, const LoadOutlook& outlook) {
-  const bool at_rest = parameters.time.start == input::Start::rest;
-  if (outlook.breaks) return at_rest ? too_late(parameters, outlook) : std::string();
-  if (at_rest && (outlook.share == 0 || wave_amplification * outlook.share >= 1)) return {};
+std::string large_strain_warning(const LoadOutlook& outlook) {
+  if (!outlook.breaks || !(outlook.strained > large_part)) return {};
+  return fmt::format(
+      "at the first break {:.3g} % of the body is strained by more than {:.2g} %, beyond the small strains "
+      "that the program assumes; is Young's modulus too low, or the strength too high?",
+      100 * outlook.strained, 100 * small_strain);
+}
+
+std::string weak_load_warning(const input::Parameters& parameters, const RestOutlook& outlook) {
+  if (wave_amplification * outlook.waves.stress >= outlook.waves.strength) return {};
+  const auto& equilibrium = outlook.equilibrium;
+  if (equilibrium && equilibrium->breaks) return too_late(parameters, *equilibrium);
+  if (equilibrium && wave_amplification * equilibrium->share >= 1) return {};
+  return fmt::format(
+      "the loads hardly break the body: their waves reach {:.2g} % of its strength; raise them",
+      100 * outlook.waves.stress / outlook.waves.strength);
+}
+
+std::string weak_load_warning(const LoadOutlook& outlook) {
+  if (outlook.breaks) return {};
   if (outlook.share == 0)
     return fmt::format("the loads do not break the body{}: no part of it is in tension",
                        outlook.grows ? ", however high they rise" : "");

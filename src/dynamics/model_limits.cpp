@@ -34,6 +34,8 @@ constexpr double compressible = 0.4;
 constexpr double least_ligament = 0.25, greatest_ligament = 0.98;
 /// A mesh this many times finer than any spacing given is hardly meant.
 constexpr double hardly_meant = 50;
+/// Displacement, as a share of the body's extent, with strains or rotations that are not small.
+constexpr double large_displacement = 0.1;
 /// Loading within this many wave transits is fast.
 constexpr double few_transits = 5;
 
@@ -230,15 +232,25 @@ std::vector<std::string> model_warnings(const input::Parameters& parameters, con
   return warnings;
 }
 
-std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time) {
+std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time,
+                                 double transit) {
   if (parameters.time.start != input::Start::quasi_static) return {};
-  const double transit = std::ranges::max(parameters.specimen.size) /
-                         mechanics::slowest_dilatational_speed(parameters.materials);
   if (!(first_break_time < few_transits * transit)) return {};
   return fmt::format(
       "quasi-static loading reaches the first break after {}, but a wave takes {} along the body, so inertia "
       "cannot be neglected; set time.start = \"rest\"",
       quantity_text(first_break_time, "s"), quantity_text(transit, "s"));
+}
+
+std::string large_displacement_warning(const input::Parameters& parameters, double displacement) {
+  if (parameters.time.start == input::Start::rest) return {};
+  const double extent = std::ranges::max(parameters.specimen.size);
+  const double share = std::abs(displacement) / extent;
+  if (!(share > large_displacement)) return {};
+  return fmt::format(
+      "the peak load has moved by {}, {:.0f} % of the body's longest extent, but the program assumes small "
+      "strains and rotations",
+      quantity_text(std::abs(displacement), "m"), 100 * share);
 }
 
 }  // namespace crackle::dynamics

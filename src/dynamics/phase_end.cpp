@@ -19,6 +19,7 @@ PhaseEnd::PhaseEnd(const MotionContext& context, const PhaseOptions& options)
 
 bool PhaseEnd::is_arrested(std::int64_t step, std::int64_t last_break) const {
   if (!options_->arrest_window) return false;
+  if (options_->awaits_break && last_break == 0) return step >= options_->grid.n_steps;
   const bool has_none = last_break == 0 && step >= last_step_;
   return has_none || static_cast<double>(step - last_break) * options_->grid.step >= *options_->arrest_window;
 }

@@ -18,7 +18,8 @@ public:
   /// The step at which the phase ends at the latest.
   std::int64_t last_step() const { return last_step_; }
 
-  /// True if nothing has broken for the time of the arrest window, or in the whole phase.
+  /// True if nothing has broken for the time of the arrest window, or in the whole phase. See
+  /// PhaseOptions::awaits_break.
   bool is_arrested(std::int64_t step, std::int64_t last_break) const;
 
   /// True if a check for separation is due: they are rare, and only after new breaks.

@@ -9,6 +9,7 @@
 #include "dampers.h"
 #include "external_work.h"
 #include "initial_force.h"
+#include "viscous_force.h"
 
 #include "mechanics/petsc_stiffness.h"
 
@@ -83,7 +84,10 @@ public:
         force_(*context.group, context.body->subdomain().layout),
         inverse_mass_(state.displacement.owned().size()),
         work_(start_work(context, load_time, state)),
-        dampers_(context) {
+        dampers_(context),
+        viscosity_(context.body->subdomain(), context.body->operators(), context.body->material(),
+                   context.bulk_viscosity),
+        viscous_force_(dampers_.are_viscous() ? inverse_mass_.size() / 3 : 0) {
     for (std::size_t i = 0; i < inverse_mass_.size(); ++i)
       inverse_mass_[i] = 1 / context.body->operators().node_mass[i / 3];
     for (const auto& motion : context.loads->motions)
@@ -107,6 +111,7 @@ public:
       }
     }
     state_->displacement.update_ghosts();
+    if (dampers_.are_viscous()) resist({time, time + time_step});
   }
 
   std::span<const std::int32_t> overloaded() override {
@@ -291,6 +296,22 @@ private:
     force_is_current_ = false;
   }
 
+  void resist(const mechanics::StepSpan& step) {
+    std::ranges::fill(viscous_force_, Vector{});
+    const std::span<const double> u = state_->displacement.local(), before = before_[0];
+    viscosity_.find(
+        context_.body->residual_stiffness(), step.end - step.begin,
+        [&](std::int32_t a, std::int32_t b, std::size_t i) {
+          return (u[index(a, i)] - u[index(b, i)]) - (before[index(a, i)] - before[index(b, i)]);
+        },
+        [](double value) { return value; },
+        [&](std::int32_t node, std::size_t i, double value) {
+          if (index(node) < viscous_force_.size()) viscous_force_[index(node)][i] += value;
+        });
+    DampedNodes nodes{state_->displacement.owned(), state_->velocity.owned(), 0};
+    dampers_.resist(step, std::span(viscous_force_), 1, nodes, 1, work_);
+  }
+
   MotionContext context_;
   MotionState* state_;
   // Displacements of local nodes at the starts of the last two steps.
@@ -300,6 +321,8 @@ private:
   std::vector<double> inverse_mass_;  // 0 for prescribed components
   ExternalWork work_;
   Dampers dampers_;
+  ViscousForce viscosity_;
+  std::vector<Vector> viscous_force_;  // of owned nodes
   std::vector<std::int32_t> overloaded_;
   bool force_is_current_ = false;  // equal on all ranks
   bool has_released_ = false;      // since the last step, on this rank

@@ -6,6 +6,7 @@
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/fracture/connectivity.h"
+#include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"
@@ -19,6 +20,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <unordered_map>
@@ -347,6 +349,22 @@ bool QuasiStaticLoading::breaks_soon(std::int32_t tetrahedron, double load) cons
 double QuasiStaticLoading::stress_share() const {
   const Critical most = most_loaded();
   return most.number < 0 ? 0 : std::max(0.0, most.value);
+}
+
+double QuasiStaticLoading::strained_share(double limit) const {
+  std::array<double, 2> volume{};  // of the strained part, of all
+  for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
+    if (body_->subdomain().counted[index(t)] == 0) continue;
+    const double own = body_->operators().tetrahedra[index(t)].volume;
+    volume[1] += own;
+    mechanics::Symmetric strain = body_->strain(t, displacement_.local());
+    const double stretch = fracture::largest_principal(strain);
+    for (double& component : strain) component = -component;
+    if (std::max(stretch, fracture::largest_principal(strain)) > limit) volume[0] += own;
+  }
+  parallel::agree(*group_);
+  parallel::all_reduce(*group_, volume, MPI_SUM);
+  return volume[0] / volume[1];
 }
 
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {

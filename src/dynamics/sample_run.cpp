@@ -61,8 +61,10 @@ public:
                  setup_.average.get(),
                  parameters.damping_rate(),
                  setup_.vicinity.get(),
-                 parameters.stress_varies()} {
+                 parameters.stress_varies(),
+                 parameters.bulk_viscosity()} {
     result_.stable_step = setup_.stable_step;
+    result_.wave_transit = wave_transit(parameters_, setup_.waves);
     result_.load_is_reaction = machine_reacts();
     result_.time_step = setup_.grid.step;
     result_.timings.setup = setup_watch_.seconds();
@@ -119,7 +121,7 @@ private:
   }
 
   void load_until_end() {
-    const double patience = arrest_window(parameters_);
+    const double patience = arrest_window(parameters_, setup_.waves);
     Stopwatch watch;
     group_.enter("quasi-static loading");
     setup_.refuse_free_body();
@@ -249,6 +251,8 @@ private:
     const std::int64_t number = result_.counts.dynamic_phases;
     PhaseOptions options{.grid = setup_.grid,
                          .arrest_window = arrest_window,
+                         // Loads that change, and waves, may take their time to break a body in equilibrium.
+                         .awaits_break = starts_moving(number),
                          .release_time = fracture::fracture_field(parameters_, fracture::span_of(subdomain_),
                                                                   &input::Fracture::release_time),
                          .ends_out_of_range = parameters_.time.precision == input::Precision::double_,
@@ -297,9 +301,10 @@ private:
     result_.frames = std::move(phase.frames);
     result_.note = phase.note;
     counted_time_ = phase.counted_time;
+    if (phase.arrested) note_early_arrest(phase);
     say(fmt::format("dynamic phase {}: {} after {:.1f} us, {} tetrahedra broken so far",
                     result_.counts.dynamic_phases,
-                    phase.arrested    ? "arrested"
+                    phase.arrested    ? result_.energy.back().broken == 0 ? "nothing broke" : "arrested"
                     : phase.separated ? "the body is apart"
                                       : "complete",
                     1e6 * phase.time, result_.energy.back().broken));
@@ -307,9 +312,25 @@ private:
       result_.note = fmt::format(
           "cracks still ran at the end of time.duration, {:.4g} us, where what is stored ends; {} {:.4g} us: "
           "raise time.duration",
-          1e6 * phase.counted_time, phase.separated ? "the body was apart by" : "it was in one piece at",
+          1e6 * phase.counted_time, phase.separated ? "the body had come apart at" : "it was in one piece at",
           1e6 * phase.time);
     if (!result_.note.empty()) say(result_.note);
+  }
+
+  /// True for the dynamic phase in which the loads set an equilibrium in motion.
+  bool starts_moving(std::int64_t phase) const {
+    return parameters_.time.start == input::Start::equilibrium && phase == 1;
+  }
+
+  /// Arrest is the rule between quasi-static loading, but ends the motion of a body that started with it.
+  void note_early_arrest(const PhaseResult& phase) {
+    const double duration = setup_.grid.duration();
+    if (!starts_moving(result_.counts.dynamic_phases) || phase.time >= duration) return;
+    early_arrest_ = fmt::format(
+        "arrest ended the motion {:.4g} us after the start, before time.duration, {:.4g} us: nothing had "
+        "broken for {:.4g} us; to go on, raise time.arrest",
+        1e6 * phase.time, 1e6 * duration, 1e6 * arrest_window(parameters_, setup_.waves));
+    if (result_.note.empty()) result_.note = early_arrest_;
   }
 
   /// Restores an arrested phase computed by an earlier run.
@@ -330,6 +351,7 @@ private:
     phase.dissipated = ended.dissipated;
     phase.separated_at = ended.separated_at;
     phase.last_break = ended.last_break;
+    note_early_arrest(phase);
     return phase;
   }
 
@@ -381,6 +403,7 @@ private:
   }
 
   void finish() {
+    if (result_.note.empty()) result_.note = early_arrest_;
     result_.breaks = gather_breaks(group_, body_.breaks());
     result_.bridge_releases = gather_bridge_releases(group_, body_.bridge_releases());
     result_.stiffness_reductions = gather_stiffness_reductions(group_, body_.stiffness_reductions());
@@ -432,6 +455,7 @@ private:
   SampleResult result_;
   double load_at_first_break_ = not_a_number;  // in quasi-static loading [N]
   double counted_time_ = 0;                    // of the last dynamic phase [s]
+  std::string early_arrest_;                   // the remark on it, if any
 };
 
 /// Runs the sample in the precision of the input, or in double if mixed precision is out of range.
@@ -498,10 +522,13 @@ SampleResult run_from_checkpoint(const parallel::Communicator& group, const inpu
 
 }  // namespace
 
-double arrest_window(const input::Parameters& parameters) {
+double arrest_window(const input::Parameters& parameters, const fracture::BodyWaves& waves) {
   if (parameters.time.arrest) return *parameters.time.arrest;
-  const double length = *std::ranges::max_element(parameters.specimen.size);
-  return length / input::slowest_bar_speed(parameters.materials);
+  return std::ranges::max(parameters.specimen.size) / waves.bar;
+}
+
+double wave_transit(const input::Parameters& parameters, const fracture::BodyWaves& waves) {
+  return std::ranges::max(parameters.specimen.size) / waves.dilatational;
 }
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,

@@ -2,7 +2,6 @@
 #include "crackle/dynamics/sample_setup.h"
 
 #include "crackle/fracture/initial_strain.h"
-#include "crackle/fracture/material_field.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/mechanics/rigid_motion.h"
 #include "crackle/parallel/agreement.h"
@@ -23,10 +22,10 @@ void refuse_overdamping(double rate, const TimeGrid& grid) {
 }
 
 mechanics::BoundaryLoads all_loads(const parallel::Communicator& group, const input::Parameters& parameters,
-                                   const geometry::Subdomain& subdomain,
-                                   const mechanics::PdsOperators& operators) {
-  mechanics::BoundaryLoads loads = mechanics::make_boundary_loads(group, parameters, subdomain);
-  mechanics::add_body_forces(group, parameters, subdomain, operators, loads);
+                                   const fracture::BreakableBody& body) {
+  mechanics::BoundaryLoads loads =
+      mechanics::make_boundary_loads(group, parameters, body.subdomain(), body.material());
+  mechanics::add_body_forces(group, parameters, body.subdomain(), body.operators(), loads);
   return loads;
 }
 
@@ -39,9 +38,10 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
       subdomain(part),
       body(part, fracture::make_material_field(input, sample, fracture::span_of(part)),
            input.fracture.release, input.fracture.contact),
-      loads(all_loads(ranks, input, part, body.operators())),
+      waves(fracture::slowest_waves(ranks, input, body)),
+      loads(all_loads(ranks, input, body)),
       splitting(dynamics::splitting(input.time.integrator)),
-      stable_step(splitting.stability_limit / largest_frequency(ranks, part, body.operators(), body.force())),
+      stable_step(dynamics::stable_step(ranks, input, part, body.operators(), body.material(), body.force())),
       grid(choose_time_grid(input.time, stable_step)),
       criterion(fracture::make_criterion(
           input, fracture::tetrahedron_strengths(ranks, input, sample, body), grid.step,

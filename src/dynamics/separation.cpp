@@ -124,9 +124,15 @@ bool are_supported(const mechanics::BoundaryLoads& loads, const std::vector<Piec
   return true;
 }
 
-/// Volume of the second largest piece, as a share of the body's. Collective.
-double second_largest_share(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                            const std::vector<std::int64_t>& labels) {
+/// The two largest pieces.
+struct LargestPieces {
+  std::int64_t main = 0;    ///< label of the largest
+  double second_share = 0;  ///< volume of the second largest, as a share of the body's
+};
+
+/// Collective.
+LargestPieces largest_pieces(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                             const std::vector<std::int64_t>& labels) {
   const auto& volume = body.operators().node_volume;
   const double total = parallel::exact_sum(group, volume);
   // Integers make the sums independent of the partition.
@@ -146,13 +152,30 @@ double second_largest_share(const parallel::Communicator& group, const fracture:
   return parallel::agree(group, [&] {
     std::map<std::int64_t, std::int64_t> sums;
     for (std::size_t i = 0; i < all.size(); i += 2) sums[all[i]] += all[i + 1];
+    LargestPieces pieces;
     std::int64_t largest = 0, second = 0;
     for (const auto& [piece, sum] : sums) {
       second = std::max(second, std::min(sum, largest));
+      if (sum > largest) pieces.main = piece;
       largest = std::max(largest, sum);
     }
-    return std::ldexp(static_cast<double>(second), -48);
+    pieces.second_share = std::ldexp(static_cast<double>(second), -48);
+    return pieces;
   });
+}
+
+/// True if the body has prescribed motions, but neither they nor loads act on its largest piece any more:
+/// what is left at their nodes may be less than a loose piece.
+bool has_come_off(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions,
+                  std::int64_t main_piece) {
+  bool is_prescribed = false;
+  for (std::size_t k = 0; k < conditions.size(); ++k) {
+    const bool is_force = k < loads.forces.size();
+    if (is_force && loads.forces[k].is_body_force) continue;
+    if (conditions[k].contains(main_piece)) return false;
+    if (!is_force && !conditions[k].empty()) is_prescribed = true;
+  }
+  return is_prescribed;
 }
 
 }  // namespace
@@ -164,7 +187,10 @@ bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableB
     if (!pattern.is_body_force) acting.insert(pattern.condition);
   for (const auto& motion : loads.motions) acting.insert(motion.condition);
   if (acting.size() < 2) return is_separated(group, body, loads);
-  return act_apart(loads, face_pieces_of_conditions(group, body, loads));
+  if (act_apart(loads, face_pieces_of_conditions(group, body, loads))) return true;
+  const auto labels = fracture::piece_labels(group, body);
+  return has_come_off(loads, pieces_of_conditions(group, loads, labels),
+                      largest_pieces(group, body, labels).main);
 }
 
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
@@ -174,8 +200,10 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
 
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels) {
-  return act_apart(loads, pieces_of_conditions(group, loads, labels)) ||
-         second_largest_share(group, body, labels) >= separated_share;
+  const auto conditions = pieces_of_conditions(group, loads, labels);
+  if (act_apart(loads, conditions)) return true;
+  const LargestPieces pieces = largest_pieces(group, body, labels);
+  return pieces.second_share >= separated_share || has_come_off(loads, conditions, pieces.main);
 }
 
 bool loads_are_supported(const parallel::Communicator& group, const fracture::BreakableBody& body,

@@ -2,17 +2,23 @@
 #include "crackle/dynamics/stable_step.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/common/index.h"
 #include "crackle/common/random.h"
 #include "crackle/dynamics/integrator.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
-#include "crackle/parallel/node_field.h"
+#include "crackle/parallel/ghost_exchange.h"
+
+#include "viscous_force.h"
 
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -23,10 +29,22 @@ constexpr int max_lanczos_steps = 60;
 constexpr double lanczos_tolerance = 1e-3;  // relative to the squared frequency
 constexpr double fraction_of_stable_step = 0.9;
 
-}  // namespace
+using Exchange = parallel::GhostExchange<std::array<double, 3>>;
 
-double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                         const mechanics::PdsOperators& operators, const mechanics::InternalForce& force) {
+/// @param values three of each local node, the ghosts last
+void update_ghosts(Exchange& exchange, std::span<double> values) {
+  for (std::size_t i = 0; i < exchange.sent().size(); ++i)
+    std::ranges::copy(values.subspan(3 * index(exchange.sent_nodes()[i]), 3), exchange.sent()[i].begin());
+  exchange.begin();
+  exchange.end();
+  const auto ghosts = values.last(3 * exchange.received().size());
+  for (std::size_t i = 0; i < ghosts.size(); ++i) ghosts[i] = exchange.received()[i / 3][i % 3];
+}
+
+/// @param force linear in the displacement; both 3 n_local
+template <class Force>
+double largest_frequency_of(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                            const mechanics::PdsOperators& operators, const Force& force) {
   const auto n = 3 * static_cast<std::size_t>(subdomain.layout.n_owned);
   std::vector<double> scale(n);  // M^-1/2
   for (std::size_t i = 0; i < n; ++i) scale[i] = 1 / std::sqrt(operators.node_mass[i / 3]);
@@ -41,15 +59,15 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
   const double length = std::sqrt(parallel::exact_dot(group, current, current));
   for (auto& value : current) value /= length;
 
-  parallel::NodeField displacement(group, subdomain.layout);
-  std::vector<double> internal(3 * subdomain.nodes.size());
+  Exchange exchange(group, subdomain.layout);
+  std::vector<double> displacement(3 * subdomain.nodes.size()), internal(displacement.size());
   std::vector<double> alpha, beta;
   double estimate = 0;
   for (int step = 0; step < max_lanczos_steps; ++step) {
-    for (std::size_t i = 0; i < n; ++i) displacement.owned()[i] = scale[i] * current[i];
+    for (std::size_t i = 0; i < n; ++i) displacement[i] = scale[i] * current[i];
     parallel::agree(group);
-    displacement.update_ghosts();
-    force.evaluate(displacement.local(), internal);
+    update_ghosts(exchange, displacement);
+    force(std::span<const double>(displacement), std::span(internal));
     for (std::size_t i = 0; i < n; ++i) next[i] = scale[i] * internal[i];
     alpha.push_back(parallel::exact_dot(group, next, current));
     for (std::size_t i = 0; i < n; ++i) {
@@ -73,6 +91,42 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
   return std::sqrt(estimate);
 }
 
+}  // namespace
+
+double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                         const mechanics::PdsOperators& operators, const mechanics::InternalForce& force) {
+  return largest_frequency_of(group, subdomain, operators, [&](auto displacement, auto internal) {
+    force.evaluate(displacement, internal);
+  });
+}
+
+double stable_step(const parallel::Communicator& group, const input::Parameters& parameters,
+                   const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
+                   const mechanics::MaterialField& material, const mechanics::InternalForce& force) {
+  const double frequency = largest_frequency(group, subdomain, operators, force);
+  const double undamped = splitting(parameters.time.integrator).stability_limit / frequency;
+  if (!parameters.bulk_viscosity().acts()) return undamped;
+  // With the rate of the last step, Verlet's scheme M (u+ - 2 u + u-) + dt^2 K u + dt C (u - u-) = 0 is
+  // stable while dt^2 K + 2 dt C < 4 M: for one frequency, dt < 2 / omega (sqrt(1 + xi^2) - xi), as in
+  // Abaqus/Explicit. Within its own limit "bilateral4" is then stable, too. K + 2 C / dt falls with dt, but
+  // dt (K + 2 C / dt) rises, which gives lower bounds on the limit from a longer and from a shorter step.
+  const ViscousForce viscosity(subdomain, operators, material, parameters.bulk_viscosity());
+  const auto frequency_for = [&](double step) {
+    return largest_frequency_of(group, subdomain, operators, [&](auto displacement, auto internal) {
+      force.evaluate(displacement, internal);
+      viscosity.add_largest(2 / step, displacement, internal);
+    });
+  };
+  const double too_long = 2 / frequency;
+  const double at_long = frequency_for(too_long);
+  double step = 4 / (too_long * at_long * at_long);
+  for (double last = 0; step > 1.01 * last;) {
+    last = step;
+    step = 2 / frequency_for(last);
+  }
+  return std::min(undamped, step);
+}
+
 double stable_step(const input::Parameters& parameters, const geometry::Realization& realization) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
@@ -80,8 +134,7 @@ double stable_step(const input::Parameters& parameters, const geometry::Realizat
   const auto operators = mechanics::make_operators(subdomain, material.density);
   const mechanics::ResidualStiffness intact(operators, material.elasticity);
   const mechanics::InternalForce force(operators, intact);
-  return splitting(parameters.time.integrator).stability_limit /
-         largest_frequency(self, subdomain, operators, force);
+  return stable_step(self, parameters, subdomain, operators, material, force);
 }
 
 TimeGrid choose_time_grid(const input::Time& time, double stable_step) {

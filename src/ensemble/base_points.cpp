@@ -51,7 +51,11 @@ geometry::MotherPoints make_base_points(const geometry::Body& body, const input:
 geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Parameters& parameters,
                                           const std::function<void(const std::string&)>& say) {
   if (parameters.mesh.base == input::Base::own) {
-    const double n_points = geometry::checked_n_points(body, parameters.mesh);
+    const double n_points = [&] {
+      Heartbeat heartbeat(say);
+      heartbeat.begin("counting the mother points");
+      return geometry::checked_n_points(body, parameters.mesh);
+    }();
     const double seconds = placing_seconds(n_points);
     if (say)
       say(fmt::format("base mesh: one for each sample, about {:.0f} mother points, generated in {}", n_points,

@@ -2,6 +2,7 @@
 #include "crackle/ensemble/case.h"
 
 #include "crackle/analysis/statistics.h"
+#include "crackle/common/heartbeat.h"
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/regular_file.h"
@@ -27,6 +28,16 @@ using analysis::SampleSummary;
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
+
+namespace {
+
+/// Warnings that a sample left the range in which the model holds, each empty if it did not.
+std::array<std::string, 2> limits_passed(const input::Parameters& parameters, const SampleReport& report) {
+  return {dynamics::fast_loading_warning(parameters, report.summary.first_break_time, report.wave_transit),
+          dynamics::large_displacement_warning(parameters, report.summary.displacement_at_peak)};
+}
+
+}  // namespace
 
 void Case::say(const std::string& line) const {
   if (log_ != nullptr) log_->line(line);
@@ -61,7 +72,12 @@ void Case::begin(int n_groups, RunLog* log) {
   const auto prepared = prepare_folder(folder_, parameters_, plan_);
   if (log != nullptr && !options_.single) log->keep(run_log_file(folder_, options_.range));
   for (const auto& line : prepared) say(line);
-  for (const auto& warning : dynamics::model_warnings(parameters_, *body_)) say("warning: " + warning);
+  const auto warnings = [&] {
+    Heartbeat heartbeat([this](const std::string& line) { say(line); });
+    heartbeat.begin("examining the input");
+    return dynamics::model_warnings(parameters_, *body_);
+  }();
+  for (const auto& warning : warnings) say("warning: " + warning);
   progress_.emplace(plan_.to_do.size(), n_groups, parameters_);
   for (const auto& kept : plan_.kept) {
     progress_->kept(kept.sample, kept.summary);
@@ -109,9 +125,9 @@ void Case::finished(const SampleReport& report) {
   if (log_ == nullptr) return;
   log_->line(describe(report));
   if (warning) log_->line(*warning);
-  if (const auto fast = dynamics::fast_loading_warning(parameters_, report.summary.first_break_time);
-      !fast.empty() && !std::exchange(has_warned_of_fast_loading_, true))
-    log_->line("warning: " + fast);
+  const auto passed = limits_passed(parameters_, report);
+  for (std::size_t i = 0; i < passed.size(); ++i)
+    if (!passed[i].empty() && !std::exchange(has_warned_[i], true)) log_->line("warning: " + passed[i]);
   log_->show(*progress_, true);
 }
 
@@ -260,9 +276,8 @@ RunOutcome Case::finish_single(const parallel::Communicator& world, bool is_stop
     report.summary = plan_.kept.front().summary;
     report.stored = true;
   }
-  if (const auto fast = dynamics::fast_loading_warning(parameters_, report.summary.first_break_time);
-      !fast.empty())
-    say("warning: " + fast);
+  for (const std::string& passed : limits_passed(parameters_, report))
+    if (!passed.empty()) say("warning: " + passed);
   if (log_ != nullptr) log_->end_progress();
   say(describe(report));
   if (const auto warning = analysis::sample_warning(report.sample, report.summary)) say(*warning);

@@ -4,14 +4,13 @@
 #include "crackle/analysis/crack_surface.h"
 #include "crackle/common/real.h"
 #include "crackle/ensemble/base_points.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
-#include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/uncertainty/random_inputs.h"
 
-#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -57,12 +56,15 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   analysis.lines = analysis::crack_lines(own_body, analysis.surface, analysis.branches);
   analysis.crossings =
       analysis::section_crossings(own_body, analysis.surface, analysis.branches, own.sections);
-  const input::Material& fastest = std::ranges::max(own.materials, {}, mechanics::rayleigh_speed);
+  const auto material = fracture::make_material_field(
+      own, sample_,
+      {realization.nodes, realization.tetrahedra, {}, realization.material, realization.map_factor});
+  const auto waves = analysis::rayleigh_speeds(analysis.surface, realization, material);
   analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
-                                         analysis.branches, analysis.crossings, fastest);
+                                         analysis.branches, analysis.crossings, waves);
+  analysis.summary.crack_area_in = analysis::crack_area_in_parts(analysis.surface, realization, own);
   if (own.draw) analysis.summary.inputs = own.draw->values;
-  analysis.history =
-      analysis::crack_history(own_body, analysis.surface, result, mechanics::rayleigh_speed(fastest));
+  analysis.history = analysis::crack_history(own_body, analysis.surface, result, waves);
   return analysis;
 }
 

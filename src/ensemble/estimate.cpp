@@ -17,6 +17,8 @@ namespace {
 constexpr double running_durations = 0.4;
 constexpr double static_breaks_per_phase = 1.5;
 
+constexpr int phases_between_moved_grips = 10, phases_of_changing_stress = 60;
+
 /// Broken tetrahedra of a sample divided by (tetrahedra of the mesh)^(2/3), since cracks are surfaces.
 constexpr double breaks_per_section = 1.2;
 
@@ -39,24 +41,40 @@ PhaseWork phase_work(const input::Parameters& parameters, double stable_step) {
   return {grid, static_cast<std::int64_t>(std::ceil(forces_per_step * static_cast<double>(grid.n_steps)))};
 }
 
-SampleWork sample_work(const input::Parameters& parameters, int phases) {
+PhaseRange expected_phases(const input::Parameters& parameters) {
+  if (parameters.time.start == input::Start::rest) return {1, 1};
+  const auto changes = [](const input::InitialStress& stress) {
+    return std::ranges::any_of(stress.history,
+                               [&](const auto& entry) { return entry.second != stress.history[0].second; });
+  };
+  const auto moves = [](const input::Boundary& condition) {
+    return input::prescribes_motion(condition.kind) &&
+           (condition.value != Vector{} || condition.rate != Vector{});
+  };
+  if (std::ranges::any_of(parameters.initial_stresses, changes))
+    return {usual_phases, phases_of_changing_stress};
+  if (std::ranges::any_of(parameters.boundaries, moves)) return {usual_phases, phases_between_moved_grips};
+  return {};
+}
+
+SampleWork sample_work(const input::Parameters& parameters, double arrest_window, int phases) {
   if (parameters.time.start == input::Start::rest) return {};
-  const double arrested =
-      std::min<double>(dynamics::max_phase_durations,
-                       running_durations + dynamics::arrest_window(parameters) / parameters.time.duration);
+  const double arrested = std::min<double>(dynamics::max_phase_durations,
+                                           running_durations + arrest_window / parameters.time.duration);
   // One equilibrium after each quasi-static break and one after each arrest.
   const double solves = static_breaks_per_phase * phases + (phases - 1);
-  return {phases, 1 + (phases - 1) * arrested, static_cast<int>(std::lround(solves))};
+  return {phases, parameters.time.start == input::Start::equilibrium ? 1 : 0, 1 + (phases - 1) * arrested,
+          static_cast<int>(std::lround(solves))};
 }
 
 SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, const SampleWork& work,
                        double rest) {
   SampleCost cost;
   cost.phase = measured.phase_start + measured.step * static_cast<double>(phase.grid.n_steps);
-  if (measured.outlook.breaks) {
-    cost.dynamic = work.phases * measured.phase_start +
-                   work.full_durations * measured.step * static_cast<double>(phase.grid.n_steps);
-  }
+  cost.dynamic = measured.outlook.breaks
+                     ? work.phases * measured.phase_start +
+                           work.full_durations * measured.step * static_cast<double>(phase.grid.n_steps)
+                     : work.phases_unbroken * cost.phase;
   cost.quasi_static = measured.first_solve + work.solves * measured.next_solve;
   cost.rest = rest + measured.setup;
   return cost;

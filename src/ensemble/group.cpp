@@ -240,9 +240,9 @@ SampleReport lead_sample(SampleGroup& group, SampleSource& source, const dynamic
   try {
     auto parts = staged(group, "partition", [&] {
       if (control.log)
-        control.log(fmt::format(
-            "sample {}: realization made in {:.2f} s, worst quality {:.3f}, {} points redrawn", sample,
-            prepared.seconds, realization.report.min_quality, realization.report.redrawn_points));
+        control.log(fmt::format("sample {}: realization made in {:.2f} s, worst quality {:.3f}, {} redrawn",
+                                sample, prepared.seconds, realization.report.min_quality,
+                                count_text(realization.report.redrawn_points, "point")));
       auto split = steps->split(realization, group.size());
       if (split.size() != static_cast<std::size_t>(group.size()))
         fail("{} parts for {} ranks", split.size(), group.size());
@@ -281,6 +281,7 @@ SampleReport lead_sample(SampleGroup& group, SampleSource& source, const dynamic
 
   report.checkpoint_error.clear();
   report.mesh_attempt = realization.report.attempt;
+  report.wave_transit = result.wave_transit;
   report.n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
   try {
     staged(group, "writing", [&] { steps->write(realization, result, analysis); });

@@ -40,21 +40,28 @@ public:
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)} {
   }
 
+  const fracture::BodyWaves& waves() const { return setup_.waves; }
+
   void measure_solves(MeasuredCost& cost) {
     setup_.refuse_free_body();
     const ThreadClock first;
     dynamics::QuasiStaticLoading loading(self_, setup_.body, setup_.loads, *setup_.criterion,
-                                         dynamics::arrest_window(parameters_), setup_.average.get());
+                                         dynamics::arrest_window(parameters_, setup_.waves),
+                                         setup_.average.get());
     cost.first_solve = first.seconds();
     loading.load_at_start(account_);
     if (!setup_.body.initial_strain().is_none())
       cost.initial = dynamics::stress_state(self_, setup_.body, loading.displacement().local());
-    if (parameters_.time.start == input::Start::quasi_static) loading.refuse_overload();
+    if (parameters_.time.start == input::Start::quasi_static) {
+      loading.refuse_overload();
+      cost.share_at_start = loading.stress_share();
+    }
     const auto n_solves = loading.n_solves();
     const ThreadClock next;
     cost.outlook = dynamics::first_break(loading, setup_.loads, account_);
     cost.next_solve = loading.n_solves() > n_solves ? next.seconds() : cost.first_solve;
     if (!cost.outlook.breaks) cost.next_solve = 0;
+    cost.outlook.transit = dynamics::wave_transit(parameters_, setup_.waves);
     load_time_ = loading.time();
     state_.displacement.assign(loading.displacement());
   }
@@ -77,7 +84,8 @@ public:
                                           average.get(),
                                           parameters_.damping_rate(),
                                           nullptr,
-                                          parameters_.stress_varies()};
+                                          parameters_.stress_varies(),
+                                          parameters_.bulk_viscosity()};
     agitate();
     const ThreadClock start;
     const auto motion =
@@ -89,7 +97,7 @@ public:
     dynamics::PhaseOptions options;
     options.grid = setup_.grid;
     if (parameters_.time.start != input::Start::rest)
-      options.arrest_window = dynamics::arrest_window(parameters_);
+      options.arrest_window = dynamics::arrest_window(parameters_, setup_.waves);
     // No frames are stored, but the energies of each are.
     options.n_energy_rows += parameters_.output.frames;
     options.request = [&] {
@@ -139,6 +147,7 @@ MeasuredCost measured_cost(const input::Parameters& parameters, const geometry::
   const ThreadClock setup;
   Measurement measurement(parameters, realization);
   cost.setup = setup.seconds();
+  cost.waves = measurement.waves();
   if (!at_rest) measurement.measure_solves(cost);
   try {
     measurement.measure_phase(cost, seconds);

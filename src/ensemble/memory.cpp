@@ -4,6 +4,7 @@
 #include "crackle/common/real.h"
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/geometry/mother_points.h"
+#include "crackle/io/raster.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -23,14 +24,15 @@ namespace fs = std::filesystem;
 namespace {
 
 // From the peak resident set on bodies of 24,000 to 10 million tetrahedra (tests/cli/test_memory.py) [byte].
-constexpr double libraries = 50e6;           // and the program, per rank
-constexpr double computed = 380;             // per tetrahedron computed by a rank: operators, solver, motion
-constexpr double averaged = 150;             // additional, with averaged stress: neighbours, balls
-constexpr double pushed = 75;                // additional, with each body force: weights, work, remainders
-constexpr double kept = 30;                  // per tetrahedron of a realization
-constexpr double made = 180;                 // per tetrahedron of a realization being made or partitioned
-constexpr double frame_kept = 24;            // per node of a frame
-constexpr double frame_written = 66;         // the same while the file is written, after the computation
+constexpr double libraries = 50e6;    // and the program, per rank
+constexpr double computed = 380;      // per tetrahedron computed by a rank: operators, solver, motion
+constexpr double averaged = 150;      // additional, with averaged stress: neighbours, balls
+constexpr double pushed = 75;         // additional, with each body force: weights, work, remainders
+constexpr double viscous = 85;        // additional, with bulk viscosity: coefficients, forces, remainders
+constexpr double kept = 30;           // per tetrahedron of a realization
+constexpr double made = 180;          // per tetrahedron of a realization being made or partitioned
+constexpr double frame_kept = 24;     // per node of a frame
+constexpr double frame_written = 66;  // the same while the file is written, after the computation
 constexpr double tetrahedra_per_node = 5.5;  // of a Delaunay tessellation, including its surface
 
 /// First number after `key` in a file of lines "key number ..."; empty if there is none.
@@ -95,6 +97,11 @@ double expected_nodes(const input::Parameters& parameters, const geometry::Body&
   return geometry::estimate_n_points(body, parameters.mesh);
 }
 
+/// To make a realization.
+double making(const input::Parameters& parameters, double n_tetrahedra) {
+  return made * n_tetrahedra + (parameters.map ? io::raster_memory(*parameters.map) : 0);
+}
+
 double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
   if (rank == 0) return demand.master;
   const int group = layout.group_of(rank);
@@ -107,6 +114,7 @@ double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) 
 MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout) {
   const double each = computed + (parameters.fracture.length > 0 ? averaged : 0) +
+                      (parameters.bulk_viscosity().acts() ? viscous : 0) +
                       pushed * static_cast<double>(parameters.body_forces().size());
   const double part = each * n_tetrahedra / layout.ranks_per_group;
   const double frames = parameters.output.frames * n_nodes;
@@ -117,9 +125,9 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
   demand.member = start + part;
   demand.root = start + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
   if (parameters.ensemble.meshes != input::MeshMakers::master)
-    demand.root = std::max(demand.root, start + made * n_tetrahedra);
+    demand.root = std::max(demand.root, start + making(parameters, n_tetrahedra));
   const bool groups_make_all = parameters.ensemble.meshes == input::MeshMakers::groups;
-  demand.master = groups_make_all ? start : start + made * n_tetrahedra + ahead;
+  demand.master = groups_make_all ? start : start + making(parameters, n_tetrahedra) + ahead;
   if (layout.shared()) demand.master = std::max(demand.master, demand.root + ahead);
   return demand;
 }
@@ -131,7 +139,7 @@ MemoryDemand expected_memory_demand(const input::Parameters& parameters, const g
 }
 
 double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
-  return libraries + made * tetrahedra_per_node * expected_nodes(parameters, body);
+  return libraries + making(parameters, tetrahedra_per_node * expected_nodes(parameters, body));
 }
 
 AvailableMemory available_memory(const fs::path& root) {

@@ -98,10 +98,14 @@ std::string Progress::means() const {
     text = fmt::format("mean {} of leading cracks at {}: {:.3f} {}", input::coordinate_of(section),
                        input::name_of(section), mean * unit.factor, unit.name);
   }
-  if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {
-    const ShownUnit unit = shown_unit({"N", 1}, "N", std::abs(force));
-    text += fmt::format("{}median onset {:.3f} {}", text.empty() ? "" : ", ", force * unit.factor, unit.name);
-  }
+  const auto [name, median, n_unbroken] = statistics_.median_load();
+  // Started from rest, samples have no onset, and little is said by the load when they first broke.
+  if (name == "first_break_load" || std::isnan(median.value)) return text;
+  const ShownUnit unit = shown_unit({"N", 1}, "N", std::abs(median.value));
+  text += fmt::format("{}median {} {}{:.3f} {}", text.empty() ? "" : ", ",
+                      name == "peak_load" ? "peak load" : "onset", median.is_bound ? "above " : "",
+                      median.value * unit.factor, unit.name);
+  if (n_unbroken > 0) text += fmt::format(" ({} of {} unbroken)", n_unbroken, statistics_.n_done());
   return text;
 }
 

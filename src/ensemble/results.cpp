@@ -176,9 +176,10 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
   std::vector<analysis::SampleSummary> stored, measured;  // this rank's
   parallel::agree(world, [&] {
     const auto body = geometry::make_composite_body(parameters);
+    const io::SampleReader reader(folder, parameters);
     const auto [first, end] = share_of_samples(world, parameters);
     for (std::size_t sample = first; sample < end; ++sample) {
-      io::StoredSample found = io::read_stored_sample(folder, parameters, sample);
+      io::StoredSample found = reader.whole(sample);
       const bool is_done = found.summary.status == analysis::SampleStatus::done;
       // Other samples may have no body.
       const auto own = is_done && !parameters.random.empty()

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_report.h"
 
+#include "crackle/common/quantity_text.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 #include <type_traits>
 
 namespace crackle::ensemble {
@@ -37,8 +40,15 @@ std::string length_text(double length) {
   return shown_quantity(length, {"mm", 1e3}, "m");
 }
 
-/// "onset 381.2 N" or, without an onset, "first break at 252.1 N".
+/// "onset 381.2 N", after the peak load if that was clearly higher; without an onset, "first break at 252.1
+/// N"; of an unbroken sample "held 381.2 N".
 std::string loads_text(const analysis::SampleSummary& summary) {
+  if (is_unbroken(summary))
+    return std::isnan(summary.peak_load) ? "" : fmt::format("held {}, ", force_text(summary.peak_load));
+  if (!std::isnan(summary.onset_force) &&
+      analysis::headline_load({&summary, 1}) == std::string_view("peak_load"))
+    return fmt::format("peak load {}, onset {}, ", force_text(summary.peak_load),
+                       force_text(summary.onset_force));
   if (!std::isnan(summary.onset_force)) return fmt::format("onset {}, ", force_text(summary.onset_force));
   if (!std::isnan(summary.first_break_load))
     return fmt::format("first break at {}, ", force_text(summary.first_break_load));
@@ -68,10 +78,10 @@ std::string describe(const SampleReport& report) {
     return fmt::format("sample {} failed after {:.1f} s: {}", report.sample, report.seconds, summary.error);
   }
   return fmt::format(
-      "sample {} done: {}, {}{}, {} of crack, {} breaks, energy error {:.1e}, {:.1f} s{}{}", report.sample,
+      "sample {} done: {}, {}{}, {} of rough crack, {}, energy error {:.1e}, {:.1f} s{}{}", report.sample,
       word_of(summary, &analysis::SampleSummary::outcome), loads_text(summary), pattern_text(summary),
-      shown_quantity(summary.crack_area, {"mm^2", 1e6}, "m^2"), summary.breaks, summary.energy_error,
-      report.seconds,
+      shown_quantity(summary.crack_area, {"mm^2", 1e6}, "m^2"), count_text(summary.breaks, "break"),
+      summary.energy_error, report.seconds,
       report.mesh_attempt == 0 ? "" : fmt::format(", mesh from attempt {}", report.mesh_attempt + 1),
       summary.note.empty() ? "" : "; " + summary.note);
 }
@@ -87,10 +97,11 @@ std::vector<std::string> describe(const dynamics::SampleResult& result) {
     lines.push_back(
         fmt::format("t0 = {:.6f} s, load {}", result.onset_time, quantity_text(result.onset_force, "N")));
   for (auto& line : {
-           fmt::format(
-               "{} breaks, {} of them quasi-static; {} dynamic phases; {} static solves with {} iterations",
-               result.breaks.size(), counts.quasi_static_breaks, counts.dynamic_phases, counts.static_solves,
-               counts.solver_iterations),
+           fmt::format("{}, {} of them quasi-static; {}; {} with {}",
+                       count_text(result.breaks.size(), "break"), counts.quasi_static_breaks,
+                       count_text(counts.dynamic_phases, "dynamic phase"),
+                       count_text(counts.static_solves, "static solve"),
+                       count_text(counts.solver_iterations, "iteration")),
            fmt::format("{} steps of {:.3f} ns (stable up to {:.3f} ns), {} force evaluations", counts.steps,
                        result.time_step * 1e9, result.stable_step * 1e9, counts.force_evaluations),
            std::isnan(result.equilibrium_residual)

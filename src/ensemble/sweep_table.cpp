@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -67,6 +68,7 @@ struct Cell {
   ResultInfo info;
   bool is_share = false;
   double value = not_a_number, lower = not_a_number, upper = not_a_number;
+  bool is_of_broken = false;  ///< some samples did not break, of which it is not
 };
 
 /// @param hits number of samples in the category
@@ -81,11 +83,8 @@ template <class Number>
 void add_cells(const ResultInfo& info, Number SampleSummary::*member, std::span<const SampleSummary> rows,
                std::vector<Cell>& cells) {
   std::vector<double> values;
-  for (const SampleSummary& row : rows) {
-    const auto value = static_cast<double>(row.*member);
-    const bool is_none = std::is_integral_v<Number> && value < 0;
-    if (row.status == analysis::SampleStatus::done && !std::isnan(value) && !is_none) values.push_back(value);
-  }
+  for (const SampleSummary& row : rows)
+    if (const double value = analysis::known(info, member, row); !std::isnan(value)) values.push_back(value);
   const auto n = static_cast<int>(values.size());
   const int n_categories = analysis::n_categories(info.categories);
   for (int k = 0; k < n_categories; ++k) {
@@ -99,7 +98,9 @@ void add_cells(const ResultInfo& info, Number SampleSummary::*member, std::span<
   const double half =
       analysis::student_half_width(moments.standard_deviation(), n, analysis::default_confidence);
   const double mean = n == 0 ? not_a_number : moments.mean();
-  cells.push_back({info.name, info, false, mean, mean - half, mean + half});
+  const bool is_of_broken =
+      info.of_unbroken != analysis::OfUnbroken::value && std::ranges::any_of(rows, analysis::is_unbroken);
+  cells.push_back({info.name, info, false, mean, mean - half, mean + half, is_of_broken});
   if (info.reduction == analysis::Reduction::counts)
     cells.push_back(
         share_cell(fmt::format("{}: any", info.name), info,
@@ -134,10 +135,21 @@ const Cell& find_cell(const std::vector<Cell>& cells, const std::string& name) {
   return *found;
 }
 
-/// Columns of the text table.
-constexpr std::array shown{"onset_force",         "peak_load",
-                           "pattern: two cracks", "bifurcations_projected: any",
-                           "crack_area",          "crack_speed_max"};
+/// Those that say how samples broke, and of which `crackle stats` prints means or shares.
+std::vector<Cell> of_bodies(std::vector<Cell> cells) {
+  using enum analysis::Reduction;
+  std::erase_if(cells, [](const Cell& cell) {
+    const bool is_printed =
+        cell.is_share || cell.info.reduction == quantiles || cell.info.reduction == counts;
+    return !is_printed || !analysis::is_of_the_body(cell.info);
+  });
+  return cells;
+}
+
+/// Columns of the text table; the first two change places where the peak load tells more (headline_load).
+constexpr std::array shown_results{"onset_force",         "peak_load",
+                                   "pattern: two cracks", "bifurcations_projected: any",
+                                   "crack_area",          "crack_speed_max"};
 
 /// The unit of a column, chosen by its largest value.
 ShownUnit unit_of(std::span<const CaseRows> cases, const Cell& head) {
@@ -149,13 +161,19 @@ ShownUnit unit_of(std::span<const CaseRows> cases, const Cell& head) {
   return head.info.unit_for(largest);
 }
 
+/// With so many significant digits; all before the point of a large number.
+std::string without_exponent(double value, int n_digits) {
+  const std::string text = fmt::format("{:.{}g}", value, n_digits);
+  return std::abs(value) >= 1 && text.find('e') != std::string::npos ? fmt::format("{:.0f}", value) : text;
+}
+
 std::string shown_value(const Cell& cell, double factor) {
   if (std::isnan(cell.value)) return "-";
-  const std::string value = fmt::format("{:.4g}", factor * cell.value);
+  const std::string value = without_exponent(factor * cell.value, 4) + (cell.is_of_broken ? "*" : "");
   if (std::isnan(cell.lower)) return value;
   if (cell.is_share)
     return fmt::format("{} ({:.0f}-{:.0f})", value, factor * cell.lower, factor * cell.upper);
-  return fmt::format("{} +- {:.2g}", value, factor * (cell.upper - cell.value));
+  return fmt::format("{} +- {}", value, without_exponent(factor * (cell.upper - cell.value), 2));
 }
 
 }  // namespace
@@ -168,7 +186,7 @@ std::string sweep_csv(std::span<const CaseRows> cases) {
     if (i == 0) {
       std::vector<std::string> head{"case", "folder"};
       for (const auto& setting : one.of->settings) head.push_back(quoted(setting.key));
-      head.insert(head.end(), {"samples", "done", "failed"});
+      head.insert(head.end(), {"samples", "done", "failed", "unbroken"});
       for (const Cell& cell : cells) {
         const std::string units =
             cell.is_share || *cell.info.units == 0 ? "" : fmt::format(" [{}]", cell.info.units);
@@ -182,6 +200,7 @@ std::string sweep_csv(std::span<const CaseRows> cases) {
     line.push_back(std::to_string(one.rows.size()));
     for (const auto status : {analysis::SampleStatus::done, analysis::SampleStatus::failed})
       line.push_back(std::to_string(count(one.rows, status)));
+    line.push_back(std::to_string(std::ranges::count_if(one.rows, analysis::is_unbroken)));
     for (const Cell& cell : cells)
       for (const double value : {cell.value, cell.lower, cell.upper})
         line.push_back(number_or_nothing(value));
@@ -193,6 +212,12 @@ std::string sweep_csv(std::span<const CaseRows> cases) {
 std::string sweep_text(std::span<const CaseRows> cases) {
   std::string text;
   auto out = std::back_inserter(text);
+  auto shown = shown_results;
+  if (std::ranges::any_of(cases, [](const CaseRows& one) {
+        return analysis::headline_load(one.rows) == std::string_view("peak_load");
+      }))
+    std::swap(shown[0], shown[1]);
+  bool any_is_of_broken = false;
   std::vector<Cell> head = cells_of({});
   fmt::format_to(out, "{:>4} {:>6} {:>6}", "case", "done", "failed");
   std::vector<ShownUnit> units;
@@ -210,11 +235,48 @@ std::string sweep_text(std::span<const CaseRows> cases) {
     const auto cells = cells_of(cases[i].rows);
     fmt::format_to(out, "{:>4} {:>6} {:>6}", i, count(cases[i].rows, analysis::SampleStatus::done),
                    count(cases[i].rows, analysis::SampleStatus::failed));
-    for (std::size_t k = 0; k < shown.size(); ++k)
-      fmt::format_to(out, " {:>24}", shown_value(find_cell(cells, shown[k]), units[k].factor));
+    for (std::size_t k = 0; k < shown.size(); ++k) {
+      const Cell& cell = find_cell(cells, shown[k]);
+      any_is_of_broken = any_is_of_broken || cell.is_of_broken;
+      fmt::format_to(out, " {:>24}", shown_value(cell, units[k].factor));
+    }
     fmt::format_to(out, "   {}\n", to_string(cases[i].of->settings));
   }
+  if (any_is_of_broken)
+    text += "*: of the samples that broke; crackle stats of a case estimates the loads of all\n";
   return text;
+}
+
+std::string sweep_json(std::span<const CaseRows> cases) {
+  using Json = nlohmann::ordered_json;
+  Json document{
+      {"confidence", analysis::default_confidence}, {"results", Json::array()}, {"cases", Json::array()}};
+  for (const Cell& cell : of_bodies(cells_of({}))) {
+    const bool is_share = cell.is_share;
+    document["results"].push_back(
+        {{"name", cell.info.name},
+         {"label", cell.info.label},
+         {"share_of", is_share ? cell.name.substr(cell.name.find(": ") + 2) : std::string()},
+         {"shown_units", is_share ? "%" : cell.info.shown_units},
+         {"shown_factor", is_share ? 100 : cell.info.shown_factor}});
+  }
+  for (const CaseRows& one : cases) {
+    Json row{{"folder", one.folder},
+             {"settings", Json::array()},
+             {"n_samples", one.rows.size()},
+             {"n_done", count(one.rows, analysis::SampleStatus::done)},
+             {"n_failed", count(one.rows, analysis::SampleStatus::failed)},
+             {"n_unbroken", std::ranges::count_if(one.rows, analysis::is_unbroken)}};
+    for (const auto& [key, value] : one.of->settings)
+      row["settings"].push_back({{"key", key}, {"value", value}});
+    for (const Cell& cell : of_bodies(cells_of(one.rows))) {
+      row["value"].push_back(cell.value);
+      row["lower"].push_back(cell.lower);
+      row["upper"].push_back(cell.upper);
+    }
+    document["cases"].push_back(std::move(row));
+  }
+  return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace crackle::ensemble

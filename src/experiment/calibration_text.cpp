@@ -124,9 +124,10 @@ std::string emulator_text(const CalibrationChecks& checks) {
 
 std::string distance_text(const CalibrationChecks& checks) {
   std::string text = fmt::format(
-      "Observations and model: {:.2f} standard deviations apart at least, in {} numbers; p: {} ({:.2g} at "
+      "Observations and model: {:.2f} standard deviations apart at least, in {}; p: {} ({:.2g} at "
       "least), ranked among left-out draws.\n",
-      checks.distance, checks.n_components, shown_probability(checks.distance_p_value), checks.least_p_value);
+      checks.distance, count_text(checks.n_components, "number"), shown_probability(checks.distance_p_value),
+      checks.least_p_value);
   if (!std::isnan(checks.shape_p_value))
     text += fmt::format("Shape of the paths beyond their components, p: {}.\n",
                         shown_probability(checks.shape_p_value));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "csv_table.h"
 
+#include "crackle/common/printable.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/regular_file.h"
 #include "input/document.h"
@@ -8,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -23,6 +25,7 @@ constexpr std::size_t max_errors = 10;
 std::string cell_of(std::string_view text) {
   std::string cell(input::trimmed(text));
   while (!cell.empty() && cell.back() == '\r') cell.pop_back();
+  cell = printable(cell);
   if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = cell.substr(1, cell.size() - 2);
   return cell;
 }
@@ -42,6 +45,13 @@ char separator_of(std::string_view header) {
   for (const char separator : {';', '\t'})
     if (header.find(separator) != std::string_view::npos) return separator;
   return ',';
+}
+
+void report_doubled(const std::vector<std::string>& header, int line, CsvErrors& errors) {
+  for (auto name = header.begin(); name != header.end(); ++name)
+    if (!name->empty() && std::find(header.begin(), name, *name) != name)
+      errors.add(
+          line, fmt::format("two columns are called \"{}\"; leave one of them out", input::shortened(*name)));
 }
 
 bool is_blank(std::string_view line) {
@@ -82,7 +92,11 @@ CsvTable read_csv(const std::filesystem::path& file, CsvErrors& errors) {
   int number = 0, block = 0;
   bool was_blank = false;
   for (std::string line; std::getline(stream, line);) {
-    if (++number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // a byte order mark
+    if (++number == 1) line = without_mark(line);
+    if (line.find('\0') != std::string::npos) {
+      errors.add(number, "not text in UTF-8, but perhaps in UTF-16; save the file as CSV in UTF-8");
+      return table;
+    }
     if (line.starts_with('#')) continue;
     if (is_blank(line)) {
       was_blank = true;
@@ -91,6 +105,7 @@ CsvTable read_csv(const std::filesystem::path& file, CsvErrors& errors) {
     if (table.header.empty()) {
       separator = separator_of(line);
       table.header = cells_of(line, separator);
+      report_doubled(table.header, number, errors);
       was_blank = false;
       continue;
     }

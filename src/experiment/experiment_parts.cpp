@@ -134,7 +134,8 @@ std::vector<Experiment> rows_of_loads(const Draft& draft, const CsvTable& table,
   const auto name = table.column("name");
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     Experiment experiment = draft.experiment;
-    const std::string of_row = name ? table.rows[i].cells[*name] : fmt::format("row {}", i + 1);
+    const std::string of_row =
+        name ? input::shortened(table.rows[i].cells[*name]) : fmt::format("row {}", i + 1);
     experiment.name = experiment.name.empty() ? of_row : fmt::format("{} {}", experiment.name, of_row);
     if (peak) experiment.peak_load = (*peak)[i];
     if (onset) experiment.onset_load = (*onset)[i];

@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <string_view>
 
 namespace crackle::experiment {
 
@@ -50,11 +51,16 @@ std::string load_line(const char* key, const std::vector<double>& loads) {
 /// Loads that samples have, for the experiment to begin with.
 std::string load_lines(const ObservedSamples& samples) {
   std::vector<double> onset, peak;
+  bool is_peak = false;
   for (const ObservedSample& sample : samples.samples) {
     const auto& row = sample.summary;
+    is_peak = is_peak || (!std::isnan(row.onset_force) &&
+                          analysis::headline_load({&row, 1}) == std::string_view("peak_load"));
     if (const double load = load_of(row, Quantity::onset_load); !std::isnan(load)) onset.push_back(load);
     if (!std::isnan(row.peak_load)) peak.push_back(row.peak_load);
   }
+  // The onset is not what a test would record where the load was higher before.
+  if (is_peak) onset.clear();
   const std::string lines = load_line("onset_load", onset) + load_line("peak_load", peak);
   return lines.empty() ? "peak_load = \"100 N\"    # made up\n" : lines;
 }

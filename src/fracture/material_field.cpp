@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/material_field.h"
 
+#include "crackle/common/index.h"
+#include "crackle/common/real.h"
+#include "crackle/parallel/exact_sum.h"
+
 #include <algorithm>
 
 namespace crackle::fracture {
@@ -38,8 +42,8 @@ mechanics::MaterialField make_material_field(const input::Parameters& parameters
   const auto& materials = parameters.materials;
   const bool varies =
       std::ranges::any_of(materials, [](const auto& one) { return one.variation.has_value(); });
-  if (materials.size() == 1 && !varies && !parameters.maps_stiffness())
-    return mechanics::MaterialField(materials.front());
+  if (!varies && !parameters.maps_stiffness())
+    return mechanics::material_field(materials, tetrahedra.material);
   const Factors factors = factors_of(parameters, sample, tetrahedra);
   const std::size_t n = tetrahedra.tetrahedra.size();
   std::vector<mechanics::IsotropicElasticity> elasticity;
@@ -53,6 +57,43 @@ mechanics::MaterialField make_material_field(const input::Parameters& parameters
   }
   return {mechanics::ElasticityField(std::move(elasticity)),
           mechanics::TetrahedronField<double>(std::move(density))};
+}
+
+BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parameters& parameters,
+                        const BreakableBody& body) {
+  const auto& [elasticity, density] = body.material();
+  const TetrahedronSpan tetrahedra = span_of(body.subdomain());
+  struct Slowness {
+    double bar, dilatational;
+  };
+  const auto slowness = [](const mechanics::IsotropicElasticity& stiffness, double mass) {
+    return Slowness{1 / mechanics::bar_speed(stiffness, mass),
+                    1 / mechanics::dilatational_speed(stiffness, mass)};
+  };
+  std::vector<Slowness> of_input;
+  for (const input::Material& material : parameters.materials)
+    of_input.push_back(slowness(mechanics::IsotropicElasticity(material), material.density));
+  // Deviations from the input's values, so that these come out exactly where nothing varies.
+  std::vector<std::vector<double>> terms(3 * of_input.size());
+  for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
+    if (body.subdomain().counted[index(t)] == 0) continue;
+    const std::size_t m = tetrahedra.material_of(index(t));
+    const double volume = body.operators().tetrahedra[index(t)].volume;
+    const Slowness own = slowness(elasticity[t], density[t]);
+    terms[3 * m].push_back(volume);
+    terms[3 * m + 1].push_back(volume * (own.bar - of_input[m].bar));
+    terms[3 * m + 2].push_back(volume * (own.dilatational - of_input[m].dilatational));
+  }
+  const auto sums = parallel::exact_sums(group, terms);
+  BodyWaves slowest{infinity, infinity};
+  for (std::size_t m = 0; m < of_input.size(); ++m) {
+    const double volume = sums[3 * m];
+    if (volume == 0) continue;
+    slowest.bar = std::min(slowest.bar, 1 / (of_input[m].bar + sums[3 * m + 1] / volume));
+    slowest.dilatational =
+        std::min(slowest.dilatational, 1 / (of_input[m].dilatational + sums[3 * m + 2] / volume));
+  }
+  return slowest;
 }
 
 mechanics::TetrahedronField<double> fracture_field(const input::Parameters& parameters,

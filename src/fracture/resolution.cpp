@@ -74,10 +74,16 @@ std::string unresolved_softening_text(const input::Parameters& parameters, const
                         length_text(snap_back)));
 }
 
-/// A warning if the mesh does not resolve the correlation of a random field; otherwise empty.
-std::string unresolved_correlation_text(const char* of, double length, const char* uncorrelated,
-                                        const input::Parameters& parameters, const geometry::Body& body) {
+/// A warning if the mesh does not resolve the correlation of a random field, or the body is too small for it;
+/// otherwise empty.
+std::string unsuited_correlation_text(const char* of, double length, const char* uncorrelated,
+                                      const input::Parameters& parameters, const geometry::Body& body) {
   if (length == 0) return uncorrelated;
+  if (const double longest = std::ranges::max(body.size()); length > longest)
+    return fmt::format(
+        "the correlation length of the {}, {}, exceeds the body, {}: each sample is nearly uniform, and "
+        "samples differ from each other instead",
+        of, length_text(length), length_text(longest));
   const double finest = finest_spacing(parameters, body);
   if (length >= spacings_per_correlation_length * finest) return {};
   return fmt::format(
@@ -89,7 +95,7 @@ std::string unresolved_correlation_text(const char* of, double length, const cha
 std::string unresolved_strength_text(const input::Parameters& parameters, const geometry::Body& body) {
   const auto& variation = parameters.fracture.variation;
   if (!variation) return {};
-  return unresolved_correlation_text(
+  return unsuited_correlation_text(
       "strength", variation->correlation_length,
       "each tetrahedron has a strength of its own, so only the load at the first break of a smoothly "
       "stressed body does not depend on the spacing; give fracture.variation.correlation_length, of "
@@ -100,7 +106,7 @@ std::string unresolved_strength_text(const input::Parameters& parameters, const 
 std::string unresolved_stiffness_text(const input::Parameters& parameters,
                                       const input::StiffnessVariation& variation,
                                       const geometry::Body& body) {
-  return unresolved_correlation_text(
+  return unsuited_correlation_text(
       "stiffness", variation.correlation_length,
       "each tetrahedron has a stiffness of its own, so results depend on the spacing; give "
       "material.variation.correlation_length, of several spacings",

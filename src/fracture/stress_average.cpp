@@ -34,9 +34,17 @@ StressAverage::StressAverage(const BreakableBody& body, std::span<const double> 
   find_cells();
 }
 
+std::int32_t StressAverage::kind(std::int32_t tetrahedron) const {
+  const auto& subdomain = body_->subdomain();
+  const auto number = [&](const std::vector<std::uint8_t>& of) {
+    return of.empty() ? 0 : static_cast<std::int32_t>(of[index(tetrahedron)]);
+  };
+  return 256 * number(subdomain.material) + number(subdomain.interface);
+}
+
 void StressAverage::find_cells() {
   struct Placed {
-    std::array<std::int64_t, 3> cell;
+    std::array<std::int64_t, 4> cell;  // its place, and the kind
     double from_middle;
     std::int32_t tetrahedron;
   };
@@ -50,6 +58,7 @@ void StressAverage::find_cells() {
       const double offset = place - std::floor(place) - 0.5;
       placed.from_middle += offset * offset;
     }
+    placed.cell[3] = kind(placed.tetrahedron);
     all.push_back(placed);
   }
   std::ranges::sort(all, {}, [](const Placed& placed) {
@@ -146,6 +155,7 @@ std::vector<StressAverage::Share> StressAverage::find_ball(std::int32_t centre) 
   const auto reach = [&](std::int32_t t) {
     if (t < 0 || reached_by_[index(t)] == n_searches_) return;
     reached_by_[index(t)] = n_searches_;
+    if (kind(t) != kind(centre)) return;
     const auto offset = centroid_[index(t)] - centroid_[index(centre)];
     const double rest = 1 - dot(offset, offset) / (length_ * length_);
     if (rest <= 0) return;

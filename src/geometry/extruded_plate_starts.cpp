@@ -61,6 +61,7 @@ void ExtrudedPlate::add_round_starts(const std::vector<input::Hole>& holes) {
       for (std::size_t k = 0; k < 2; ++k) middle[k] = (around.lower[k] + around.upper[k]) / 2;
     }
     add(fmt::format("hole-{}", i), middle);
+    shape_.crack_starts.back().is_hole = true;
   }
   const Point centre = bounds().lower + size() / 2;
   add("free surface", {centre[1], centre[2]});

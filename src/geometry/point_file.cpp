@@ -2,6 +2,8 @@
 #include "crackle/common/index.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/common/printable.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/vector.h"
 #include "crackle/geometry/mother_points.h"
 
@@ -53,8 +55,9 @@ public:
   }
   void throw_if_any() const {
     if (n_ == 0) return;
-    throw std::runtime_error(
-        n_ <= max_messages ? text_ : fmt::format("{}\n{}: {} more errors", text_, file_, n_ - max_messages));
+    throw std::runtime_error(n_ <= max_messages ? text_
+                                                : fmt::format("{}\n{}: {}", text_, file_,
+                                                              count_text(n_ - max_messages, "more error")));
   }
 
 private:
@@ -76,6 +79,7 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
   std::string text;
   for (std::size_t line = 1; std::getline(stream, text); ++line) {
     std::string_view rest = std::string_view(text).substr(0, text.find('#'));
+    if (line == 1) rest = without_mark(rest);
     std::string_view word = next_word(rest);
     if (word.empty()) continue;
     Point p{};

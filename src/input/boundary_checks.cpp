@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "condition_faces.h"
 #include "consistency.h"
 #include "dimension.h"
 #include "document.h"
@@ -17,75 +18,6 @@
 namespace crackle::input {
 
 namespace {
-
-std::string boundary_key(std::size_t i) {
-  return fmt::format("boundary[{}]", i);
-}
-
-bool prescribes_motion(const Boundary& condition) {
-  return prescribes_motion(condition.kind);
-}
-
-/// The box face on which a condition acts; empty if its name is that of something else.
-std::optional<Face> box_face(const Boundary& condition, const Specimen& specimen) {
-  if (!is_box(specimen)) return {};
-  for (std::size_t i = 0; i < box_edges.size(); ++i)
-    if (condition.on == fmt::format("edge-{}", i)) return box_edges[i];
-  const auto found = std::ranges::find(face_names, condition.on);
-  if (found == face_names.end()) return {};
-  return static_cast<Face>(found - face_names.begin());
-}
-
-/// A wall through the thickness as a segment in the plane of the plate.
-struct Wall {
-  plane::Point from, to;
-  std::vector<std::string> names;
-};
-
-std::vector<Wall> walls_of(const plane::Shape& shape) {
-  std::vector<Wall> walls;
-  for (std::size_t l = 0; l < shape.loops.size(); ++l) {
-    const plane::Loop& loop = shape.loops[l];
-    for (std::size_t i = 0; i < loop.size(); ++i)
-      walls.push_back({loop.from(i), loop.to(i), plane::names_of_side(shape, l, i)});
-  }
-  return walls;
-}
-
-/// The part of a wall inside a region, as an interval of its length; empty if there is none.
-std::optional<std::pair<double, double>> share_in(const Wall& wall, const Region& region) {
-  double first = 0;
-  double last = 1;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const double slack = 1e-12;
-    const auto [lower, upper] = region[i + 1];
-    const double length = wall.to[i] - wall.from[i];
-    if (length == 0) {
-      if (wall.from[i] < lower - slack || wall.from[i] > upper + slack) return {};
-      continue;
-    }
-    const auto [enters, leaves] =
-        std::minmax({(lower - slack - wall.from[i]) / length, (upper + slack - wall.from[i]) / length});
-    first = std::max(first, enters);
-    last = std::min(last, leaves);
-  }
-  if (!(first < last)) return {};
-  return std::pair{first, last};
-}
-
-/// The part of its face on which a condition acts; along the face's normal both limits are the face's
-/// position.
-Region part_of_face(const Boundary& condition, Face face, const Vector& size) {
-  Region part;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    part[axis] = {std::max(condition.region[axis].first, 0.0),
-                  std::min(condition.region[axis].second, size[axis])};
-  }
-  const auto normal = static_cast<std::size_t>(axis_of(face));
-  const double position = is_upper(face) ? size[normal] : 0;
-  part[normal] = {position, position};
-  return part;
-}
 
 /// True if the limits include a part of an extent: more than its ends, except for a line, which may be one of
 /// them.
@@ -122,7 +54,7 @@ void check_course(const Boundary& condition, const std::string& key, Start start
     findings.report(key + ".history", "is given together with rate; give only one of the two");
   } else if (condition.kind == BoundaryKind::velocity && start != Start::rest && (has_rate || has_history)) {
     findings.report(key + (has_rate ? ".rate" : ".history"),
-                    "a velocity that changes with time requires start = \"rest\": quasi-static loading needs "
+                    "a velocity that changes with time requires start = \"rest\": equilibria need "
                     "displacements that are piecewise linear in time; give a constant velocity, or a "
                     "displacement with a history");
   }
@@ -159,7 +91,7 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
   if (position < lower - tolerance || position > upper + tolerance) {
     findings.report(key + ".region." + axis_names[normal],
                     "the face lies at {} = {}, outside the region from {} to {}", axis_names[normal],
-                    show(position), show(lower), show(upper));
+                    shown_length(position), shown_length(lower), shown_length(upper));
     return;
   }
   const Region part = part_of_face(condition, face, specimen.size);
@@ -167,8 +99,8 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
     if (axis != normal && !meets(condition.region[axis], 0, specimen.size[axis])) {
       findings.report(key + ".region." + axis_names[axis],
                       "the region from {} to {} misses the face; give a range within 0 to {}",
-                      show(condition.region[axis].first), show(condition.region[axis].second),
-                      show(specimen.size[axis]));
+                      shown_length(condition.region[axis].first), shown_length(condition.region[axis].second),
+                      shown_length(specimen.size[axis]));
       return;
     }
     if (axis != normal) check_width(condition, axis, key, findings);
@@ -197,10 +129,6 @@ std::string range_of_names(const char* kind, std::size_t n) {
   return n == 1 ? fmt::format(", \"{}-0\"", kind) : fmt::format(", \"{0}-0\" to \"{0}-{1}\"", kind, n - 1);
 }
 
-bool has_name(const Wall& wall, const std::string& name) {
-  return std::ranges::find(wall.names, name) != wall.names.end();
-}
-
 std::string known_names(const Specimen& specimen, const std::vector<Wall>& walls) {
   const bool is_circle = specimen.outline && specimen.outline->polygon.empty();
   const std::size_t n_edges = !specimen.outline ? 4 : is_circle ? 1 : specimen.outline->polygon.size();
@@ -225,7 +153,8 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
               : !meets(region[0], 0, thickness);
   if (is_beside) {
     findings.report(key + ".region.x", "the region from {} to {} misses \"{}\"; give a range within 0 to {}",
-                    show(region[0].first), show(region[0].second), condition.on, show(thickness));
+                    shown_length(region[0].first), shown_length(region[0].second), condition.on,
+                    shown_length(thickness));
     return;
   }
   for (const std::size_t axis : is_side ? std::vector<std::size_t>{1, 2} : std::vector<std::size_t>{0})
@@ -258,8 +187,8 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   }
   if (!is_met)
     findings.report(key + ".region", "misses \"{}\"; give a range within y from {} to {} and z from {} to {}",
-                    condition.on, show(bounds.lower[0]), show(bounds.upper[0]), show(bounds.lower[1]),
-                    show(bounds.upper[1]));
+                    condition.on, shown_length(bounds.lower[0]), shown_length(bounds.upper[0]),
+                    shown_length(bounds.lower[1]), shown_length(bounds.upper[1]));
 }
 
 /// True if two conditions act on a common part of a box's faces, or of its walls.
@@ -281,10 +210,7 @@ bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& spec
   if (a.on.starts_with("x-") || b.on.starts_with("x-"))
     return a.on == b.on && overlap(a.region[1], b.region[1], 0) && overlap(a.region[2], b.region[2], 0);
   return std::ranges::any_of(walls, [&](const Wall& wall) {
-    const auto has = [&](const std::string& name) {
-      return std::ranges::find(wall.names, name) != wall.names.end();
-    };
-    if (!has(a.on) || !has(b.on)) return false;
+    if (!has_name(wall, a.on) || !has_name(wall, b.on)) return false;
     const auto share = share_in(wall, a.region);
     const auto other = share_in(wall, b.region);
     // Regions may share a border, to which the tolerance gives some width; a line has no more than that.
@@ -341,10 +267,14 @@ void check_constrained_in_all_directions(const Parameters& parameters, Findings&
     if (!is_constrained) loose.emplace_back(axis_names[axis]);
   }
   if (loose.empty()) return;
+  const bool absorbs = std::ranges::any_of(parameters.boundaries, [](const Boundary& condition) {
+    return condition.kind == BoundaryKind::absorbing;
+  });
   findings.report("boundary",
-                  "no condition supports the body in {}, but start = \"quasi-static\" needs equilibrium; "
-                  "give a fix, displacement or velocity in each of x, y and z",
-                  fmt::join(loose, " and "));
+                  "no condition supports the body in {}{}, but start = \"{}\" needs equilibrium; give a fix, "
+                  "displacement or velocity in each of x, y and z, or start = \"rest\"",
+                  fmt::join(loose, " and "), absorbs ? " (an absorbing face carries no static load)" : "",
+                  parameters.time.start == Start::equilibrium ? "equilibrium" : "quasi-static");
 }
 
 }  // namespace
@@ -374,6 +304,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
     }
     if (size_known && condition.kind == BoundaryKind::absorbing && !findings.faulty(key))
       check_absorbs(parameters, i, walls, findings);
+    if (size_known && !findings.faulty(key)) check_idle_load(parameters, i, walls, findings);
   }
   if (parameters.time.start != Start::rest && !findings.faulty("boundary") &&
       !findings.faulty("time.start")) {

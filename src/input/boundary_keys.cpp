@@ -219,11 +219,13 @@ Table boundary_table() {
       Occurrence::many,
       fmt::format("boundary conditions; each prescribes exactly one of {}", fmt::join(kind_names, ", ")),
       {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
-       prescription_key(BoundaryKind::force, "total force, spread by area"),
-       prescription_key(BoundaryKind::traction, "force per area"),
-       prescription_key(BoundaryKind::velocity, "\"free\" where it is not prescribed"),
-       prescription_key(BoundaryKind::displacement, "\"free\" where it is not prescribed"), pressure_key(),
-       absorbing_key(), rate_key(),
+       prescription_key(BoundaryKind::force, "total force, spread by area").also_called({"F", "load"}),
+       prescription_key(BoundaryKind::traction, "force per area").also_called({"t"}),
+       prescription_key(BoundaryKind::velocity, "\"free\" where it is not prescribed")
+           .also_called({"v", "speed"}),
+       prescription_key(BoundaryKind::displacement, "\"free\" where it is not prescribed")
+           .also_called({"u", "d"}),
+       pressure_key().also_called({"p"}), absorbing_key(), rate_key(),
        history_key(
            [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).history; },
            "factors, linear between these times")},

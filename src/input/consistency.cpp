@@ -191,6 +191,26 @@ void check_sections(const Parameters& parameters, Findings& findings) {
     check_line(sections.lines[i], fmt::format("sections.line[{}]", i), parameters.specimen, findings);
 }
 
+std::vector<std::string> section_warnings(const Parameters& parameters) {
+  const Specimen& specimen = parameters.specimen;
+  std::vector<std::string> warnings;
+  const bool has_slots =
+      std::ranges::any_of(specimen.notches, [](const Notch& one) { return one.slot.has_value(); });
+  if (is_box(specimen) || has_slots || parameters.draw) return {};
+  const auto look = [&](int axis, const char* name, const std::vector<double>& positions) {
+    const std::string ligaments = describe_ligaments(specimen, axis);
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      if (!ligaments.empty() && !can_arrive(specimen, axis, positions[i]))
+        warnings.push_back(fmt::format(
+            "no notch's crack can reach sections.{}[{}] = {}, only one that starts at a hole or elsewhere; "
+            "notches have their ligaments {}",
+            name, i, show(positions[i]), ligaments));
+  };
+  look(1, "y", parameters.sections.y);
+  look(2, "z", parameters.sections.z);
+  return warnings;
+}
+
 namespace {
 
 void check_variation(Findings& findings, const Variation& variation) {
@@ -264,6 +284,10 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
     return;
   const Fracture& fracture = parameters.fracture;
   const bool softens = fracture.release == Release::softening;
+  if (fracture.accumulation == Accumulation::step && !softens && parameters.fracture_of(0).toughness > 0)
+    findings.note("fracture.impulse",
+                  "has no effect: with accumulation = \"step\" the strengths that follow from the toughness "
+                  "are those that break in one step");
   if (softens) {
     for (const auto& [key, is_missing] :
          {std::pair{"strength", fracture.strength == 0},
@@ -286,12 +310,15 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
       !given_by_materials(parameters, "strength", findings) &&
       !given_by_materials(parameters, "toughness", findings))
     findings.report(
-        "fracture.strength",
-        "the key is missing; give a strength such as \"35 MPa\", or toughness, or fracture_toughness");
+        "fracture.toughness",
+        "the key is missing; give a toughness such as \"93 J/m^2\", or fracture_toughness, such as \"0.6 MPa "
+        "m^0.5\"; or a strength alone, with which the toughness depends on the spacing");
 }
 
 void check_time(const Parameters& parameters, Findings& findings) {
   const Time& time = parameters.time;
+  if (parameters.damping && !findings.given("damping.mass") && !findings.given("damping.bulk"))
+    findings.report("damping.mass", "the key is missing; give a rate such as \"500 1/s\", or bulk");
   if (time.engine == Engine::petsc && time.precision == Precision::mixed && findings.given("time.precision"))
     findings.report(
         "time.precision",

@@ -4,8 +4,14 @@
 #include "crackle/input/parameters.h"
 #include "findings.h"
 
+#include <optional>
+#include <string>
+#include <vector>
+
 /// Contradictions between keys. Each check skips what depends on a faulty key.
 namespace crackle::input {
+
+struct Wall;
 
 /// Sides and planes closer than this share of the body's size count as touching.
 inline constexpr double touching = 1e-6;
@@ -37,14 +43,27 @@ void check_specimen(const Parameters& parameters, Findings& findings);
 void check_materials(const Parameters& parameters, Findings& findings);
 void check_mesh(const Parameters& parameters, Findings& findings);
 void check_sections(const Parameters& parameters, Findings& findings);
+/// Warnings about sections outside the ligaments of all notches of a body with holes, whose cracks may reach
+/// them: one sentence each.
+std::vector<std::string> section_warnings(const Parameters& parameters);
 void check_fracture(const Parameters& parameters, Findings& findings);
 void check_boundaries(const Parameters& parameters, Findings& findings);
+/// Reports a load that acts only where motions are prescribed in its direction.
+/// @param walls of the body
+void check_idle_load(const Parameters& parameters, std::size_t i, const std::vector<Wall>& walls,
+                     Findings& findings);
+/// Warnings about loads that act in part where a motion is prescribed in their direction: one sentence each.
+std::vector<std::string> idle_load_warnings(const Parameters& parameters);
 void check_initial_stresses(const Parameters& parameters, Findings& findings);
 void check_loads(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);
 void check_output(const Parameters& parameters, Findings& findings);
 void check_random(const Parameters& parameters, Findings& findings);
 void check_sweeps(const Parameters& parameters, Findings& findings);
+
+/// "random[0].lower", a parameter of the distribution of a random key, if the key's own value has no effect
+/// on that; otherwise empty.
+std::optional<std::string> parameter_instead_of(const std::string& key, const Parameters& parameters);
 
 /// Key of a material's table: "material", or "material[1]" of several.
 std::string material_key(const std::vector<Material>& materials, std::size_t i);

@@ -135,4 +135,8 @@ std::string show(double length) {
   return format_quantity(length, length_dimension);
 }
 
+std::string shown_length(double length) {
+  return length == 0 ? "0 mm" : show(length);
+}
+
 }  // namespace crackle::input

@@ -55,6 +55,10 @@ std::string format_quantity(double value, const Dimension& dimension);
 /// "24.5 mm": a length.
 std::string show(double length);
 
+/// The same in a message, where 0 stands beside millimetres. (Digests are taken of the echo, which has "0
+/// m".)
+std::string shown_length(double length);
+
 /// A dimensionless number, with at most ten digits.
 std::string format_number(double value);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "document.h"
 
+#include "crackle/common/printable.h"
 #include "crackle/common/whole_number.h"
 
 #include <fmt/format.h>
@@ -288,11 +289,9 @@ Value parse_document(const std::string& text) {
 }
 
 std::string shortened(const std::string& text, std::size_t length) {
-  std::string result;
-  for (const char c : text) {
-    const bool is_control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
-    result += !is_control ? c : c == '\n' || c == '\t' ? ' ' : '?';
-  }
+  std::string result = printable(text);
+  for (char& c : result)
+    if (c == '\n' || c == '\t') c = ' ';
   if (result.size() <= length) return result;
   result.resize(length);
   // Do not split a UTF-8 sequence.

@@ -177,7 +177,7 @@ Polygon turned_left(Polygon polygon) {
 }
 
 std::string show_place(const Point& p) {
-  return fmt::format("({}, {})", show(p[0]), show(p[1]));
+  return fmt::format("({}, {})", shown_length(p[0]), shown_length(p[1]));
 }
 
 void check_figure(const std::string& key, Findings& findings) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "findings.h"
 
+#include "crackle/common/printable.h"
+#include "crackle/common/quantity_text.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,14 +19,18 @@ bool is_inside(const std::string& key, const std::string& outer) {
 
 }  // namespace
 
-void Findings::report(const std::string& key, const std::string& message) {
+int Findings::line_of(const std::string& key) const {
   std::string place = key;
   while (!place.empty() && !given(place)) {
     const auto separator = place.find_last_of(".[");
     place.erase(separator == std::string::npos ? 0 : separator);
   }
   const auto found = lines_.find(place);
-  report(key, found == lines_.end() ? 1 : found->second, message);
+  return found == lines_.end() ? 1 : found->second;
+}
+
+void Findings::report(const std::string& key, const std::string& message) {
+  report(key, line_of(key), message);
 }
 
 void Findings::report(const std::string& key, int line, const std::string& message) {
@@ -57,11 +64,11 @@ std::vector<std::string> Findings::lines(const std::filesystem::path& file, std:
     const std::string place =
         finding.line > 0 ? fmt::format("{}:{}", file.string(), finding.line) : file.string();
     if (result.size() == max_messages) {
-      result.push_back(fmt::format("{}: {} more errors", place, sorted.size() - max_messages));
+      result.push_back(fmt::format("{}: {}", place, count_text(sorted.size() - max_messages, "more error")));
       break;
     }
     const std::string key = finding.key.empty() ? "" : finding.key + ": ";
-    result.push_back(fmt::format("{}: {}{}", place, key, finding.message));
+    result.push_back(printable(fmt::format("{}: {}{}", place, key, finding.message)));
   }
   return result;
 }

@@ -31,6 +31,8 @@ public:
 
   /// Records a remark, which is no error.
   void note(const std::string& key, int line, const std::string& message);
+  /// At the key's line.
+  void note(const std::string& key, const std::string& message) { note(key, line_of(key), message); }
 
   /// True if there is an error at the key, inside it or at an enclosing table; values that depend on it
   /// cannot be checked then.
@@ -51,6 +53,8 @@ private:
     std::string key;
     std::string message;
   };
+  /// The line of the key, or of its nearest enclosing table.
+  int line_of(const std::string& key) const;
   static std::vector<std::string> lines(const std::filesystem::path& file, std::vector<Finding> sorted);
 
   std::map<std::string, int> lines_;

@@ -155,8 +155,8 @@ void check_balance(const Parameters& parameters, const InitialStress& stress, co
       key + ".profile",
       "is not in equilibrium: from {0} to {1} its mean is {2:.6g} MPa and its linear part +-{3:.6g} "
       "MPa at the ends; subtract both",
-      axis_names[index(stress.along)] + std::string(" = ") + show(extent.first), show(extent.second),
-      residue.mean / 1e6, residue.linear / 1e6);
+      axis_names[index(stress.along)] + std::string(" = ") + shown_length(extent.first),
+      shown_length(extent.second), residue.mean / 1e6, residue.linear / 1e6);
 }
 
 }  // namespace
@@ -202,7 +202,8 @@ Table initial_stress_table() {
                          optional("or surface, or profile"),
                          "change of temperature, linear between, constant outside")),
        optional_quantity_key("expansion", initial(&InitialStress::expansion), expansion_dimension, {-1, 1},
-                             optional("required with temperature"), "coefficient of thermal expansion"),
+                             optional("required with temperature"), "coefficient of thermal expansion")
+           .also_called({"alpha", "cte"}),
        material_name_key(),
        history_key(initial(&InitialStress::history),
                    "factors, constant during a dynamic phase; for a quench a table for each time, with 1 "

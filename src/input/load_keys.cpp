@@ -216,9 +216,11 @@ Table load_table() {
       fmt::format("forces on the whole body, and its velocity at the start; each has exactly one of {}",
                   fmt::join(load_kind_names, ", ")),
       {vector_key(LoadKind::acceleration, acceleration_dimension, any_amount,
-                  "force per mass, such as gravity"),
-       vector_key(LoadKind::body_force, body_force_dimension, any_amount, "force per volume"),
-       angular_velocity_key(), axis_key(),
+                  "force per mass, such as gravity")
+           .also_called({"g", "a", "gravity"}),
+       vector_key(LoadKind::body_force, body_force_dimension, any_amount, "force per volume")
+           .also_called({"b", "f"}),
+       angular_velocity_key().also_called({"omega", "speed"}), axis_key(),
        load_point_key("point", LoadKind::angular_velocity, "a point of the axis"),
        vector_key(LoadKind::velocity, value_dimension(BoundaryKind::velocity), any_velocity,
                   "at the start, the same everywhere; several add up; requires time.start = \"rest\"; "

@@ -2,6 +2,7 @@
 // [material.map]: rasters of materials, stiffness or strength.
 #include "consistency.h"
 #include "crackle/common/file_digest.h"
+#include "crackle/common/quantity_text.h"
 #include "schema.h"
 
 #include <algorithm>
@@ -103,6 +104,18 @@ Key lengths_key(const char* name, const char* example, const char* help,
           }};
 }
 
+/// The checksum, which is computed if it is empty: the cases of a sweep have other files.
+Key checksum_key() {
+  Key key =
+      text_key("checksum", optional("computed"), R"(a text such as "198 bytes, FNV-1a 9ae16a3b2f90404f")",
+               "of the file, as the program writes it", &MaterialMap::checksum);
+  key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
+    const bool is_empty = source.value.kind == ValueKind::string && source.value.string.empty();
+    if (!is_empty) read(source, parameters, i);
+  };
+  return key;
+}
+
 /// Stands in the stored input for the checksums of rasters of their own, which the sample files have.
 constexpr const char* in_sample_files = "in the sample files";
 
@@ -154,16 +167,17 @@ Table map_table() {
                   "from one cell to the next; below 0 if coordinates descend", &MaterialMap::spacing),
       number_key("scale", member(&MaterialMap::scale), {0, 1e12, true}, by_default("1"),
                  "factor of the values; pictures have 0 to 255, or 65535"),
-      text_key("checksum", optional("computed"), R"(a text such as "198 bytes, FNV-1a 9ae16a3b2f90404f")",
-               "of the file, as the program writes it", &MaterialMap::checksum)};
+      checksum_key()};
   for (Key& key : keys) key = of_map(std::move(key));
-  return {"material.map",
-          Occurrence::optional,
-          "a raster, sampled at the centroids of the tetrahedra: boundaries between its cells are not meshed",
-          std::move(keys),
-          [](const Parameters& parameters) { return parameters.materials.size(); },
-          {},
-          "material"};
+  return {
+      "material.map",
+      Occurrence::optional,
+      "a raster of the whole body, after the last [[material]], sampled at the centroids of the tetrahedra: "
+      "boundaries between its cells are not meshed",
+      std::move(keys),
+      [](const Parameters& parameters) { return parameters.materials.size(); },
+      {},
+      "material"};
 }
 
 std::string map_key(const Parameters& parameters) {
@@ -181,8 +195,9 @@ void complete_map(Parameters& parameters, Findings& findings) {
   if (findings.faulty(table)) return;
   for (const auto& [key, lengths] : {std::pair{"origin", &map.origin}, {"spacing", &map.spacing}})
     if (lengths->size() != map.axes.size())
-      findings.report(fmt::format("{}.{}", table, key), "has {} lengths for {} axes; give one for each",
-                      lengths->size(), map.axes.size());
+      findings.report(fmt::format("{}.{}", table, key), "has {} for {}; give one for each",
+                      count_text(lengths->size(), "length"),
+                      map.axes.size() == 1 ? "1 axis" : fmt::format("{} axes", map.axes.size()));
   for (std::size_t k = 0; k < map.axes.size(); ++k)
     if (std::ranges::count(map.axes, map.axes[k]) > 1)
       return findings.report(table + ".axes", "names an axis twice");

@@ -2,6 +2,7 @@
 // Consistency of materials and interfaces.
 #include "consistency.h"
 #include "crackle/input/poisson_limits.h"
+#include "dimension.h"
 
 #include <fmt/ranges.h>
 

@@ -56,17 +56,23 @@ Table material_table() {
           {name_key(),
            quantity_key("youngs_modulus", material(&Material::youngs_modulus),
                         with_example(stress_dimension, "3300 MPa"), positive_stress, required(),
-                        "Young's modulus"),
+                        "Young's modulus")
+               .also_called({"E", "young", "youngs", "elastic_modulus", "modulus_of_elasticity"}),
            number_key("poisson_ratio", material(&Material::poisson_ratio), {-1, 0.5, true, true}, required(),
-                      "Poisson's ratio"),
+                      "Poisson's ratio")
+               .also_called({"nu", "v", "poisson", "poissons_ratio"}),
            quantity_key("density", material(&Material::density), density_dimension, {0, 1e6, true},
-                        required(), "mass density"),
+                        required(), "mass density")
+               .also_called({"rho", "mass_density"}),
            optional_quantity_key("strength", material(&Material::strength), stress_dimension, positive_stress,
-                                 as_fracture, "in place of that of [fracture]"),
-           toughness_key(material(&Material::toughness), as_fracture, "in place of that of [fracture]"),
+                                 as_fracture, "in place of that of [fracture]")
+               .also_called({"sigma_0", "sigma_c", "sigma_t", "f_t", "tensile_strength"}),
+           toughness_key(material(&Material::toughness), as_fracture, "in place of that of [fracture]")
+               .also_called({"G_c", "G_Ic", "G_f", "G", "fracture_energy", "energy_release_rate"}),
            optional_quantity_key("fracture_toughness", material(&Material::fracture_toughness),
                                  stress_intensity_dimension, {0, 1e12, true}, as_fracture,
-                                 "K_Ic, in place of that of [fracture]"),
+                                 "K_Ic, in place of that of [fracture]")
+               .also_called({"K_Ic", "K_c", "K_1c", "KI", "K"}),
            hidden_at_zero(
                impulse_key(material(&Material::impulse), as_fracture, "in place of that of [fracture]"),
                material(&Material::impulse)),
@@ -106,19 +112,22 @@ Table stiffness_variation_table() {
                                {{"weibull", Distribution::weibull}, {"lognormal", Distribution::lognormal}},
                                required(), "of the factor: Weibull with scale 1, lognormal with mean 1"),
       optional_number_key("modulus", variation(&StiffnessVariation::modulus), {1, 1000},
-                          "required for \"weibull\"", "Weibull modulus (shape)"),
+                          "required for \"weibull\"", "Weibull modulus (shape)")
+          .also_called({"m", "weibull_modulus", "shape"}),
       optional_number_key("coefficient_of_variation",
                           variation(&StiffnessVariation::coefficient_of_variation), {0, 2, true},
-                          "required for \"lognormal\"", "of the lognormal distribution"),
+                          "required for \"lognormal\"", "of the lognormal distribution")
+          .also_called({"cov", "cv"}),
       optional_quantity_key("correlation_length", variation(&StiffnessVariation::correlation_length),
                             with_example(length_dimension, "2 mm"), positive_length,
-                            optional("a factor for each tetrahedron"), "of the underlying Gaussian field"),
+                            optional("a factor for each tetrahedron"), "of the underlying Gaussian field")
+          .also_called({"xi"}),
       number_key("with_strength", variation(&StiffnessVariation::with_strength), {-1, 1}, by_default("0"),
                  "correlation with the field of [fracture.variation], whose correlation length it then has")};
   for (Key& key : keys) key = of_variation(std::move(key));
   return {"material.variation",
           Occurrence::optional,
-          "random stiffness or density in space",
+          "random stiffness or density in space, of the [material] or [[material]] above it",
           std::move(keys),
           [](const Parameters& parameters) { return parameters.materials.size(); },
           {},
@@ -156,7 +165,8 @@ Table interface_table() {
           {between_key(),
            optional_quantity_key("strength", interface(&Interface::strength), stress_dimension,
                                  positive_stress, own, "of these tetrahedra"),
-           toughness_key(interface(&Interface::toughness), own, "of these tetrahedra")},
+           toughness_key(interface(&Interface::toughness), own, "of these tetrahedra")
+               .also_called({"G_c", "G_Ic", "G_f", "fracture_energy"})},
           [](const Parameters& parameters) { return parameters.interfaces.size(); },
           [](Parameters& parameters) { parameters.interfaces.emplace_back(); }};
 }

@@ -96,7 +96,8 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
     if (lower < last && upper > first) continue;
     findings.report(fmt::format("{}.{}", key, axis_names[axis]),
                     fmt::format("the region from {} to {} is outside the body; give a range within {} to {}",
-                                show(lower), show(upper), first == 0 ? "0" : show(first), show(last)));
+                                shown_length(lower), shown_length(upper),
+                                first == 0 ? "0" : shown_length(first), shown_length(last)));
   }
   if (findings.faulty(key) || !shape_is_known(parameters.specimen, findings)) return;
   const double volume = material_volume(parameters.specimen, region.box);

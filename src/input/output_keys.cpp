@@ -98,7 +98,7 @@ std::optional<std::string> reason_outside(const Specimen& specimen, const Vector
     const auto [lower, upper] = bounds[axis];
     if (p[axis] < lower - slack || p[axis] > upper + slack)
       return fmt::format("{} = {} is outside the body; give a length from {} to {}", axis_names[axis],
-                         show(p[axis]), show(lower), show(upper));
+                         shown_length(p[axis]), shown_length(lower), shown_length(upper));
   }
   if (specimen.shape) {
     if (in_shape(*specimen.shape, {p[1], p[2]}, slack)) return {};

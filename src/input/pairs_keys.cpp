@@ -4,6 +4,13 @@
 
 namespace crackle::input {
 
+namespace {
+
+/// Arguments closer than this (a femtosecond or -metre) give slopes that no computation can follow.
+constexpr double least_distance = 1e-15;
+
+}  // namespace
+
 Key pairs_key(std::string name, Access<FactorTable> access, const Pairs& pairs, Requirement requirement,
               std::string help) {
   const std::string form =
@@ -29,6 +36,10 @@ Key pairs_key(std::string name, Access<FactorTable> access, const Pairs& pairs, 
               if (!all.empty() && *argument <= all.back().first)
                 (*pair)[0].report("{} is not {} the {} before it; give ascending {}s",
                                   (*pair)[0].value.source, pairs.after, pairs.argument, pairs.argument);
+              else if (!all.empty() && *argument - all.back().first < least_distance)
+                (*pair)[0].report("{} is less than {:g} {} {} the {} before it; give {}s further apart",
+                                  (*pair)[0].value.source, least_distance, pairs.argument_dimension.si_unit,
+                                  pairs.after, pairs.argument, pairs.argument);
               all.emplace_back(*argument, *value);
             }
           },

@@ -21,9 +21,17 @@ constexpr double lightest = 10, heaviest = 23000;  // densities: of foams, of os
 constexpr double ideal_strength = 0.1;
 /// Softer materials are gels and rubbers, which stretch far before failing [Pa].
 constexpr double brittle_modulus = 1e8;
+/// The radius of the ball over which a stress is averaged has the strength of about as many spacings.
+constexpr double spacings_per_radius = 3;
 /// With strengths below this share of Young's modulus a body breaks under its own weight.
 constexpr double least_strength = 1e-7;
 constexpr double many_transits = 1000;
+/// Share of the duration that is long for a break, or for a tetrahedron to lose its stiffness.
+constexpr double long_share = 0.1;
+/// Velocities above this share of a wave's speed strain the body by as much.
+constexpr double fast_share = 0.01;
+/// A reference volume above so many of the body's.
+constexpr double many_bodies = 1000;
 /// Factor of a mix-up of "m" and "M".
 constexpr double milli_for_mega = 1e9;
 
@@ -66,14 +74,20 @@ std::string key_of(const Parameters& parameters, std::size_t number, double own,
   return fmt::format("{}.{}", own > 0 ? material_key(parameters.materials, number) : "fracture", name);
 }
 
-std::string of_strength(const Parameters& parameters, std::size_t number) {
-  const double strength = parameters.fracture_of(number).strength;
-  const Material& material = parameters.materials[number];
-  const double modulus = material.youngs_modulus;
-  const std::string key = key_of(parameters, number, material.strength, "strength");
-  if (modulus >= brittle_modulus && strength > ideal_strength * modulus)
-    return fmt::format("{} = {} is more than a tenth of Young's modulus, {}, which no solid sustains", key,
-                       shown_stress(strength), shown_stress(modulus));
+/// What is wrong with strains of a tenth and more.
+std::string over_a_tenth(double strength, double modulus) {
+  std::string text = fmt::format("more than a tenth of Young's modulus, {}, ", shown_stress(modulus));
+  if (modulus >= brittle_modulus) return text + "which no solid sustains";
+  text += "beyond the small strains that the program assumes";
+  const double meant = 1000 * modulus;
+  return strength > ideal_strength * meant
+             ? text
+             : text + fmt::format("; did you mean a modulus of {}?", shown_stress(meant));
+}
+
+std::string of_strength(double strength, double modulus, const std::string& key) {
+  if (strength > ideal_strength * modulus)
+    return fmt::format("{} = {} is {}", key, shown_stress(strength), over_a_tenth(strength, modulus));
   if (strength > 0 && strength < least_strength * modulus)
     return fmt::format("{} = {} is {:.2g} of Young's modulus{}", key, shown_stress(strength),
                        strength / modulus,
@@ -81,13 +95,42 @@ std::string of_strength(const Parameters& parameters, std::size_t number) {
   return {};
 }
 
-/// A toughness corresponds to a strength of about sqrt(toughness * modulus / spacing).
+std::string of_strength(const Parameters& parameters, std::size_t number) {
+  const Material& material = parameters.materials[number];
+  return of_strength(parameters.fracture_of(number).strength, material.youngs_modulus,
+                     key_of(parameters, number, material.strength, "strength"));
+}
+
+/// A toughness corresponds to a strength of about sqrt(toughness * modulus / spacing), highest where the mesh
+/// is finest.
+/// @param given the key and its value, such as "fracture.toughness = 90 J/m^2"
+std::string of_toughness(const Parameters& parameters, double toughness, double modulus,
+                         const std::string& given, const char* units) {
+  const double radius = parameters.fracture.length;
+  const auto strength_at = [&](double spacing) {
+    return std::sqrt(toughness * modulus / (radius > 0 ? spacings_per_radius * radius : spacing));
+  };
+  const auto where = [&](double spacing) {
+    return radius > 0 ? fmt::format("with an averaging length of {}", show(radius))
+                      : fmt::format("at a spacing of {}", show(spacing));
+  };
+  const double finest = parameters.mesh.finest_spacing(), coarsest = parameters.mesh.spacing;
+  if (const double strength = strength_at(finest); strength > ideal_strength * modulus)
+    return fmt::format("{} needs stresses of about {} {}, {}{}", given, shown_stress(strength), where(finest),
+                       over_a_tenth(strength, modulus),
+                       modulus >= brittle_modulus ? fmt::format("; {}", units) : "");
+  if (const double strength = strength_at(coarsest); strength < least_strength * modulus)
+    return fmt::format("{} corresponds to stresses of about {} {}, {:.2g} of Young's modulus", given,
+                       shown_stress(strength), where(coarsest), strength / modulus);
+  return {};
+}
+
+constexpr const char* units_of_toughness = "1 J/mm^2 is a million J/m^2, 1 N/mm a thousand";
+
 std::string of_toughness(const Parameters& parameters, std::size_t number) {
   const Fracture fracture = parameters.fracture_of(number);
   const Material& material = parameters.materials[number];
-  const double modulus = material.youngs_modulus;
-  if (fracture.toughness == 0 || fracture.strength > 0 || modulus < brittle_modulus) return {};
-  const double strength = std::sqrt(fracture.toughness * modulus / parameters.mesh.spacing);
+  if (fracture.toughness == 0 || fracture.release == Release::softening) return {};
   const double own_intensity = material.fracture_toughness;
   const double intensity = own_intensity > 0        ? own_intensity
                            : material.toughness > 0 ? 0
@@ -98,25 +141,87 @@ std::string of_toughness(const Parameters& parameters, std::size_t number) {
                                  format_quantity(intensity, stress_intensity_dimension))
                    : fmt::format("{} = {}", key_of(parameters, number, material.toughness, "toughness"),
                                  quantity_text(fracture.toughness, "J/m^2"));
-  if (strength > ideal_strength * modulus)
-    return fmt::format(
-        "{} needs stresses of about {} at a spacing of {}, more than a tenth of Young's modulus, which no "
-        "solid sustains; {}",
-        given, shown_stress(strength), show(parameters.mesh.spacing),
-        by_intensity ? "1 MPa m^0.5 is 31.6 N/mm^1.5" : "1 J/mm^2 is a million J/m^2, 1 N/mm a thousand");
-  if (strength < least_strength * modulus)
-    return fmt::format("{} corresponds to stresses of about {} at a spacing of {}, {:.2g} of Young's modulus",
-                       given, shown_stress(strength), show(parameters.mesh.spacing), strength / modulus);
-  return {};
+  return of_toughness(parameters, fracture.toughness, material.youngs_modulus, given,
+                      by_intensity ? "1 MPa m^0.5 is 31.6 N/mm^1.5" : units_of_toughness);
+}
+
+/// @param add receives the warnings
+template <class Add>
+void look_at_interface(const Parameters& parameters, std::size_t number, Add&& add) {
+  const Interface& interface = parameters.interfaces[number];
+  const std::string key = fmt::format("interface[{}]", number);
+  double modulus = infinity;  // of the softer material
+  const auto pair = parameters.interface_pairs()[number];
+  for (const int m : pair)
+    modulus = std::min(modulus, parameters.materials[static_cast<std::size_t>(m)].youngs_modulus);
+  add(of_strength(interface.strength, modulus, key + ".strength"));
+  if (interface.toughness > 0 && parameters.fracture.release != Release::softening)
+    add(of_toughness(parameters, interface.toughness, modulus,
+                     fmt::format("{}.toughness = {}", key, quantity_text(interface.toughness, "J/m^2")),
+                     units_of_toughness));
+}
+
+/// Under a stress of twice the strength a tetrahedron breaks after impulse / strength^exponent.
+std::string of_impulse(const Parameters& parameters, std::size_t number) {
+  const Fracture fracture = parameters.fracture_of(number);
+  const Material& material = parameters.materials[number];
+  if (fracture.accumulation == Accumulation::step) return {};
+  const double spacing = parameters.mesh.finest_spacing();
+  const double strength =
+      fracture.strength > 0
+          ? fracture.strength
+          : std::sqrt(fracture.toughness * material.youngs_modulus /
+                      (fracture.length > 0 ? spacings_per_radius * fracture.length : spacing));
+  const double delay = fracture.impulse / std::pow(strength, fracture.exponent);
+  const double duration = parameters.time.duration;
+  if (!(delay > long_share * duration)) return {};
+  return fmt::format(
+      "{} = {} keeps a tetrahedron from breaking for {} at twice its strength of about {}, with a "
+      "time.duration of {}: usual impulses are far below 1 % of strength^exponent times the duration",
+      key_of(parameters, number, material.impulse, "impulse"),
+      format_quantity(fracture.impulse, impulse_dimension(fracture.exponent)), quantity_text(delay, "s"),
+      shown_stress(strength), quantity_text(duration, "s"));
 }
 
 std::string of_duration(const Parameters& parameters) {
-  const double transit = std::ranges::max(parameters.specimen.size) / slowest_bar_speed(parameters.materials);
+  const double speed = slowest_bar_speed(parameters.materials);
+  const Vector& size = parameters.specimen.size;
+  const double transit = std::ranges::max(size) / speed;
   const double duration = parameters.time.duration;
-  if (!(duration > many_transits * transit)) return {};
-  return fmt::format("time.duration = {} is {:.2g} times the transit time of a wave along the body, {}{}",
-                     quantity_text(duration, "s"), duration / transit, quantity_text(transit, "s"),
-                     duration >= 1000 ? "; Ms is megasecond, ms millisecond, us microsecond" : "");
+  if (duration > many_transits * transit)
+    return fmt::format("time.duration = {} is {:.2g} times the transit time of a wave along the body, {}{}",
+                       quantity_text(duration, "s"), duration / transit, quantity_text(transit, "s"),
+                       duration >= 1000 ? "; Ms is megasecond, ms millisecond, us microsecond" : "");
+  // From rest a wave may break the body on its way through the thickness.
+  const double across = std::min(size[1], size[2]);
+  const double way = parameters.time.start == Start::rest ? std::min(size[0], across) : across;
+  if (duration < way / speed)
+    return fmt::format(
+        "time.duration = {} is shorter than a wave takes across {} of the body, {}, and cracks are slower",
+        quantity_text(duration, "s"), show(way), quantity_text(way / speed, "s"));
+  return {};
+}
+
+/// The largest velocity that a condition prescribes during a phase that starts from rest [m/s].
+double prescribed_speed(const Boundary& condition, double duration) {
+  const bool is_velocity = condition.kind == BoundaryKind::velocity;
+  if (!is_velocity && condition.kind != BoundaryKind::displacement) return 0;
+  double speed = norm(condition.rate);
+  if (is_velocity)
+    for (const double time : {0.0, duration})
+      speed = std::max(speed, norm(condition.value + time * condition.rate));
+  double largest = condition.history.empty() ? 1 : 0;
+  for (std::size_t i = 0; i < condition.history.size(); ++i) {
+    const auto& [time, factor] = condition.history[i];
+    if (is_velocity && (i == 0 || condition.history[i - 1].first < duration))
+      largest = std::max(largest, std::abs(factor));
+    if (is_velocity || i == 0) continue;
+    const auto& [before, last] = condition.history[i - 1];
+    if (before >= duration) break;
+    speed = std::max(speed, norm(condition.value) * std::abs(factor - last) / (time - before));
+  }
+  if (is_velocity && !condition.history.empty()) speed = norm(condition.value) * largest;
+  return speed * (condition.factor ? condition.factor->largest_magnitude() : 1);
 }
 
 std::string of_release_time(const Parameters& parameters) {
@@ -124,11 +229,53 @@ std::string of_release_time(const Parameters& parameters) {
   for (std::size_t i = 0; i < parameters.materials.size(); ++i)
     release = std::max(release, parameters.fracture_of(i).release_time);
   const double duration = parameters.time.duration;
-  if (!(release > 0.1 * duration)) return {};
+  if (!(release > long_share * duration)) return {};
   return fmt::format(
       "a release_time of {} is more than a tenth of time.duration = {}: few tetrahedra lose all of their "
       "stiffness",
       quantity_text(release, "s"), quantity_text(duration, "s"));
+}
+
+/// Velocities from rest that strain the body by more than small strains: a wave strains by velocity over
+/// wave speed. A body in free flight is not strained.
+std::string of_speed(const Parameters& parameters) {
+  if (parameters.time.start != Start::rest) return {};
+  double speed = 0;
+  bool is_held = false;
+  for (const Boundary& condition : parameters.boundaries) {
+    is_held = is_held || prescribes_motion(condition.kind);
+    speed = std::max(speed, prescribed_speed(condition, parameters.time.duration));
+  }
+  const bool is_strained = is_held || std::ranges::any_of(parameters.loads, [](const BodyLoad& load) {
+                             return load.kind == LoadKind::velocity_gradient;
+                           });
+  if (is_strained) speed = std::max(speed, initial_speed(parameters));
+  const double wave = slowest_bar_speed(parameters.materials);
+  if (!(speed > fast_share * wave)) return {};
+  return fmt::format(
+      "a velocity of {} is {:.2g} % of a wave's, {}: it strains the body by as much, beyond the small "
+      "strains that the program assumes",
+      quantity_text(speed, "m/s"), 100 * speed / wave, quantity_text(wave, "m/s"));
+}
+
+std::string of_reference_volume(const Parameters& parameters) {
+  const auto& variation = parameters.fracture.variation;
+  const Vector& size = parameters.specimen.size;
+  const double body = size[0] * size[1] * size[2];
+  if (!variation || !(variation->reference_volume > many_bodies * body)) return {};
+  return fmt::format(
+      "fracture.variation.reference_volume = {} is {:.2g} times the body's {}: the body is then {:.2g} times "
+      "as strong as such a volume",
+      format_quantity(variation->reference_volume, volume_dimension), variation->reference_volume / body,
+      format_quantity(body, volume_dimension),
+      std::pow(variation->reference_volume / body, 1 / variation->modulus));
+}
+
+std::string of_output(const Parameters& parameters) {
+  const auto& history = parameters.output.history;
+  if (!history || *history <= parameters.time.duration) return {};
+  return fmt::format("output.history = {} is longer than time.duration = {}", quantity_text(*history, "s"),
+                     quantity_text(parameters.time.duration, "s"));
 }
 
 /// A material or an interface that is nowhere in the body.
@@ -147,16 +294,51 @@ std::string of_use(const Parameters& parameters) {
 
 }  // namespace
 
+double initial_speed(const Parameters& parameters, bool is_free) {
+  const Region bounds = bounds_of(parameters.specimen);
+  const auto velocities = parameters.initial_velocities();
+  const auto velocity_at = [&](const Vector& p) {
+    Vector sum{};
+    for (const auto& velocity : velocities) sum = sum + velocity.at(p);
+    return sum;
+  };
+  Vector middle{};
+  for (std::size_t k = 0; k < 3; ++k) middle[k] = (bounds[k].first + bounds[k].second) / 2;
+  const Vector reference = is_free ? velocity_at(middle) : Vector{};
+  double speed = 0;
+  // A velocity that is linear in the coordinates is largest at a corner.
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    Vector p{};
+    for (std::size_t k = 0; k < 3; ++k) p[k] = (corner >> k & 1u) != 0 ? bounds[k].second : bounds[k].first;
+    speed = std::max(speed, norm(velocity_at(p) - reference));
+  }
+  return speed;
+}
+
 std::vector<std::string> plausibility_warnings(const Parameters& parameters) {
   std::vector<std::string> warnings;
+  // What follows from a doubtful value is not judged.
   const auto add = [&](std::string text) {
-    if (!text.empty() && std::ranges::find(warnings, text) == warnings.end())
-      warnings.push_back(std::move(text));
+    if (text.empty()) return false;
+    if (std::ranges::find(warnings, text) == warnings.end()) warnings.push_back(std::move(text));
+    return true;
   };
-  for (std::size_t i = 0; i < parameters.materials.size(); ++i)
-    for (const auto warning_on : {of_modulus, of_density, of_strength, of_toughness})
-      add(warning_on(parameters, i));
-  for (const auto warning_on : {of_duration, of_release_time, of_use}) add(warning_on(parameters));
+  bool moves_as_meant = true;
+  for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
+    const bool is_soft = add(of_modulus(parameters, i)), is_light = add(of_density(parameters, i));
+    const bool is_strong = !is_soft && add(of_strength(parameters, i));
+    const bool is_tough = !is_soft && add(of_toughness(parameters, i));
+    const bool is_doubtful = is_soft || is_strong || is_tough;
+    if (!is_doubtful) add(of_impulse(parameters, i));
+    moves_as_meant = moves_as_meant && !is_doubtful && !is_light;
+  }
+  for (std::size_t i = 0; i < parameters.interfaces.size(); ++i) look_at_interface(parameters, i, add);
+  if (moves_as_meant)
+    for (const auto warning_on : {of_duration, of_speed}) add(warning_on(parameters));
+  for (const auto warning_on : {of_release_time, of_reference_volume, of_output, of_use})
+    add(warning_on(parameters));
+  for (std::string& text : section_warnings(parameters)) add(std::move(text));
+  for (std::string& text : idle_load_warnings(parameters)) add(std::move(text));
   return warnings;
 }
 

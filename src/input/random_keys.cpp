@@ -19,17 +19,21 @@ struct Parameter {
   const char* name;
   double RandomInput::*member;
   const char* help;
+  std::vector<std::string> synonyms;
 };
 
-constexpr std::array parameters_of_random{
-    Parameter{"mean", &RandomInput::mean, "of truncated, before truncation"},
-    Parameter{"standard_deviation", &RandomInput::standard_deviation, "of truncated, before truncation"},
-    Parameter{"lower", &RandomInput::lower, "smallest and largest value"},
-    Parameter{"upper", &RandomInput::upper, "smallest and largest value"},
-    Parameter{"mode", &RandomInput::mode, "of triangular"},
-    Parameter{"scale", &RandomInput::scale, "of weibull, measured from lower"},
+const std::array parameters_of_random{
+    Parameter{"mean", &RandomInput::mean, "of truncated, before truncation", {"mu", "average"}},
+    Parameter{"standard_deviation",
+              &RandomInput::standard_deviation,
+              "of truncated, before truncation",
+              {"sigma", "std", "sd", "stddev"}},
+    Parameter{"lower", &RandomInput::lower, "smallest and largest value", {"min", "a"}},
+    Parameter{"upper", &RandomInput::upper, "smallest and largest value", {"max", "b"}},
+    Parameter{"mode", &RandomInput::mode, "of triangular", {"c"}},
+    Parameter{"scale", &RandomInput::scale, "of weibull, measured from lower", {"lambda"}},
 };
-constexpr Parameter shape_parameter{"shape", &RandomInput::shape, "modulus of weibull"};
+const Parameter shape_parameter{"shape", &RandomInput::shape, "modulus of weibull", {"k", "m", "modulus"}};
 
 /// The parameters of a distribution, by key.
 struct Signature {
@@ -75,6 +79,21 @@ const std::string accepted_random_key =
     "an "
     "array of them that change by the same amount";
 
+/// The path under which an input gives what it does not give under this one.
+std::optional<std::string> given_instead(const Value& root, const std::string& path) {
+  std::vector<std::string> others;
+  if (path == "specimen.thickness") others.emplace_back("specimen.size[0]");
+  const std::string table = path.substr(0, path.rfind('.') + 1), name = path.substr(table.size());
+  if (name == "toughness") others.push_back(table + "fracture_toughness");
+  if (name == "fracture_toughness") others.push_back(table + "toughness");
+  // The first of several tables.
+  for (auto dot = path.find('.'); dot != std::string::npos; dot = path.find('.', dot + 1))
+    others.push_back(path.substr(0, dot) + "[0]" + path.substr(dot));
+  for (const std::string& other : others)
+    if (find_path(root, other) != nullptr) return other;
+  return {};
+}
+
 /// Finds the number that a text names. Its key stays empty if there is none, which is reported.
 RandomInput named_number(const Source& source, double exponent) {
   RandomInput random;
@@ -83,7 +102,7 @@ RandomInput named_number(const Source& source, double exponent) {
   const std::string shown = shortened(*path);
   const Key* const key = find_key(*path);
   if (key == nullptr) {
-    source.report("the input has no key \"{}\"; give {}", shown, accepted_random_key);
+    source.report("the input has no key \"{}\"; {}", shown, advice_on_key(*path, accepted_random_key));
     return random;
   }
   for (const std::string_view table : without_random) {
@@ -95,7 +114,9 @@ RandomInput named_number(const Source& source, double exponent) {
   }
   const Value* const value = source.context.root ? find_path(*source.context.root, *path) : nullptr;
   if (value == nullptr) {
-    source.report("the input does not give \"{}\"; give its nominal value", shown);
+    const auto instead = source.context.root ? given_instead(*source.context.root, *path) : std::nullopt;
+    source.report("the input does not give \"{}\"; {}", shown,
+                  instead ? fmt::format("did you mean \"{}\"?", *instead) : "give its nominal value");
     return random;
   }
   random.key = *path;
@@ -196,7 +217,8 @@ Key parameter_key(const Parameter& parameter) {
             const RandomInput& random = parameters.random.at(i);
             if (std::isnan(random.*member)) return {};
             return is_shape ? format_number(random.shape) : format_value(random, random.*member);
-          }};
+          },
+          parameter.synonyms};
 }
 
 /// Checks that the parameters of one distribution are consistent.
@@ -298,6 +320,19 @@ std::vector<std::string> keys_of(const RandomInput& random) {
   std::vector<std::string> keys{random.key};
   for (const MovedNumber& moved : random.moved) keys.push_back(moved.key);
   return keys;
+}
+
+std::optional<std::string> parameter_instead_of(const std::string& key, const Parameters& parameters) {
+  const auto random = std::ranges::find(parameters.random, key, &RandomInput::key);
+  if (random == parameters.random.end()) return {};
+  const bool has_mean = !std::isnan(random->mean);
+  const Signature& signature = signature_of(random->distribution);
+  // Only triangular has another mean than the input's own value if none is given.
+  const bool takes_own =
+      contains(signature.optional, "mean") && random->distribution != RandomDistribution::triangular;
+  if (takes_own && !has_mean) return {};
+  return fmt::format("random[{}].{}", random - parameters.random.begin(),
+                     has_mean ? "mean" : signature.required.front());
 }
 
 std::string format_value(const RandomInput& random, double value) {

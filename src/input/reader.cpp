@@ -28,7 +28,7 @@ void read_missing_table(const Table& table, Parameters& parameters, Context& con
   for (const Key& key : table.keys)
     if (key.requirement.required) needed.push_back(key.name);
   if (needed.empty()) return read_table(table, Value{}, table.path, parameters, 0, context);
-  context.findings.report(table.path, "the table [{}] is missing; its keys are {}", table.path,
+  context.findings.report(table.path, "the table [{}] is missing; give it, with {}", table.path,
                           fmt::join(needed, ", "));
 }
 
@@ -128,8 +128,11 @@ namespace {
 std::string with_map_checksum(const std::string& text, const Parameters& parameters,
                               const std::filesystem::path& name) {
   const std::string key = map_key(parameters);
+  const Value root = parse_document(text);
+  const Value* const given = find_path(root, key + ".checksum");
+  if (given != nullptr && given->string == parameters.map->checksum) return text;
   try {
-    return completed(text, {{key + ".checksum", fmt::format("\"{}\"", parameters.map->checksum)}});
+    return with_settings(text, {{key + ".checksum", fmt::format("\"{}\"", parameters.map->checksum)}});
   } catch (const InputError&) {
     throw InputError(
         {fmt::format("{}: {}: give it as a table with the header [material.map]", name.string(), key)});

@@ -55,7 +55,8 @@ void check_ranges(const Parameters& parameters, std::size_t i, Findings& finding
     if (lower < last && upper > first) continue;
     findings.report(fmt::format("{}.{}", key_of(i), axis_names[axis]),
                     fmt::format("the region from {} to {} is outside the body; give a range within {} to {}",
-                                show(lower), show(upper), first == 0 ? "0" : show(first), show(last)));
+                                shown_length(lower), shown_length(upper),
+                                first == 0 ? "0" : shown_length(first), shown_length(last)));
   }
 }
 

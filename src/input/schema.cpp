@@ -141,7 +141,8 @@ Table ensemble_table() {
       Occurrence::once,
       "the samples",
       {integer_key("samples", in(&Parameters::ensemble, &Ensemble::samples), 1, 1'000'000, required(),
-                   "number of samples"),
+                   "number of samples")
+           .also_called({"n_samples", "N", "realizations"}),
        integer_key("seed", in(&Parameters::ensemble, &Ensemble::seed), 0,
                    std::numeric_limits<std::int64_t>::max(), by_default("0"),
                    "sample i, with its random fields and inputs, depends on (seed, i) only"),
@@ -184,7 +185,8 @@ Table mesh_table() {
           Occurrence::once,
           "the mother points and their tessellation",
           {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension, positive_length,
-                        required(), "point spacing away from notches and regions"),
+                        required(), "point spacing away from notches and regions")
+               .also_called({"h", "dx", "element_size", "mesh_size"}),
            quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
                         with_example(length_dimension, "0.3 mm"), positive_length, optional("as spacing"),
                         "at the notch tips"),
@@ -235,25 +237,30 @@ Table fracture_table() {
       {optional_quantity_key(
            "strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension, positive_stress,
            optional("from toughness"),
-           "sigma_0, the largest principal stress without damage; with toughness, away from cracks"),
+           "sigma_0, the largest principal stress without damage; with toughness, away from cracks")
+           .also_called({"sigma_0", "sigma_c", "sigma_t", "f_t", "tensile_strength"}),
        toughness_key(in(&Parameters::fracture, &Fracture::toughness), optional("from strength"),
                      "energy per area of a slow crack; strengths follow by the local spacing (Poisson's "
-                     "ratio from 0 to 0.45), only at cracks if strength is given"),
+                     "ratio from 0 to 0.45), only at cracks if strength is given")
+           .also_called({"G_c", "G_Ic", "G_f", "G", "fracture_energy", "energy_release_rate"}),
        optional_quantity_key("fracture_toughness", in(&Parameters::fracture, &Fracture::fracture_toughness),
                              stress_intensity_dimension, {0, 1e12, true}, optional("from toughness"),
-                             "K_Ic: toughness is K_Ic^2 (1 - nu^2) / E"),
+                             "K_Ic: toughness is K_Ic^2 (1 - nu^2) / E")
+           .also_called({"K_Ic", "K_c", "K_1c", "KI", "K"}),
        optional_quantity_key("length", in(&Parameters::fracture, &Fracture::length),
                              with_example(length_dimension, "0.6 mm"), positive_length,
                              optional("own stress"),
-                             "radius over which the stress is averaged, at least 1.5 spacings"),
+                             "radius over which the stress is averaged, at least 1.5 spacings")
+           .also_called({"l", "averaging_length"}),
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
-                  "beta"),
-       impulse_key(in(&Parameters::fracture, &Fracture::impulse), required(), "K_f"),
+                  "beta")
+           .also_called({"beta"}),
+       impulse_key(in(&Parameters::fracture, &Fracture::impulse), required(), "K_f").also_called({"K_f"}),
        choice_key<Accumulation>("accumulation", in(&Parameters::fracture, &Fracture::accumulation),
                                 {{"cumulative", Accumulation::cumulative}, {"step", Accumulation::step}},
                                 by_default("\"cumulative\""),
                                 "of damage over all steps, or in one only: a strength of sigma_0 + (impulse "
-                                "/ step)^(1 / exponent)"),
+                                "/ step)^(1 / exponent), without a toughness"),
        choice_key<Release>(
            "release", in(&Parameters::fracture, &Fracture::release),
            {{"element", Release::element}, {"facet", Release::facet}, {"softening", Release::softening}},
@@ -262,7 +269,8 @@ Table fracture_table() {
            "(requires strength and toughness)"),
        optional_quantity_key("release_time", in(&Parameters::fracture, &Fracture::release_time),
                              with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
-                             "time in which a breaking tetrahedron loses its stiffness, in dynamic phases"),
+                             "time in which a breaking tetrahedron loses its stiffness, in dynamic phases")
+           .also_called({"tau"}),
        of_softening(choice_key<SofteningCurve>(
            "softening", in(&Parameters::fracture, &Fracture::softening),
            {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},
@@ -293,16 +301,20 @@ Table variation_table() {
                                 {{"weibull", Distribution::weibull}, {"lognormal", Distribution::lognormal}},
                                 required(), "of the factor: Weibull with scale 1, lognormal with mean 1"),
        optional_number_key("modulus", variation(&Variation::modulus), {1, 1000}, "required for \"weibull\"",
-                           "Weibull modulus (shape)"),
+                           "Weibull modulus (shape)")
+           .also_called({"m", "weibull_modulus", "shape"}),
        optional_quantity_key("reference_volume", variation(&Variation::reference_volume), volume_dimension,
                              {1e-27, 1e9}, optional("required for \"weibull\" without correlation_length"),
-                             "63 % of such volumes have factors below 1"),
+                             "63 % of such volumes have factors below 1")
+           .also_called({"V_0"}),
        optional_number_key("coefficient_of_variation", variation(&Variation::coefficient_of_variation),
-                           {0, 2, true}, "required for \"lognormal\"", "of the lognormal distribution"),
+                           {0, 2, true}, "required for \"lognormal\"", "of the lognormal distribution")
+           .also_called({"cov", "cv"}),
        optional_quantity_key("correlation_length", variation(&Variation::correlation_length),
                              with_example(length_dimension, "2 mm"), positive_length,
                              optional("each tetrahedron has the factor of its weakest point"),
-                             "of the underlying Gaussian field: distance at which its correlation is 0.48")},
+                             "of the underlying Gaussian field: distance at which its correlation is 0.48")
+           .also_called({"xi"})},
       [](const Parameters& parameters) { return parameters.fracture.variation ? std::size_t{1} : 0; },
       [](Parameters& parameters) { parameters.fracture.variation.emplace(); }};
 }
@@ -328,9 +340,11 @@ Table time_table() {
                          "equilibria up to instability; or dynamics from the equilibrium at t = 0, even "
                          "above the strength; or from rest"),
        automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
-                          "\"auto\" is a fraction of the stable step"),
+                          "\"auto\" is a fraction of the stable step")
+           .also_called({"dt", "delta_t", "time_step"}),
        quantity_key("duration", in(&Parameters::time, &Time::duration),
-                    with_example(time_dimension, "100 us"), positive_time, required(), "of a dynamic phase"),
+                    with_example(time_dimension, "100 us"), positive_time, required(), "of a dynamic phase")
+           .also_called({"T", "t_end", "end_time", "final_time", "total_time"}),
        choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
                               {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
                               by_default("\"bilateral4\""),
@@ -342,21 +356,47 @@ Table time_table() {
            "fixed-point numbers of 32 or 64 bits; samples that overflow 32 are repeated in 64"),
        automatic_time_key(
            "arrest", in(&Parameters::time, &Time::arrest), "20 us",
-           "time without a break that counts as arrest; \"auto\": a bar wave's way along the body"),
+           "time without a break that counts as arrest, with start = \"equilibrium\" once something has "
+           "broken; \"auto\": a bar wave's way along the body"),
        optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
                              with_example(time_dimension, "20 us"), positive_time, optional("off"),
                              "time from separation to the end of a dynamic phase")}};
 }
 
+Key bulk_viscosity_key() {
+  const std::string form = "two numbers from 0 to 10, the linear and the quadratic one, such as [0.06, 1.2]";
+  return {
+      "bulk",
+      "number",
+      optional("none"),
+      form,
+      "coefficients of bulk viscosity, which takes the overshoot off sudden loads and impacts",
+      [=](const Source& source, Parameters& parameters, std::size_t) {
+        const auto both = read_elements(source, 2, form);
+        if (!both) return;
+        const auto linear = read_number((*both)[0], {0, 10}), quadratic = read_number((*both)[1], {0, 10});
+        if (linear && quadratic) parameters.damping->bulk = {*linear, *quadratic};
+      },
+      [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+        const BulkViscosity& bulk = parameters.damping->bulk;
+        if (!bulk.acts()) return {};
+        return bracketed({format_number(bulk.linear), format_number(bulk.quadratic)});
+      }};
+}
+
 Table damping_table() {
-  return {"damping",
-          Occurrence::optional,
-          "damping in the dynamic phase; requires time.integrator = \"verlet\"",
-          {quantity_key(
-              "mass", [](Parameters& parameters, std::size_t) -> double& { return parameters.damping->mass; },
-              rate_of_decay_dimension, {0, 1e12}, required(), "damping force per mass and velocity")},
-          [](const Parameters& parameters) { return parameters.damping ? std::size_t{1} : 0; },
-          [](Parameters& parameters) { parameters.damping.emplace(); }};
+  return {
+      "damping",
+      Occurrence::optional,
+      "damping in the dynamic phase",
+      {optional_quantity_key(
+           "mass", [](Parameters& parameters, std::size_t) -> double& { return parameters.damping->mass; },
+           rate_of_decay_dimension, {0, 1e12}, optional("none; mass or bulk is required"),
+           "damping force per mass and velocity; requires time.integrator = \"verlet\"")
+           .also_called({"alpha", "rayleigh_alpha"}),
+       bulk_viscosity_key()},
+      [](const Parameters& parameters) { return parameters.damping ? std::size_t{1} : 0; },
+      [](Parameters& parameters) { parameters.damping.emplace(); }};
 }
 
 Table sections_table() {
@@ -382,135 +422,6 @@ const std::vector<Table>& schema() {
     return all;
   }();
   return tables;
-}
-
-Key hidden_at_zero(Key key, const Access<double>& access) {
-  key.show = [=, show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (access(parameters, i) == 0) return {};
-    return show(parameters, i);
-  };
-  return key;
-}
-
-Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
-                 Requirement requirement, std::string help) {
-  return value_key(
-      name, name_without_article(dimension), requirement, quantity_form(dimension), help, access,
-      [=](const Source& source) { return read_quantity(source, dimension, range); },
-      [=](double value) { return format_quantity(value, dimension); });
-}
-
-Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
-                          Requirement requirement, std::string help) {
-  return hidden_at_zero(
-      quantity_key(std::move(name), access, dimension, range, std::move(requirement), std::move(help)),
-      access);
-}
-
-Key toughness_key(const Access<double>& access, Requirement requirement, std::string help) {
-  Key key = optional_quantity_key("toughness", access, energy_per_area_dimension, {0, 1e9, true},
-                                  std::move(requirement), std::move(help));
-  key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
-    const Value& value = source.value;
-    if (value.kind == ValueKind::string &&
-        source.context.units.read(value.string, stress_intensity_dimension).error == QuantityError::none)
-      source.report("{} is a stress intensity, K_Ic; give it as {}", value.source,
-                    source.key.substr(0, source.key.rfind('.') + 1) + "fracture_toughness");
-    else
-      read(source, parameters, i);
-  };
-  return key;
-}
-
-Key impulse_key(const Access<double>& access, Requirement requirement, std::string help) {
-  return {"impulse",
-          "stress^exponent time",
-          std::move(requirement),
-          "above 0, such as \"1e-8 MPa^2 s\" for exponent = 2",
-          std::move(help),
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            // Without a valid exponent the dimension is unknown. Materials are read before it.
-            if (source.context.findings.faulty("fracture.exponent")) return;
-            const Value* const root = source.context.root;
-            const Value* const exponent = root != nullptr ? find_path(*root, "fracture.exponent") : nullptr;
-            const Dimension dimension =
-                impulse_dimension(exponent != nullptr && exponent->number > 0 ? exponent->number
-                                                                              : parameters.fracture.exponent);
-            if (const auto value = read_quantity(source, dimension, {0, infinity, true}))
-              access(parameters, i) = *value;
-          },
-          [=](Parameters& parameters, std::size_t i) {
-            return format_quantity(access(parameters, i), impulse_dimension(parameters.fracture.exponent));
-          }};
-}
-
-Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
-                       std::string help) {
-  const Dimension dimension = with_example(time_dimension, example);
-  return {std::move(name),
-          "time",
-          by_default("\"auto\""),
-          fmt::format("\"auto\" or {}", quantity_form(dimension)),
-          std::move(help),
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const bool text = source.value.kind == ValueKind::string;
-            if (text && source.value.string == "auto") {
-              access(parameters, i).reset();
-            } else if (text && source.value.string.find_first_of("0123456789") == std::string::npos) {
-              source.report("{} is not known; give \"auto\" or a time such as \"{}\"", source.value.source,
-                            example);
-            } else if (const auto value = read_quantity(source, dimension, positive_time)) {
-              access(parameters, i) = *value;
-            }
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::string {
-            const std::optional<double>& value = access(parameters, i);
-            return value ? format_quantity(*value, dimension) : "auto";
-          }};
-}
-
-Key number_key(std::string name, Access<double> access, Range range, Requirement requirement,
-               std::string help) {
-  return value_key(
-      name, "number", requirement, accepted_number(range), help, access,
-      [=](const Source& source) { return read_number(source, range); }, format_number);
-}
-
-Key optional_number_key(std::string name, Access<double> access, Range range, std::string unset,
-                        std::string help) {
-  return hidden_at_zero(
-      number_key(std::move(name), access, range, optional(std::move(unset)), std::move(help)), access);
-}
-
-Key range_key(std::string name, Access<std::pair<double, double>> access,
-              const std::pair<std::string, std::string>& example, std::string whole, std::string help,
-              bool may_be_empty) {
-  const std::string form =
-      fmt::format("two lengths, the smaller first{}, such as [\"{}\", \"{}\"]",
-                  may_be_empty ? " (or the same twice)" : "", example.first, example.second);
-  return {std::move(name),
-          "length",
-          optional(std::move(whole)),
-          form,
-          std::move(help),
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto ends = read_elements(source, 2, form);
-            if (!ends) return;
-            const auto lower = read_quantity((*ends)[0], length_dimension, coordinate);
-            const auto upper = read_quantity((*ends)[1], length_dimension, coordinate);
-            if (!lower || !upper) return;
-            if (*lower > *upper || (*lower == *upper && !may_be_empty)) {
-              source.report("{} is not below {}; give {}", (*ends)[0].value.source, (*ends)[1].value.source,
-                            form);
-              return;
-            }
-            access(parameters, i) = {*lower, *upper};
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto [lower, upper] = access(parameters, i);
-            if (lower == -infinity) return {};
-            return show_lengths(std::array{lower, upper});
-          }};
 }
 
 }  // namespace crackle::input

@@ -59,6 +59,9 @@ Table sweep_table();
 
 /// The key of the schema at a path such as "specimen.notch[0].depth" or "boundary[1].rate[2]", or null.
 const Key* find_key(const std::string& path);
+/// "did you mean "material.poisson_ratio"?" of a path that is not in the schema, or "give " and what is
+/// accepted.
+std::string advice_on_key(const std::string& path, const std::string& accepted);
 
 // The kinds of keys.
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
+#include "crackle/common/printable.h"
 #include "crackle/common/quantity_text.h"
 
 #include <array>
@@ -79,6 +80,7 @@ std::optional<plane::Polygon> read_polygon_file(const Source& source) {
   plane::Polygon polygon;
   std::string text;
   for (int line = 1; std::getline(stream, text); ++line) {
+    if (line == 1) text = without_mark(text);
     text = text.substr(0, text.find('#'));
     std::ranges::replace(text, ',', ' ');
     if (trimmed(text).empty() || text == "\r") continue;

@@ -33,7 +33,8 @@ void read_key(const Source& source, Sweep& sweep) {
   const bool is_known = find_key(*path) != nullptr && !path->starts_with("sweep");
   const bool is_common = std::ranges::find(same_for_all, *path) != same_for_all.end();
   if (!is_known)
-    source.report("the input has no key \"{}\"; give {}", shortened(*path), accepted_sweep_key);
+    source.report("the input has no key \"{}\"; {}", shortened(*path),
+                  advice_on_key(*path, accepted_sweep_key));
   else if (is_common)
     source.report("\"{}\" must be the same in all cases of a run; leave it out", *path);
   sweep.keys.push_back(*path);
@@ -112,6 +113,11 @@ void check_sweeps(const Parameters& parameters, Findings& findings) {
     for (const std::string& key : parameters.sweeps[i].keys)
       if (!keys.insert(key).second)
         findings.report(fmt::format("sweep[{}].key", i), "\"{}\" is swept already; give each key once", key);
+      else if (const auto instead = parameter_instead_of(key, parameters))
+        findings.report(fmt::format("sweep[{}].key", i),
+                        "\"{}\" is random too, with a distribution that takes nothing from it, so that all "
+                        "cases would be the same; sweep the distribution, such as \"{}\"",
+                        key, *instead);
   if (n_cases(parameters) > max_cases)
     findings.report("sweep", "there are more than {} cases; give fewer values", max_cases);
 }
@@ -128,7 +134,8 @@ std::vector<std::string> sweep_warnings(const std::vector<Case>& cases) {
   return warnings;
 }
 
-std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesystem::path& name) {
+std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesystem::path& name,
+                              bool are_stored) {
   const std::string common = without_tables(parameters.text, "sweep");
   const std::size_t n = n_cases(parameters);
   std::vector<Case> cases;
@@ -152,8 +159,10 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
     }
     // At the end, so that line numbers match the file.
     std::vector<Setting> settings = one.settings;
-    // Another raster has another checksum.
-    if (has_map) settings.push_back({map_key(parameters) + ".checksum", "\"\""});
+    // Another raster has another checksum; that of results stands in the input of the case.
+    if (has_map)
+      settings.push_back(
+          {map_key(parameters) + ".checksum", are_stored ? "\"in the input of the case\"" : "\"\""});
     const std::string text = with_settings(common, settings) +
                              fmt::format("\n# Case {} of {}: {}\n", number, n, to_string(one.settings));
     PointsFile points;

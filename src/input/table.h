@@ -48,6 +48,13 @@ struct BasicKey {
   std::function<void(const Source&, Target&, std::size_t)> read;
   /// Text for the echo; empty if the key does not apply.
   std::function<std::optional<std::string>(Target&, std::size_t)> show;
+  /// What textbooks and other programs call it: "nu". They are not accepted; the error names the key.
+  std::vector<std::string> synonyms = {};
+
+  BasicKey also_called(std::vector<std::string> names) && {
+    synonyms = std::move(names);
+    return std::move(*this);
+  }
 };
 
 enum class Occurrence { once, optional, many, once_or_many };
@@ -80,12 +87,16 @@ struct KnownTable {
   std::string path;
   Occurrence occurrence;
   std::vector<std::string> keys;
+  std::vector<std::pair<std::string, std::string>> synonyms;  ///< each with its key
 };
 
 template <class Target>
 KnownTable names_in(const BasicTable<Target>& table) {
-  KnownTable known{table.path, table.occurrence, {}};
-  for (const auto& key : table.keys) known.keys.push_back(key.name);
+  KnownTable known{table.path, table.occurrence, {}, {}};
+  for (const auto& key : table.keys) {
+    known.keys.push_back(key.name);
+    for (const std::string& synonym : key.synonyms) known.synonyms.emplace_back(synonym, key.name);
+  }
   return known;
 }
 

@@ -6,14 +6,20 @@
 #include <fmt/format.h>
 #include <udunits2.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <regex>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 namespace crackle::input {
 
 namespace {
+
+constexpr std::size_t max_text = 200;  // of a quantity with a unit
 
 using Unit = std::unique_ptr<ut_unit, void (*)(ut_unit*)>;
 using Converter = std::unique_ptr<cv_converter, void (*)(cv_converter*)>;
@@ -25,6 +31,27 @@ bool looks_like_unit(const std::string& text) {
   static const std::regex units(
       R"((?:1 ?/ ?)?(?=[^)./* ])(?:(?:[^\x01-@[-`{-\x7f]|\))(?:\^?[-+]?[0-9]{1,2})?|[ ./*(])+)");
   return text.size() <= 80 && std::regex_match(text, units);
+}
+
+/// The text with the signs of typeset pages in the form that is read: "MPa sqrt(m)" of "MPa √m", "m^0.5" of
+/// "m½", "-5" with a hyphen.
+std::string plain_text(const std::string& text) {
+  static const std::regex root("√ *(?:\\(([^()]*)\\)|([A-Za-z]+))");
+  static const std::array<std::pair<std::string_view, std::string_view>, 9> signs{{{"^½", "^0.5"},
+                                                                                   {"½", "^0.5"},
+                                                                                   {"\u2212", "-"},
+                                                                                   {"\u00b7", " "},
+                                                                                   {"\u22c5", " "},
+                                                                                   {"\u00a0", " "},
+                                                                                   {"\u2009", " "},
+                                                                                   {"\u202f", " "},
+                                                                                   {"\u03bc", "\u00b5"}}};
+  if (std::ranges::all_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x80; })) return text;
+  std::string plain = text;
+  for (const auto& [sign, meaning] : signs)
+    for (std::size_t at = 0; (at = plain.find(sign, at)) != std::string::npos; at += meaning.size())
+      plain.replace(at, sign.size(), meaning);
+  return plain.size() <= max_text ? std::regex_replace(plain, root, "sqrt($1$2)") : plain;
 }
 
 /// SI value of one `unit` [si_unit]; 0 if it is not a unit, NaN for another dimension.
@@ -119,7 +146,8 @@ const UnitSystem& UnitSystem::shared() {
 }
 
 Quantity UnitSystem::read(const std::string& text, const Dimension& dimension) const {
-  std::string_view rest = trimmed(text);
+  const std::string plain = plain_text(text);
+  std::string_view rest = trimmed(plain);
   if (rest.size() > 1 && rest[0] == '+' && rest[1] != '-') rest.remove_prefix(1);
   double number = 0;
   const auto [end, status] = std::from_chars(rest.data(), rest.data() + rest.size(), number);

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
+#include "crackle/common/nearest_name.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <numeric>
+#include <cctype>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,45 +59,59 @@ std::string parent(const std::string& path) {
   return dot == std::string::npos ? "" : path.substr(0, dot);
 }
 
-/// Levenshtein distance.
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
-    }
-  }
-  return row.back();
+/// Without case and punctuation: "kic" of "K_Ic".
+std::string letters_of(const std::string& name) {
+  std::string letters;
+  for (const char c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      letters += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return letters;
 }
 
-/// Suggests a replacement for an unknown `name` in the table at `path`: a similarly spelled name there, the
-/// same name in another table, or otherwise all names of the table.
-std::string advice(const std::vector<Place>& places, const std::string& path, const std::string& name) {
-  std::vector<std::string> siblings;
-  const Place* nearest = nullptr;
-  std::size_t smallest = std::max<std::size_t>(2, name.size() / 3) + 1;
-  for (const Place& place : places) {
-    if (parent(place.path) != path) continue;
-    siblings.push_back(last_name(place.path));
-    const std::size_t distance = edit_distance(name, siblings.back());
-    if (distance < smallest && distance < name.size()) {
-      smallest = distance;
-      nearest = &place;
-    }
+/// Full paths of the keys of which a name is a synonym, or which it only writes in another way.
+std::vector<std::string> keys_called(const std::string& name, const std::vector<KnownTable>& tables) {
+  std::vector<std::string> paths;
+  const std::string letters = letters_of(name);
+  for (const KnownTable& table : tables) {
+    const std::string inside = table.path.empty() ? "" : table.path + ".";
+    for (const std::string& key : table.keys)
+      if (letters_of(key) == letters) paths.push_back(inside + key);
+    for (const auto& [synonym, key] : table.synonyms)
+      if (letters_of(synonym) == letters) paths.push_back(inside + key);
   }
-  if (nearest != nullptr) return fmt::format("did you mean {}?", last_name(nearest->path));
+  return paths;
+}
+
+std::vector<std::string> names_in(const std::vector<Place>& places, const std::string& path) {
+  std::vector<std::string> names;
   for (const Place& place : places)
-    if (last_name(place.path) == name) return fmt::format("did you mean {}?", place.path);
-  return fmt::format("known here: {}", fmt::join(siblings, ", "));
+    if (parent(place.path) == path) names.push_back(last_name(place.path));
+  return names;
+}
+
+/// The full path of what an unknown `name` in the table at `path` probably means: a key there of which it is
+/// a synonym or similarly spelled, or a key or table elsewhere.
+std::optional<std::string> meaning_of(const std::string& name, const std::string& path,
+                                      const std::vector<KnownTable>& tables) {
+  const std::vector<std::string> called = keys_called(name, tables);
+  const auto here = std::ranges::find(called, path, parent);
+  if (here != called.end()) return *here;
+  const std::vector<Place> places = places_in(tables);
+  if (const auto nearest = nearest_name(name, names_in(places, path)))
+    return path.empty() ? *nearest : path + "." + *nearest;
+  for (const Place& place : places)
+    if (last_name(place.path) == name) return place.path;
+  return called.empty() ? std::nullopt : std::optional(called.front());
+}
+
+std::string advice(const std::string& name, const std::string& path, const std::vector<KnownTable>& tables) {
+  if (const auto meant = meaning_of(name, path, tables))
+    return fmt::format("did you mean {}?", parent(*meant) == path ? last_name(*meant) : *meant);
+  return fmt::format("known here: {}", fmt::join(names_in(places_in(tables), path), ", "));
 }
 
 void visit(const Value& table, const std::string& path, const std::string& key,
-           const std::vector<Place>& places, Findings& findings) {
+           const std::vector<Place>& places, const std::vector<KnownTable>& tables, Findings& findings) {
   for (const Member& member : table.members) {
     const Value& value = member.value;
     const std::string member_path = path.empty() ? member.name : path + "." + member.name;
@@ -103,15 +120,15 @@ void visit(const Value& table, const std::string& path, const std::string& key,
     const bool is_table = value.kind == ValueKind::table;
     const auto report = [&](const std::string& message) { findings.report(member_key, value.line, message); };
     if (place == places.end() || member.name.find('.') != std::string::npos) {
-      const bool tables = is_table || (value.kind == ValueKind::array && !value.elements.empty() &&
-                                       value.elements.front().kind == ValueKind::table);
+      const bool has_tables = is_table || (value.kind == ValueKind::array && !value.elements.empty() &&
+                                           value.elements.front().kind == ValueKind::table);
       findings.report(
           shortened(member_key, 100), value.line,
-          fmt::format("unknown {}; {}", tables ? "table" : "key", advice(places, path, member.name)));
+          fmt::format("unknown {}; {}", has_tables ? "table" : "key", advice(member.name, path, tables)));
     } else if (place->form == Place::Form::table ||
                (place->form == Place::Form::either && value.kind != ValueKind::array)) {
       if (is_table) {
-        visit(value, member_path, member_key, places, findings);
+        visit(value, member_path, member_key, places, tables, findings);
       } else if (value.kind == ValueKind::array) {
         report(fmt::format("this table can be given only once; write [{}], in single brackets", member_path));
       } else {
@@ -122,7 +139,8 @@ void visit(const Value& table, const std::string& path, const std::string& key,
       for (std::size_t i = 0; sound && i < value.elements.size(); ++i) {
         sound = value.elements[i].kind == ValueKind::table;
         if (sound)
-          visit(value.elements[i], member_path, fmt::format("{}[{}]", member_key, i), places, findings);
+          visit(value.elements[i], member_path, fmt::format("{}[{}]", member_key, i), places, tables,
+                findings);
       }
       if (!sound)
         report(fmt::format("this is a list of tables; write [[{}]], in double brackets", member_path));
@@ -152,6 +170,14 @@ const Key* find_key(const std::string& path) {
   return nullptr;
 }
 
+std::string advice_on_key(const std::string& path, const std::string& accepted) {
+  const std::string table = without_numbers(parent(path));
+  const auto meant = meaning_of(last_name(without_numbers(path)), table, known_tables());
+  if (!meant) return "give " + accepted;
+  const bool is_here = !table.empty() && parent(*meant) == table;
+  return fmt::format("did you mean \"{}\"?", is_here ? parent(path) + "." + last_name(*meant) : *meant);
+}
+
 std::vector<KnownTable> known_tables() {
   std::vector<KnownTable> known;
   for (const Table& table : schema()) known.push_back(names_in(table));
@@ -159,7 +185,7 @@ std::vector<KnownTable> known_tables() {
 }
 
 void report_unknown_keys(const Value& root, const std::vector<KnownTable>& tables, Findings& findings) {
-  visit(root, "", "", places_in(tables), findings);
+  visit(root, "", "", places_in(tables), tables, findings);
 }
 
 }  // namespace crackle::input

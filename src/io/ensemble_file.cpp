@@ -61,18 +61,22 @@ struct EnsembleShape {
   std::size_t n_sections;
   std::size_t n_y_sections;  ///< these come first
   std::vector<std::string> random_keys;
+  std::size_t n_parts;  ///< analysis::crack_parts
   std::size_t n_positions() const { return n_starts * n_sections; }
 };
 
 EnsembleShape shape_of(const input::Parameters& parameters) {
   return {static_cast<std::size_t>(parameters.ensemble.samples),
-          geometry::n_crack_starts(parameters.specimen), parameters.sections.size(),
-          parameters.sections.y.size(), random_keys(parameters)};
+          geometry::n_crack_starts(parameters.specimen),
+          parameters.sections.size(),
+          parameters.sections.y.size(),
+          random_keys(parameters),
+          analysis::crack_parts(parameters).size()};
 }
 
-/// The value of a random input; NaN if nothing is drawn yet.
-double input_value(const SampleSummary& row, std::size_t k) {
-  return k < row.inputs.size() ? row.inputs[k] : SampleSummary::none;
+/// One of a row's values, which may not be known yet: then NaN.
+double value_or_none(const std::vector<double>& values, std::size_t k) {
+  return k < values.size() ? values[k] : SampleSummary::none;
 }
 
 const ResultInfo y_position_info{
@@ -280,6 +284,11 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
     describe_result(file, name, info, n_columns++);
   });
   lay_out_inputs(file, parameters);
+  if (shape.n_parts > 0) {
+    const std::vector<double> table(shape.n_samples * shape.n_parts, SampleSummary::none);
+    hdf5::write_dataset<double>(file, fmt::format("samples/{}", analysis::crack_area_in_info.name),
+                                {shape.n_samples, shape.n_parts}, table, analysis::crack_area_in_info.units);
+  }
   hdf5::write_texts(file, "samples/error", texts.errors);
   hdf5::write_texts(file, "samples/note", texts.notes);
   write_sections(file, parameters.sections);
@@ -293,16 +302,18 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
     describe_result(file, name, info, n_columns++);
   });
   label_dimensions(file, parameters);
+  if (shape.n_parts > 0) describe_parts(hdf5::open_group(file, "samples"), parameters, n_columns);
   write_statistics(file, statistics, shape);
   if (parameters.mesh.base == input::Base::shared) write_mother_points(file, base);
   write_provenance(file, n_ranks);
   return file.finish();
 }
 
-/// The partial file, opened by all ranks. Collective.
+/// The partial file, opened by all ranks; by a single one without MPI. Collective.
 hdf5::Handle open_collectively(const parallel::Communicator& world, const std::filesystem::path& file) {
   const hdf5::Handle access = hdf5::unlocked_access();
-  hdf5::check(H5Pset_fapl_mpio(access, world.get(), MPI_INFO_NULL), "HDF5 through MPI-IO");
+  if (world.size() > 1)
+    hdf5::check(H5Pset_fapl_mpio(access, world.get(), MPI_INFO_NULL), "HDF5 through MPI-IO");
   return hdf5::Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR, access), H5Fclose, file.string());
 }
 
@@ -335,8 +346,15 @@ void write_block(hid_t file, const EnsembleBlock& block, const EnsembleShape& sh
   });
   for (std::size_t k = 0; k < shape.random_keys.size(); ++k) {
     std::vector<double> column;
-    for (const SampleSummary& row : block.rows) column.push_back(input_value(row, k));
+    for (const SampleSummary& row : block.rows) column.push_back(value_or_none(row.inputs, k));
     write_rows(file, "samples/inputs/" + shape.random_keys[k], block.first, block.rows.size(), column);
+  }
+  if (shape.n_parts > 0) {
+    std::vector<double> table;
+    for (const SampleSummary& row : block.rows)
+      for (std::size_t k = 0; k < shape.n_parts; ++k) table.push_back(value_or_none(row.crack_area_in, k));
+    write_rows(file, fmt::format("samples/{}", analysis::crack_area_in_info.name), block.first,
+               block.rows.size(), table);
   }
   for_each_position_table(shape, [&](const std::string& name, const ResultInfo&, std::size_t, auto values) {
     std::vector<typename std::decay_t<decltype(values(block.rows.front()))>::value_type> table;
@@ -359,6 +377,7 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
   // file.
   parallel::agree(world, [&] {
     if (::access(file.c_str(), R_OK | W_OK) != 0) fail("rank {}: {}", world.rank(), std::strerror(errno));
+    if (world.size() == 1) return;
     // Memory is needed too: MPI-IO loads its libraries when the first file is opened.
     try {
       parallel::check_room(room_for_writing);

@@ -6,6 +6,7 @@
 #include "crackle/common/regular_file.h"
 #include "hdf5.h"
 #include "provenance.h"
+#include "result_attributes.h"
 
 #include <fmt/format.h>
 
@@ -66,14 +67,32 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
 }
 
 /// Reads the values of the random inputs into the rows of finished samples.
-void read_inputs(hid_t file, std::vector<SampleSummary>& samples) {
-  if (H5Lexists(file, "samples/inputs", H5P_DEFAULT) <= 0) return;
+/// @return their keys
+std::vector<std::string> read_inputs(hid_t file, std::vector<SampleSummary>& samples) {
+  std::vector<std::string> found;
+  if (H5Lexists(file, "samples/inputs", H5P_DEFAULT) <= 0) return found;
   const hdf5::Handle group = hdf5::open_group(file, "samples/inputs");
   std::istringstream keys(hdf5::read_text_attribute(group, "keys"));
   for (std::string key; std::getline(keys, key);) {
+    found.push_back(key);
     const auto column = hdf5::read_dataset<double>(group, key, {samples.size()});
     for (std::size_t i = 0; i < samples.size(); ++i)
       if (samples[i].status != analysis::SampleStatus::pending) samples[i].inputs.push_back(column[i]);
+  }
+  return found;
+}
+
+/// Reads the areas of cracks in the parts of a body of several materials.
+void read_parts(hid_t file, std::vector<SampleSummary>& samples) {
+  const std::string name = fmt::format("samples/{}", analysis::crack_area_in_info.name);
+  if (H5Lexists(file, name.c_str(), H5P_DEFAULT) <= 0) return;
+  const Shape shape = hdf5::read_shape(file, name);
+  if (shape.size() != 2) fail<hdf5::Error>("dataset {}: not samples x parts", name);
+  const auto table = hdf5::read_dataset<double>(file, name, {samples.size(), shape[1]});
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto row = table.begin() + static_cast<std::ptrdiff_t>(i * shape[1]);
+    if (samples[i].status == analysis::SampleStatus::done)
+      samples[i].crack_area_in.assign(row, row + static_cast<std::ptrdiff_t>(shape[1]));
   }
 }
 
@@ -111,7 +130,14 @@ EnsembleContent read_content(hid_t file, std::int64_t version) {
   content.input_text = hdf5::read_text_attribute(file, "input");
   content.sections = read_sections(file, shape[2]);
   content.samples = read_samples(file, shape, version);
-  read_inputs(file, content.samples);
+  const std::vector<std::string> random_keys = read_inputs(file, content.samples);
+  for (std::size_t i = 0; i < content.samples.size(); ++i) try {
+      check_numbers(content.samples[i], random_keys);
+    } catch (const hdf5::Error& error) {
+      content.samples[i].status = analysis::SampleStatus::pending;
+      content.samples[i].error = error.what();
+    }
+  read_parts(file, content.samples);
   if (H5Lexists(file, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(file);
   return content;
 }

@@ -9,8 +9,6 @@
 #include <hdf5_hl.h>
 
 #include <algorithm>
-#include <functional>
-#include <numeric>
 
 namespace crackle::io::hdf5 {
 
@@ -60,8 +58,15 @@ Handle text_type() {
   return type;
 }
 
+/// @throws Error for more values than any memory has
 hsize_t count(const Shape& shape) {
-  return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
+  constexpr hsize_t most = hsize_t{1} << 60;
+  hsize_t n = 1;
+  for (const hsize_t extent : shape) {
+    if (extent > 0 && n > most / extent) fail<Error>("the shape ({}) is too large", fmt::join(shape, ", "));
+    n *= extent;
+  }
+  return n;
 }
 
 Handle creation_list(const Shape& shape, std::size_t value_size, Storage storage) {

@@ -116,6 +116,8 @@ void write_cracks(hid_t group, const analysis::CrackHistory& cracks, std::size_t
   write("tip_speed", cracks.speed, "m/s",
         "speed of that tip along its way, through-thickness mean over a tenth of the ligament; NaN while it "
         "does not advance");
+  write("tip_speed_ratio", cracks.speed_ratio, "1",
+        "ratio of that speed to the Rayleigh speed of what breaks there; NaN likewise");
   write("energy_release_rate", cracks.release_rate, "J/m^2",
         "energy released while the tip advances, per area of the advance along its way; NaN likewise");
 }
@@ -159,7 +161,7 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
   if (!governing.empty())
     hdf5::write_attribute<std::int32_t>(group, "governing", governing, {governing.size()});
   hdf5::write_attribute(group, "separated_at", separated_at);
-  hdf5::write_attribute(group, "rayleigh_speed", mechanics::rayleigh_speed(parameters.material()));
+  hdf5::write_attribute(group, "rayleigh_speed", cracks.rayleigh_speed);
   if (!parameters.output.probes.empty()) write_probes(group, parameters.output.probes, rows);
 }
 

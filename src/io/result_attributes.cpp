@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "result_attributes.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/geometry/outline.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <type_traits>
 
 namespace crackle::io {
@@ -32,6 +34,17 @@ void describe_dataset(hid_t parent, const std::string& dataset, const std::strin
   hdf5::write_attribute(hdf5::open_dataset(parent, dataset), "meaning", meaning);
 }
 
+void describe_parts(hid_t group, const input::Parameters& parameters, int column) {
+  const analysis::ResultInfo& info = analysis::crack_area_in_info;
+  describe_result(group, info.name, info, column);
+  const hdf5::Handle dataset = hdf5::open_dataset(group, info.name);
+  hdf5::write_attribute(dataset, "parts",
+                        fmt::format("{}", fmt::join(analysis::crack_parts(parameters), "\n")));
+  std::vector<std::string> dimensions{"part"};
+  if (hdf5::read_shape(group, info.name).size() > 1) dimensions.insert(dimensions.begin(), "sample");
+  hdf5::label_dimensions(dataset, dimensions);
+}
+
 std::vector<std::string> random_keys(const input::Parameters& parameters) {
   std::vector<std::string> keys;
   for (const input::RandomInput& random : parameters.random) keys.push_back(random.key);
@@ -44,6 +57,22 @@ void write_random_keys(hid_t group, const input::Parameters& parameters) {
 
 std::string units_of(const input::RandomInput& random) {
   return random.unit.empty() ? "1" : random.unit;
+}
+
+void check_numbers(const analysis::SampleSummary& row, const std::vector<std::string>& random_keys,
+                   const std::string& name) {
+  const auto refuse_infinite = [&](const char* result, double value) {
+    if (std::isinf(value)) fail<hdf5::Error>("{}{} is infinite", name, result);
+  };
+  for (std::size_t k = 0; k < row.inputs.size() && row.status == analysis::SampleStatus::done; ++k)
+    if (!std::isfinite(row.inputs[k]))
+      fail<hdf5::Error>("{}the random input {} is {}", name, random_keys.at(k), row.inputs[k]);
+  analysis::for_each_result([&](const analysis::ResultInfo& info, auto member) {
+    refuse_infinite(info.name, static_cast<double>(row.*member));
+  });
+  analysis::for_each_position_result([&](const analysis::ResultInfo& info, auto member) {
+    for (const auto value : row.*member) refuse_infinite(info.name, static_cast<double>(value));
+  });
 }
 
 void write_specimen(hid_t file, const geometry::Body& body) {

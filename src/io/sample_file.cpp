@@ -62,6 +62,8 @@ void write_crack_surface(hid_t file, const analysis::CrackSurface& surface,
 
   const hdf5::Handle table = hdf5::create_group(group, "cracks");
   write_column<std::int32_t>(table, "notch", surface.cracks, &Crack::start);
+  write_column<std::int32_t>(table, "hole", surface.cracks, &Crack::hole, "",
+                             "that the crack leaves, continuing one that ran into it; -1 for others");
   write_column<double>(table, "area", surface.cracks, &Crack::area, "m^2");
   write_column<double>(table, "first_time", surface.cracks, &Crack::first_time, "s");
   write_column<double>(table, "last_time", surface.cracks, &Crack::last_time, "s");
@@ -299,6 +301,12 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
     describe_result(group, info.name, info, n_columns++);
   });
   hdf5::label_datasets(group, {"notch", "section"});
+  if (!summary.crack_area_in.empty()) {
+    const ResultInfo& info = analysis::crack_area_in_info;
+    hdf5::write_dataset<double>(group, info.name, {summary.crack_area_in.size()}, summary.crack_area_in,
+                                info.units);
+    describe_parts(group, parameters, n_columns);
+  }
   if (!summary.inputs.empty()) {
     const hdf5::Handle inputs = hdf5::create_group(group, "inputs");
     for (std::size_t k = 0; k < parameters.random.size(); ++k) {

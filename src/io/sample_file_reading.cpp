@@ -9,12 +9,16 @@
 
 #include "hdf5.h"
 #include "provenance.h"
+#include "result_attributes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <system_error>
 #include <type_traits>
+#include <utility>
 
 namespace crackle::io {
 
@@ -71,12 +75,16 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
     using Value = typename std::remove_cvref_t<decltype(row.*member)>::value_type;
     row.*member = hdf5::read_dataset<Value>(group, info.name, position_shape(parameters));
   });
+  const char* const parts = analysis::crack_area_in_info.name;
+  if (H5Lexists(group, parts, H5P_DEFAULT) > 0)
+    row.crack_area_in = hdf5::read_dataset<double>(group, parts, {analysis::crack_parts(parameters).size()});
   if (!parameters.random.empty()) {
     const hdf5::Handle inputs = hdf5::open_group(group, "inputs");
     for (const input::RandomInput& random : parameters.random)
       row.inputs.push_back(hdf5::read_scalar<double>(inputs, random.key));
   }
   row.wall_time = hdf5::read_scalar<double>(root, "timing/wall_time");
+  check_numbers(row, random_keys(parameters));
   return row;
 }
 
@@ -92,17 +100,17 @@ void require_model(hid_t root) {
                     model, hdf5::read_text_attribute(root, "program_version"), model_version);
 }
 
-/// `read(file)`; a pending row if there is no file or, with the reason, if it is unusable.
-template <class Read>
-SampleSummary row_or_reason(const std::filesystem::path& file, const input::Parameters& parameters,
-                            Read&& read) {
-  SampleSummary row = empty_row(parameters);
-  try {
-    if (is_taken(file)) row = read(file);
-  } catch (const std::exception& error) {
-    row.error = error.what();
-  }
-  return row;
+/// The sample files of a folder, by number.
+std::vector<std::filesystem::path> sample_files(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored))
+    if (entry.path().extension() == ".h5") files.push_back(entry.path());
+  // Numbers above 9999 have more digits.
+  std::ranges::sort(files, {}, [](const std::filesystem::path& file) {
+    return std::pair(file.native().size(), file.native());
+  });
+  return files;
 }
 
 /// Reads one column of a table into a member of its rows.
@@ -117,9 +125,11 @@ analysis::CrackSurface read_surface(hid_t root) {
   using analysis::CrackFacet;
   const hdf5::Handle group = hdf5::open_group(root, "crack_surface");
   analysis::CrackSurface surface;
-  auto& [facets, cracks] = surface;
+  auto& [facets, cracks, entries] = surface;
   cracks.resize(hdf5::read_shape(group, "cracks/notch").at(0));
   read_column<std::int32_t>(group, "cracks/notch", cracks, &Crack::start);
+  if (H5Lexists(group, "cracks/hole", H5P_DEFAULT) > 0)  // not in older files
+    read_column<std::int32_t>(group, "cracks/hole", cracks, &Crack::hole);
   read_column<double>(group, "cracks/area", cracks, &Crack::area);
   read_column<double>(group, "cracks/first_time", cracks, &Crack::first_time);
   read_column<double>(group, "cracks/last_time", cracks, &Crack::last_time);
@@ -130,10 +140,15 @@ analysis::CrackSurface read_surface(hid_t root) {
   read_column<double>(group, "area", facets, &CrackFacet::area);
   read_column<std::int64_t>(group, "tetrahedron", facets, &CrackFacet::tetrahedron);
   read_column<std::int32_t>(group, "crack", facets, &CrackFacet::crack);
-  for (std::size_t i = 0; i < facets.size(); ++i)
+  for (std::size_t i = 0; i < facets.size(); ++i) {
     if (facets[i].crack < 0 || static_cast<std::size_t>(facets[i].crack) >= cracks.size())
       fail<hdf5::Error>("facet {} belongs to crack {}, but there are only {} cracks", i, facets[i].crack,
                         cracks.size());
+    const auto values = std::span(corners).subspan(12 * i, 12);
+    if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }) ||
+        !std::isfinite(facets[i].time) || !std::isfinite(facets[i].area))
+      fail<hdf5::Error>("the corners, time or area of facet {} of its crack are not numbers", i);
+  }
   return surface;
 }
 
@@ -175,38 +190,25 @@ SampleSummary read_summary(const std::filesystem::path& file, const input::Param
   });
 }
 
-SampleSummary read_any_summary(const std::filesystem::path& file, const input::Parameters& parameters,
-                               std::uint64_t sample) {
-  return read_file(file, oldest_schema_version, [&](hid_t root, std::int64_t version) {
-    return read_row(root, version, parameters, sample);
-  });
-}
-
 std::string read_input_text(const std::filesystem::path& file) {
   return read_file(file, oldest_schema_version,
                    [](hid_t root, std::int64_t) { return hdf5::read_text_attribute(root, "input"); });
 }
 
 std::int64_t format_version(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  std::int64_t oldest = version_of(folder / "ensemble.h5", ensemble_kind, ensemble_schema_version)
-                            .value_or(sample_schema_version);
+  const std::int64_t oldest = version_of(folder / "ensemble.h5", ensemble_kind, ensemble_schema_version)
+                                  .value_or(sample_schema_version);
   // Runs never continue with files of an older version, so checking one file is enough.
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored)) {
-    if (entry.path().extension() != ".h5") continue;
-    if (const auto version = version_of(entry.path(), sample_kind, sample_schema_version))
+  for (const auto& file : sample_files(folder))
+    if (const auto version = version_of(file, sample_kind, sample_schema_version))
       return std::min(oldest, *version);
-  }
   return oldest;
 }
 
 std::int64_t stored_model(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored)) {
-    if (entry.path().extension() != ".h5") continue;
+  for (const auto& file : sample_files(folder)) {
     try {
-      return read_file(entry.path(), oldest_schema_version,
-                       [](hid_t root, std::int64_t) { return model_of(root); });
+      return read_file(file, oldest_schema_version, [](hid_t root, std::int64_t) { return model_of(root); });
     } catch (const std::exception&) {
       // Reading its results reports the error.
     }
@@ -215,12 +217,9 @@ std::int64_t stored_model(const std::filesystem::path& folder) {
 }
 
 void check_model(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored)) {
-    if (entry.path().extension() != ".h5") continue;
+  for (const auto& file : sample_files(folder)) {
     try {
-      return read_file(entry.path(), sample_schema_version,
-                       [](hid_t root, std::int64_t) { require_model(root); });
+      return read_file(file, sample_schema_version, [](hid_t root, std::int64_t) { require_model(root); });
     } catch (const OlderFormat&) {
       throw;
     } catch (const std::exception&) {
@@ -229,32 +228,54 @@ void check_model(const std::filesystem::path& folder) {
   }
 }
 
+SampleReader::SampleReader(std::filesystem::path folder, const input::Parameters& parameters)
+    : folder_(std::move(folder)), parameters_(&parameters), model_(stored_model(folder_)) {}
+
+/// `read(root, version)` of the sample's file.
+template <class Read>
+SampleSummary SampleReader::row_or_reason(std::uint64_t sample, const Read& read) const {
+  const std::filesystem::path file = sample_path(folder_, sample);
+  try {
+    if (!is_taken(file)) return empty_row(*parameters_);
+    return read_file(file, oldest_schema_version, [&](hid_t root, std::int64_t version) {
+      if (const std::int64_t model = model_of(root); model != model_)
+        fail<hdf5::Error>("model {}, of version {} of the program; the other samples are of model {}", model,
+                          hdf5::read_text_attribute(root, "program_version"), model_);
+      return read(root, version);
+    });
+  } catch (const std::exception& error) {
+    SampleSummary row = empty_row(*parameters_);
+    row.error = error.what();
+    return row;
+  }
+}
+
+SampleSummary SampleReader::row(std::uint64_t sample) const {
+  return row_or_reason(sample, [&](hid_t root, std::int64_t version) {
+    return read_row(root, version, *parameters_, sample);
+  });
+}
+
+StoredSample SampleReader::whole(std::uint64_t sample) const {
+  StoredSample stored;
+  stored.summary = row_or_reason(sample, [&](hid_t root, std::int64_t version) {
+    SampleSummary row = read_row(root, version, *parameters_, sample);
+    if (row.status == analysis::SampleStatus::done) {
+      stored.surface = read_surface(root);
+      stored.branching = read_branching(root);
+    }
+    return row;
+  });
+  return stored;
+}
+
 std::vector<SampleSummary> read_summaries(const std::filesystem::path& folder,
                                           const input::Parameters& parameters, std::uint64_t first,
                                           std::size_t count) {
+  const SampleReader reader(folder, parameters);
   std::vector<SampleSummary> rows;
-  for (std::uint64_t sample = first; sample < first + count; ++sample) {
-    rows.push_back(row_or_reason(sample_path(folder, sample), parameters, [&](const auto& file) {
-      return read_any_summary(file, parameters, sample);
-    }));
-  }
+  for (std::uint64_t sample = first; sample < first + count; ++sample) rows.push_back(reader.row(sample));
   return rows;
-}
-
-StoredSample read_stored_sample(const std::filesystem::path& folder, const input::Parameters& parameters,
-                                std::uint64_t sample) {
-  StoredSample stored;
-  stored.summary = row_or_reason(sample_path(folder, sample), parameters, [&](const auto& path) {
-    return read_file(path, oldest_schema_version, [&](hid_t root, std::int64_t version) {
-      SampleSummary row = read_row(root, version, parameters, sample);
-      if (row.status == analysis::SampleStatus::done) {
-        stored.surface = read_surface(root);
-        stored.branching = read_branching(root);
-      }
-      return row;
-    });
-  });
-  return stored;
 }
 
 }  // namespace crackle::io

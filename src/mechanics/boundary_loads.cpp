@@ -147,6 +147,12 @@ void BoundaryLoads::set_displacements(double time, std::span<double> displacemen
 
 BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain) {
+  return make_boundary_loads(group, parameters, subdomain,
+                             material_field(parameters.materials, subdomain.material));
+}
+
+BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                                  const geometry::Subdomain& subdomain, const MaterialField& material) {
   std::vector<Vector> outward;  // of every face
   std::vector<geometry::ConditionRegion> regions;
   parallel::agree(group, [&] {
@@ -156,9 +162,9 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
   });
   BoundaryLoads loads;
   for (std::size_t i = 0; i < regions.size(); ++i)
-    add_condition({group, subdomain, parameters.materials, parameters.boundaries[i], static_cast<int>(i),
-                   regions[i], outward},
-                  loads);
+    add_condition(
+        {group, subdomain, material, parameters.boundaries[i], static_cast<int>(i), regions[i], outward},
+        loads);
   assign_shared_components(group, index(subdomain.layout.n_owned), loads);
   leave_out_prescribed(loads.motions, loads.absorbers);
   loads.constrained_tetrahedra = tetrahedra_at(loads.motions, subdomain);

@@ -123,39 +123,37 @@ void add_motion(const ConditionOnMesh& place, BoundaryLoads& loads) {
   loads.conditions.push_back({nodes, std::vector<double>(nodes.size(), 1 / static_cast<double>(n))});
 }
 
-/// The material behind each boundary triangle; empty if there is only one.
-std::map<geometry::Triangle, std::size_t> materials_behind(const geometry::Subdomain& subdomain) {
-  std::map<geometry::Triangle, std::size_t> material;
-  if (subdomain.material.empty()) return material;
+/// The tetrahedron behind each boundary triangle, whose nodes ascend.
+std::map<geometry::Triangle, std::int32_t> tetrahedra_behind(const geometry::Subdomain& subdomain) {
+  std::map<geometry::Triangle, std::int32_t> behind;
   const auto sorted = [](geometry::Triangle nodes) {
     std::ranges::sort(nodes);
     return nodes;
   };
-  for (const auto& triangle : subdomain.boundary) material[sorted(triangle.nodes)] = 0;
+  for (const auto& triangle : subdomain.boundary) behind[sorted(triangle.nodes)] = 0;
   for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
       const auto& nodes = subdomain.tetrahedra[t];
-      const auto found = material.find(
+      const auto found = behind.find(
           sorted({nodes[(opposite + 1) % 4], nodes[(opposite + 2) % 4], nodes[(opposite + 3) % 4]}));
-      if (found != material.end()) found->second = subdomain.material[t];
+      if (found != behind.end()) found->second = static_cast<std::int32_t>(t);
     }
-  return material;
+  return behind;
 }
 
 void add_dashpots(const ConditionOnMesh& place, BoundaryLoads& loads) {
-  const auto behind = materials_behind(place.subdomain);
-  const auto material_at = [&](geometry::Triangle nodes) -> const input::Material& {
-    std::ranges::sort(nodes);
-    return place.materials[behind.empty() ? 0 : behind.at(nodes)];
-  };
+  const auto behind = tetrahedra_behind(place.subdomain);
   std::map<std::int32_t, Symmetric> impedance;
   // One component at a time, by the tributary areas weighted with that component of each face.
   for (std::size_t k = 0; k < 6; ++k) {
     const LoadedRegion part = loaded_faces(
         place.group, place.region, place.subdomain, [&](const geometry::BoundaryTriangle& triangle) {
-          const input::Material& material = material_at(triangle.nodes);
-          const double along = material.density * dilatational_speed(material);
-          const double across = material.density * shear_speed(material);
+          geometry::Triangle nodes = triangle.nodes;
+          std::ranges::sort(nodes);
+          const std::int32_t t = behind.at(nodes);
+          const double density = place.material.density[t];
+          const double along = density * dilatational_speed(place.material.elasticity[t], density);
+          const double across = density * shear_speed(place.material.elasticity[t], density);
           const Vector& normal = place.outward[index(triangle.surface)];
           return (along - across) * symmetric_product(normal, normal)[k] + (k < 3 ? across : 0);
         });

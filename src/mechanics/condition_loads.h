@@ -15,7 +15,7 @@ namespace crackle::mechanics {
 struct ConditionOnMesh {
   const parallel::Communicator& group;
   const geometry::Subdomain& subdomain;
-  const std::vector<input::Material>& materials;
+  const MaterialField& material;  ///< of each tetrahedron
   const input::Boundary& condition;
   int number;  ///< index into the input's boundaries
   const geometry::ConditionRegion& region;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/agreement.h"
 
+#include "crackle/common/printable.h"
+#include "crackle/parallel/collectives.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -12,7 +15,7 @@ std::string current_error() {
   try {
     throw;
   } catch (const std::exception& failure) {
-    return failure.what();
+    return reason_of(failure);
   } catch (...) {
     return "unknown exception";
   }
@@ -29,17 +32,17 @@ std::string current_error(const Communicator& group) noexcept {
 
 void agree_on_error(const Communicator& group, const std::optional<std::string>& error) {
   int first = error ? group.rank() : group.size();
-  check_mpi(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, group.get()), "MPI_Allreduce");
+  reduce_on_all(group, &first, 1, MPI_INT, MPI_MIN);
   if (first == group.size()) return;
   std::uint64_t length = error ? error->size() : 0;
-  check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, first, group.get()), "MPI_Bcast");
+  broadcast(group, &length, 1, MPI_UINT64_T, first);
   // The failure may be a failed allocation, so no allocation is allowed before all ranks have the message.
   std::string message;
   std::array<char, 1024> piece{};
   for (std::size_t begin = 0; begin < length; begin += piece.size()) {
     const std::size_t n = std::min(piece.size(), static_cast<std::size_t>(length) - begin);
     if (first == group.rank()) error->copy(piece.data(), n, begin);
-    check_mpi(MPI_Bcast(piece.data(), static_cast<int>(n), MPI_CHAR, first, group.get()), "MPI_Bcast");
+    broadcast(group, piece.data(), static_cast<int>(n), MPI_CHAR, first);
     try {
       message.append(piece.data(), n);
     } catch (const std::bad_alloc&) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/communicator.h"
 
+#include "crackle/parallel/collectives.h"
+
 #include <array>
 #include <stdexcept>
 #include <string>
@@ -17,6 +19,9 @@ void check_mpi(int code, const char* call) {
 }
 
 Communicator::Communicator(MPI_Comm communicator) {
+  int is_started = 0;
+  check_mpi(MPI_Initialized(&is_started), "MPI_Initialized");
+  if (is_started == 0) return;
   check_mpi(MPI_Comm_dup(communicator, &communicator_), "MPI_Comm_dup");
   set_up();
 }
@@ -45,6 +50,15 @@ Communicator Communicator::split(int color, int key) const {
   check_mpi(MPI_Comm_split(communicator_, color, key, &part.communicator_), "MPI_Comm_split");
   part.set_up();
   return part;
+}
+
+void broadcast(const Communicator& group, void* values, int n, MPI_Datatype type, int from) {
+  if (group.size() > 1) check_mpi(MPI_Bcast(values, n, type, from, group.get()), "MPI_Bcast");
+}
+
+void reduce_on_all(const Communicator& group, void* values, int n, MPI_Datatype type, MPI_Op operation) {
+  if (group.size() > 1)
+    check_mpi(MPI_Allreduce(MPI_IN_PLACE, values, n, type, operation, group.get()), "MPI_Allreduce");
 }
 
 }  // namespace crackle::parallel

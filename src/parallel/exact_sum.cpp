@@ -88,7 +88,6 @@ double ExactSum::value() const {
 
 void ExactSum::all_reduce(const Communicator& group) {
   carry();
-  if (group.size() == 1) return;
   parallel::all_reduce(group, digit_, MPI_SUM);
   carry();
 }
@@ -107,7 +106,7 @@ std::vector<double> ExactSum::of_each(const Communicator& group, std::span<const
       digits.insert(digits.end(), sums[i].digit_.begin(), sums[i].digit_.end());
     }
   });
-  if (group.size() > 1) parallel::all_reduce(group, digits, MPI_SUM);
+  parallel::all_reduce(group, digits, MPI_SUM);
   for (std::size_t i = 0; i < sums.size(); ++i) {
     std::copy_n(digits.begin() + std::ssize(sums[i].digit_) * static_cast<std::ptrdiff_t>(i), n_digits,
                 sums[i].digit_.begin());
@@ -122,7 +121,7 @@ double integer_sum(const Communicator& group, __int128 mine) {
   std::array<std::int64_t, 3> parts{static_cast<std::int64_t>(mine & mask),
                                     static_cast<std::int64_t>((mine >> bits) & mask),
                                     static_cast<std::int64_t>(mine >> 2 * bits)};
-  if (group.size() > 1) parallel::all_reduce(group, parts, MPI_SUM);
+  parallel::all_reduce(group, parts, MPI_SUM);
   return static_cast<double>(((static_cast<__int128>(parts[2]) << bits) + parts[1]) * (mask + 1) + parts[0]);
 }
 

@@ -33,6 +33,7 @@ GhostForest::GhostForest(const Communicator& group, const NodeLayout& layout)
     sent_nodes_.reserve(place.size());
     check_room(3 * (bytes_per_local_node * layout.number.size() + bytes_per_object));
   });
+  if (group.size() == 1) return;
   check_petsc(PetscSFCreate(group.get(), all.put()), "PetscSFCreate");
   set_graph(all.get(), place.size(), leaves);
   const PetscInt* degree = nullptr;
@@ -53,10 +54,12 @@ GhostForest::GhostForest(const Communicator& group, const NodeLayout& layout)
 }
 
 void GhostForest::begin(MPI_Datatype type, const void* sent, void* received) const {
+  if (forest_.get() == nullptr) return;
   check_petsc(PetscSFBcastBegin(forest_.get(), type, sent, received, MPI_REPLACE), "PetscSFBcastBegin");
 }
 
 void GhostForest::end(MPI_Datatype type, const void* sent, void* received) const {
+  if (forest_.get() == nullptr) return;
   check_petsc(PetscSFBcastEnd(forest_.get(), type, sent, received, MPI_REPLACE), "PetscSFBcastEnd");
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/uncertainty/polynomials.h"
 
+#include "crackle/common/failure.h"
+
 #include "distribution.h"
 
 #include <boost/math/distributions/normal.hpp>
@@ -8,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace crackle::uncertainty {
 
@@ -113,13 +116,17 @@ Family family_of(const RandomInput& random, std::size_t n) {
 std::vector<std::vector<double>> orthonormal_polynomials(const RandomInput& random,
                                                          std::span<const double> values, int highest_degree) {
   const auto n = static_cast<std::size_t>(highest_degree) + 1;
-  const Family family = family_of(random, n - 1);
-  std::vector<std::vector<double>> table(n);
-  for (const double value : values) {
-    const auto at = polynomials_at(family.variable(value), family.recurrence, n);
-    for (std::size_t k = 0; k < n; ++k) table[k].push_back(at[k]);
+  try {
+    const Family family = family_of(random, n - 1);
+    std::vector<std::vector<double>> table(n);
+    for (const double value : values) {
+      const auto at = polynomials_at(family.variable(value), family.recurrence, n);
+      for (std::size_t k = 0; k < n; ++k) table[k].push_back(at[k]);
+    }
+    return table;
+  } catch (const std::logic_error& error) {  // std::domain_error of Boost
+    fail("the polynomials of {} cannot be made: {}", random.key, error.what());
   }
-  return table;
 }
 
 }  // namespace crackle::uncertainty

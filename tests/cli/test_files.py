@@ -262,6 +262,43 @@ class Files(SurvivalCase):
             result = self.at_once("stats", self.out)
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertIn("2 done", result.stdout)
+            self.assertIn(f"these samples are of model {model or 1}; this program's model", result.stdout)
+
+    def change(self, name, change):
+        """An ensemble in which one sample file was changed and sealed again; there is no ensemble.h5."""
+        self.with_instead("ensemble.h5", lambda path: None)
+        file = self.out / "samples" / name
+        file.write_bytes(file.read_bytes()[:-32])  # without its check sum
+        with h5py.File(file, "r+") as root:
+            change(root)
+        seal(file)
+
+    def test_a_sample_of_another_model_belongs_to_no_ensemble(self):
+        def other_model(root):
+            root.attrs["model_version"] = 99
+        for name, number in (("0001.h5", 1), ("0002.h5", 2)):
+            self.change(name, other_model)
+            reason = f"cannot use '{self.out / 'samples' / name}': model 99, of version .* of the program; the other samples are of model "
+            result = self.at_once("stats", "--read-only", self.out)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertRegex(result.stdout, "2 done, 0 failed, 1 pending")
+            self.assertRegex(result.stdout, f"pending sample {number}: {reason}")
+            result = self.at_once("compare", self.whole(self.small), self.out)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertRegex(result.stderr, f"^sample {number} is left out: {reason}")
+            result = self.at_once("match", self.out, "--held-out", "each")
+            self.assertRegex(result.stderr, f"sample {number} is left out: {reason}")
+
+    def test_numbers_that_are_none_are_named_with_their_file(self):
+        def no_corner(root):
+            root["crack_surface/corners"][0, 0, 0] = float("nan")
+        self.change("0001.h5", no_corner)
+        reason = f"cannot use '{self.out / 'samples/0001.h5'}': the corners, time or area of facet 0 of its crack are not numbers"
+        result = self.at_once("match", self.out, "--held-out", "each")
+        self.assertIn(f"sample 1 is left out: {reason}", result.stderr)
+        result = self.at_once("stats", "--sections", "y=5 mm", self.out)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn(f"pending sample 1: {reason}", result.stdout)
 
     def test_samples_of_earlier_models_shared_their_base_points_unless_the_input_says_otherwise(self):
         shutil.copytree(self.whole(self.small), self.out)

@@ -13,7 +13,7 @@ ORDER = ["common", "parallel", "plane", "input", "uncertainty", "geometry", "ker
 """A folder may include itself and those before it; src/README.md says what each is about."""
 
 INCLUDE = re.compile(r'^#include "(?:crackle/)?(?!crackle/)(\w+)/[\w/]+\.h"', re.MULTILINE)
-PROCESS_WIDE = re.compile(r"\bMPI_COMM_WORLD\b|\bPETSC_COMM_WORLD\b|\b(?:std::)?exit\(|\bMPI_Init|\bPetscInitialize")
+PROCESS_WIDE = re.compile(r"\bMPI_COMM_WORLD\b|\bPETSC_COMM_WORLD\b|\b(?:std::)?exit\(|\bMPI_Init(?:_thread)?\(|\bPetscInitialize")
 
 
 def sources(folder: str) -> list[Path]:

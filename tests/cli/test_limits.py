@@ -40,7 +40,7 @@ fix = ["x", "y", "z"]
 on = "z-max"
 velocity = [{}]
 [time]
-duration = "1 us"
+duration = "3 us"
 [sections]
 y = ["5 mm"]
 """
@@ -144,7 +144,31 @@ velocity = ["free", "free", "1 mm/s"]
         slow = PULLED.replace("[time]", '[time]\nstart = "rest"')
         told = self.assert_same_refusal(slow, "time steps: strains of")
         self.assertRegex(told, r"in equilibrium they reach the first break after [12]\d\d(\.\d)? s, at about [12]\d\d(\.\d)? N, "
-                               r"but the phase lasts 1 us")
+                               r"but the phase lasts 3 us")
+
+    def test_a_start_from_rest_is_judged_by_waves(self):
+        """A pulse of pressure on a bar whose far end is held comes back as tension from the loaded end."""
+        bar = (PLATE[:PLATE.index("[[boundary]]")].replace('"10 mm", "20 mm"', '"2 mm", "40 mm"').replace('toughness = "30 J/m^2"', 'strength = "3 MPa"')
+               + """[[boundary]]
+on = "z-max"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "z-min"
+traction = ["0 Pa", "0 Pa", "5 MPa"]
+history = [["0 us", 0], ["2 us", 1], ["6 us", 1], ["8 us", 0]]
+""" + PLATE[PLATE.index("[time]"):].replace("[time]", '[time]\nstart = "rest"').replace("1 us", "20 us").replace('y = ["5', 'z = ["20'))
+        waves = "waves of the loads reach about {} MPa (an estimate), up to twice that where they are reflected; the strength is {} MPa at least"
+        said = self.call(bar, "check").stdout
+        self.assertIn(waves.format(5, 3) + ".\n", said)
+        self.assertNotIn("Warning: the loads", said)
+        said = self.call(bar.replace("3 MPa", "500 MPa"), "check").stdout
+        self.assertIn(waves.format(5, 500) + ".\n", said)
+        self.assertIn("Warning: the loads hardly break the body: their waves reach 1 % of its strength; raise them\n", said)
+        sudden = bar[:bar.index("history")] + bar[bar.index("[time]"):]
+        self.assertIn("damping.bulk = [0.5, 1.2]", self.call(sudden, "check").stdout)
+        damped = self.call(sudden + "[damping]\nbulk = [0.06, 1.2]\n", "check").stdout
+        self.assertNotIn("damping.bulk = [0.5, 1.2] leaves", damped)
+        self.assertIn(waves.format(5, 3) + ".\n", damped)
 
     def test_a_rate_without_effect_is_told(self):
         said = self.call(PULLED, "check").stdout
@@ -152,7 +176,7 @@ velocity = ["free", "free", "1 mm/s"]
         self.assertNotIn("Warning", said)
 
     def test_loads_from_rest_that_break_the_body_are_no_slip(self):
-        fast = PLATE.format('"free", "free", "20 m/s"').replace("[time]", '[time]\nstart = "rest"').replace("1 us", "20 us")
+        fast = PLATE.format('"free", "free", "20 m/s"').replace("[time]", '[time]\nstart = "rest"').replace("3 us", "20 us")
         unheld = fast.replace('fix = ["x", "y", "z"]', 'velocity = ["free", "free", "-20 m/s"]')
         for text in (fast, unheld):
             checked = self.call(text, "check")
@@ -202,8 +226,85 @@ upper = "30 J/m^2"
         self.assertEqual(set(re.findall(r"(sample \d+) would fail", checked.stderr)), failed)
         self.assertEqual(checked.returncode, 1)
 
+    def test_stresses_at_time_0_are_looked_at_in_more_samples(self):
+        """A tempered plate: 50 MPa in its middle by the parabola, up to twice as much by the mesh, on which they scatter."""
+        text = """[ensemble]
+samples = 4
+seed = 1
+[specimen]
+size = ["4 mm", "4 mm", "12 mm"]
+[mesh]
+spacing = "0.8 mm"
+[material]
+youngs_modulus = "70 GPa"
+poisson_ratio = 0.0
+density = "2500 kg/m^3"
+[fracture]
+strength = "{}"
+impulse = "1e-8 MPa^2 s"
+[[boundary]]
+on = "z-min"
+fix = ["z"]
+[[boundary]]
+on = "x-min"
+region = {{ y = ["2 mm", "2 mm"] }}
+fix = ["x", "y"]
+[[boundary]]
+on = "x-max"
+region = {{ y = ["2 mm", "2 mm"] }}
+fix = ["y"]
+[[boundary]]
+on = "z-max"
+displacement = ["free", "free", "0 mm"]
+rate = ["free", "free", "0.001 mm/s"]
+[[initial.stress]]
+along = "x"
+surface = "-100 MPa"
+[time]
+duration = "20 us"
+[sections]
+z = ["6 mm"]
+"""
+        share = float(re.search(r"stress at time 0 += .*; ([\d.]+) % of the strength", self.call(text.format("400 MPa"), "check").stdout)[1])
+        told = r"At time 0 the stress in sample 0 is [\d.e+]+ % of the strength; of 3 samples more, (\d) would fail\."
+        failed = re.search(told, self.call(text.format(f"{4.1 * share} MPa"), "check").stdout)
+        checked = self.call(text.format(f"{4.1 * share} MPa"), "check")
+        every = self.call(text.format(f"{4.1 * share} MPa"), "check", "--samples", "4")
+        n_failed = int(re.search(r"Of 4 samples, (\d) would fail", every.stdout)[1])
+        self.assertTrue(0 < n_failed < 4, every.stdout)
+        self.assertEqual(int(failed[1]), n_failed)
+        self.assertEqual(checked.returncode, 1)
+        self.assertRegex(checked.stderr, "sample [123] would fail: computation: at time 0 the initial stress")
+        self.assertNotIn("At time 0", self.call(text.format("400 MPa"), "check").stdout)
+
+    def test_large_strains_are_told(self):
+        """A strength of a quarter of Young's modulus in a bar that is pulled."""
+        soft = PULLED.replace("32 GPa", "1.1 MPa").replace("30 J/m^2", "60 J/m^2").replace("3 us", "3 ms")
+        self.assertRegex(self.call(soft, "check").stdout, r"Warning: at the first break \d+ % of the body is strained by more than 5 %")
+        self.assertNotIn("strained by", self.call(PULLED, "check").stdout)
+        said = self.call(soft, "run", "-o", "out").stdout
+        self.assertRegex(said, r"warning: the peak load has moved by [\d.]+ mm, \d+ % of the body's longest extent")
+
+    def test_one_sample_is_told_to_be_few(self):
+        self.assertIn("One sample shows no scatter", self.call(PULLED, "check", "--no-measure").stdout)
+        self.assertNotIn("One sample", self.call(PULLED.replace("samples = 1", "samples = 2"), "check", "--no-measure").stdout)
+
+    def test_a_mesh_that_takes_minutes_is_announced_at_once(self):
+        """A spacing typed a tenth as large: said before the mesh is made, which the time limit cuts short."""
+        fine = PULLED + '[[mesh.region]]\nz = ["5 mm", "15 mm"]\nspacing = "0.04 mm"\n'
+        (self.folder / "plate.toml").write_text(fine)
+        with subprocess.Popen([PROGRAM, "check", "plate.toml"], cwd=self.folder, env=environment(), stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, text=True) as check:
+            assert check.stdout
+            for line in check.stdout:
+                if line.startswith(("Warning: a mesh", "nodes")):
+                    break
+            check.terminate()
+        self.assertRegex(line, r"Warning: a mesh has about [\d.]+ million nodes and takes [\d.]+ (s|min) or more to make: "
+                               r"the spacing is 0\.04 mm at its finest \(mesh\.region\[0\]\)")
+
     def test_slips_are_named_by_check_and_run(self):
-        soft = PULLED.replace("32 GPa", "32000 mPa").replace("1 us", "0.1 s")  # waves are as slow as in a gel
+        soft = PULLED.replace("32 GPa", "32000 mPa").replace("3 us", "0.1 s")  # waves are as slow as in a gel
         for command in (("check", "--no-measure"), ("run", "-o", "out")):
             self.assertIn("did you mean 32 GPa? mPa is millipascal", self.call(soft, *command).stdout)
 

@@ -29,6 +29,21 @@ def setting(name, spacing=None, **values):
     return text
 
 
+def with_raster(text, file):
+    """With a raster of 150 MB of ones over the demo's plate."""
+    rows, columns = 15000, 10000
+    header = f"{{'descr': '|u1', 'fortran_order': False, 'shape': ({rows}, {columns}), }}".encode().ljust(117) + b"\n"
+    file.write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes([1]) * (rows * columns))
+    return text + f"""
+[material.map]
+file = "{file.name}"
+of = "stiffness"
+axes = ["z", "y"]
+origin = ["{70 / rows} mm", "{12.25 / columns} mm"]
+spacing = ["{140 / rows} mm", "{24.5 / columns} mm"]
+"""
+
+
 def peaks(command):
     """Largest resident set of each rank of a command [byte], without the launcher's."""
     process = subprocess.Popen(command, env=environment(), stdout=subprocess.DEVNULL)
@@ -62,6 +77,7 @@ class Memory(unittest.TestCase):
     def test_the_estimate_holds(self):
         for name, n_ranks, text in (
                 ("demo", 1, setting("demo.toml")),
+                ("demo, a raster", 1, with_raster(setting("demo.toml"), self.folder / "ones.npy")),
                 ("between, many frames", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), frames=60, growth=0.05)),
                 ("between, by PETSc", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), growth=0.05,
                                                  integrator='"bilateral4"\nengine = "petsc"')),

@@ -200,6 +200,10 @@ class Mesh(unittest.TestCase):
         self.assertGreater(correlation, 0.9)
         check = run_program("check", self.folder / "varied.toml", "--no-measure")
         self.assertIn("the correlation length of the strength, 0.5 mm, is less than 2 spacings", check.stdout)
+        long = (self.folder / "varied.toml").read_text().replace('correlation_length = "0.5 mm"', 'correlation_length = "1 m"')
+        (self.folder / "long.toml").write_text(long)
+        check = run_program("check", self.folder / "long.toml", "--no-measure")
+        self.assertIn("the correlation length of the strength, 1 m, exceeds the body", check.stdout)
 
     def test_survey_counts_what_it_lists(self):
         table = self.folder / "survey.csv"

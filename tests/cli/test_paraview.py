@@ -19,7 +19,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
-from crackle_report.reading import SampleFiles  # noqa: E402
+from crackle_report.choosing import samples_in_detail  # noqa: E402
+from crackle_report.reading import SampleFiles, read_ensemble  # noqa: E402
 from synthetic_ensemble import changed, write_ensemble  # noqa: E402
 
 try:
@@ -117,6 +118,12 @@ class ParaView(unittest.TestCase):
             self.assertEqual(series["file-series-version"], "1.0")
             self.assertEqual([(entry["name"], entry["time"]) for entry in series["files"]],
                              [(f"{kind}-{k:04d}.vtkhdf", time) for k, time in enumerate(times)])
+
+    def test_without_a_number_it_is_a_sample_of_the_report(self):
+        result = run(str(self.folder), "-o", str(self.folder / "typical"))
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        number = samples_in_detail(read_ensemble(self.folder))[0]
+        self.assertEqual(result.stdout, f"sample {number}, a typical one: 12 files in {self.folder / 'typical'}\n")
 
     def test_the_crack_opens_and_moves_with_the_body(self):
         files = SampleFiles(self.folder)

@@ -27,10 +27,12 @@ matplotlib.use("Agg")
 
 import crackle  # noqa: E402
 import small_input  # noqa: E402
+from crackle import curves  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+from crackle_report import stress  # noqa: E402
 from crackle_report.figures import histories  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
-from crackle_report.reading import read_ensemble  # noqa: E402
+from crackle_report.reading import SampleFiles, read_ensemble  # noqa: E402
 from synthetic_ensemble import changed, write_ensemble  # noqa: E402
 
 PROGRAM = Path()
@@ -251,6 +253,59 @@ class Package(unittest.TestCase):
         self.assertEqual(sum(patch.get_height() for patch in plot.histogram("peak_load").patches), 2)
         with self.assertRaisesRegex(ValueError, '"displacement" or "time"'):
             plot.load(over="space")
+
+    def test_frames_and_energies_are_found_by_their_time(self):
+        sample = self.ensemble[1]
+        times = sample.frames.time.values
+        near = sample.frames.sel(time=0.9 * times[1] + 0.1 * times[2], method="nearest")
+        self.assertEqual(float(near.time), times[1])
+        moments = sample.energy.time.values
+        self.assertEqual(float(sample.energy.sel(time=1.01e-6, method="nearest").time), moments[np.abs(moments - 1.01e-6).argmin()])
+        frames = SampleFiles(self.folder).frames(1)
+        np.testing.assert_array_equal(near.stress, stress.frame_stress(frames, 1))
+        self.assertEqual((near.stress.dims, near.stress.attrs["units"]), (("tetrahedron", "stress_component"), "Pa"))
+        some = sample.frames.stress.isel(frame=[2, 0], tetrahedron=slice(3, 6)).sel(stress_component=["zz", "xx"])
+        np.testing.assert_array_equal(some, np.array([stress.frame_stress(frames, k)[3:6][:, [2, 0]] for k in (2, 0)]))
+
+    def test_a_name_that_is_none_is_answered_with_those_that_are(self):
+        with self.assertRaisesRegex(KeyError, "no result is named 'peak_laod'; did you mean peak_load.*There are status, .*crack_speed_max"):
+            self.ensemble.plot.histogram("peak_laod")
+
+    def test_pictures_have_names_an_outline_and_limits(self):
+        plot, sample = self.ensemble.plot, self.ensemble[0]
+        names = {call: [text.get_text() for text in getattr(plot, call)().get_legend().get_texts()] for call in ("load", "crack_length", "tip_speed", "cracks")}
+        self.assertEqual(names["load"], ["sample 0", "sample 1"])
+        self.assertTrue(all(re.fullmatch("sample [01], notch [01]", name) for name in names["crack_length"]), names)
+        self.assertIn("Rayleigh speed", names["tip_speed"])
+        self.assertTrue(set(names["cracks"]) <= {"from notch 0", "from notch 1"}, names)
+        outline = plot.cracks().lines[0].get_xydata()
+        np.testing.assert_allclose(np.ptp(outline, axis=0), [24.5, 140])
+        self.assertGreater(plot.tip_speed().get_ylim()[1], sample.history.attrs["rayleigh_speed"])
+        # What has broken moves on, and its load may spring back.
+        left, right = plot.load().get_xlim()
+        at_peak = 1e3 * self.ensemble.samples["displacement_at_peak"].max()
+        self.assertEqual(left, 0)
+        self.assertLess(right, 1.3 * at_peak)
+        bottom, top = plot.load().get_ylim()
+        self.assertEqual(bottom, 0)
+        self.assertLess(top, 1.1 * self.ensemble.samples["peak_load"].max())
+        pyplot.close("all")
+
+    def test_what_moves_on_after_the_break_does_not_squeeze_the_curves(self):
+        load, flying = np.array([0, 90, 100, -650, 40.0]), np.array([0, 0.9, 1, 5, 60])
+        (left, right), (bottom, top) = curves.load_limits([(flying, load, np.array([0, 0, 1, 1, 1]))])
+        np.testing.assert_allclose((left, right, bottom, top), (0, 1.15, 0, 108))
+        # Cracks that run and stop: loading goes on behind the first peak.
+        (_, right), _ = curves.load_limits([(flying, load, np.array([0, 0, 1, 0, 1]))])
+        self.assertAlmostEqual(right, 5.75)
+
+    def test_a_missing_package_is_named_with_what_installs_it(self):
+        for name, call in (("h5py", "import crackle"), ("xarray", "import crackle; crackle.open")):
+            code = f"import sys; sys.path[0] = {str(ROOT / 'tools')!r}; sys.modules[{name!r}] = None; {call}"
+            failed = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, check=False)
+            self.assertEqual(failed.returncode, 1)
+            self.assertRegex(failed.stderr.splitlines()[-1], f"crackle needs the Python package {name}, which .*python.* does not have; install it "
+                                                             f"with '.*' -m pip install '{ROOT / 'tools'}'")
 
     def test_a_run_on_its_way_is_read_from_its_samples(self):
         with tempfile.TemporaryDirectory() as name:

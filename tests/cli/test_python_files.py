@@ -5,14 +5,16 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import html
 import os
+import re
 import shutil
 import signal
 import sys
 import tempfile
 import unittest
 from pathlib import Path
-from typing import Iterator
+from typing import Callable, Iterator
 from unittest import mock
 
 import h5py
@@ -27,6 +29,7 @@ import in_process  # noqa: E402
 import small_input  # noqa: E402
 from crackle import checksum, files  # noqa: E402
 from crackle_report import command, paraview  # noqa: E402
+from synthetic_ensemble import seal  # noqa: E402
 
 PROGRAM = Path()
 SAMPLE = "samples/0001.h5"
@@ -144,7 +147,51 @@ class Contents(Folders):
 
     def test_readers_name_the_damaged_file(self):
         self.flip((self.folder / SAMPLE).stat().st_size // 2)
-        self.refusals(self.folder / SAMPLE, "is damaged: its content does not match its checksum", ("package", "report", "paraview"))
+        self.refusals(self.folder / SAMPLE, "is damaged: its content does not match its checksum", ("package", "paraview"))
+        self.report_goes_on(" is damaged: its content does not match its checksum")
+
+    def report_goes_on(self, reason: str) -> None:
+        """The rest is drawn, and the page says what is left out."""
+        done = in_process.report(self.folder, "--no-animation")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        page = html.unescape((self.folder / "report.html").read_text())
+        self.assertEqual(len(re.findall(f"Left out of the pictures: [^<]*{SAMPLE}'{reason}", page)), 1)
+        self.assertEqual(page.count("Left out of the pictures"), 1)
+        self.assertGreater(page.count("<figure>"), 3)
+
+    def change(self, change: Callable[[h5py.File], None]) -> None:
+        """One sample file, which is sealed again."""
+        file = self.folder / SAMPLE
+        file.write_bytes(file.read_bytes()[:-files.TRAILER])
+        with h5py.File(file, "r+") as root:
+            change(root)
+        seal(file)
+
+    def test_a_sample_of_another_model_is_refused(self):
+        def other_model(root: h5py.File) -> None:
+            root.attrs["model_version"] = 99
+        self.change(other_model)
+        self.refusals(self.folder / SAMPLE, "is of model 99, of version .*; the other samples are of model ", ("package", "paraview"))
+        self.report_goes_on(" is of model 99")
+
+    def test_a_file_of_an_unknown_format_is_refused(self):
+        def other_format(root: h5py.File) -> None:
+            root.attrs["schema_version"] = files.SCHEMA_VERSIONS[-1] + 1
+        self.change(other_format)
+        self.refusals(self.folder / SAMPLE, f"is of version {files.SCHEMA_VERSIONS[-1] + 1} of the file format", ("package", "paraview"))
+        self.report_goes_on(" is of version")
+
+    def test_the_known_formats_are_those_of_the_program(self):
+        header = (ROOT / "include/crackle/io/sample_file.h").read_text()
+        newest, oldest = (int(re.search(rf" {name}_schema_version = (\d+);", header)[1]) for name in ("sample", "oldest"))
+        self.assertEqual(files.SCHEMA_VERSIONS, range(oldest, newest + 1))
+
+    def test_corners_that_are_no_numbers_are_named(self):
+        def no_corner(root: h5py.File) -> None:
+            root["crack_surface/corners"][0, 0, 0] = np.nan
+        self.change(no_corner)
+        self.refusals(self.folder / SAMPLE, "corners of its crack are not numbers", ("paraview",))
+        self.report_goes_on(", which may be damaged: corners of its crack are not numbers")
 
     def test_damage_after_the_first_reading_is_found(self):
         sample = crackle.open(self.folder)[1]

@@ -60,9 +60,9 @@ class Browser(unittest.TestCase):
         subprocess.run([str(ROOT / "tools" / "crackle-report"), str(cls.folder), "--no-animation"], check=True, capture_output=True)
         cls.page = cls.folder / "report.html"
 
-    def screenshot(self, width: int, *options: str) -> np.ndarray:
+    def screenshot(self, width: int, *options: str, height: int = HEIGHT) -> np.ndarray:
         file = self.folder / f"{width}.png"
-        browse(self.page, *options, f"--window-size={width},{HEIGHT}", f"--screenshot={file}")
+        browse(self.page, *options, f"--window-size={width},{height}", f"--screenshot={file}")
         with Image.open(file) as image:
             self.assertEqual(image.width, width)
             return np.asarray(image.convert("RGB"))
@@ -83,6 +83,11 @@ class Browser(unittest.TestCase):
                 self.assertGreater(n_colours, 8, "the facets have one colour")
                 self.assertGreater((view.max(axis=2) < 120).sum(), 100, "the body's edges are missing")
 
+    def test_wide_tables_take_the_room_that_the_window_has(self):
+        image = self.screenshot(1800, "--disable-gpu", height=HEIGHT + 3000)
+        head = (image == (0xf4, 0xf6, 0xf8)).all(axis=2)
+        self.assertGreater(head[:, :370].sum(), 1000, "no table reaches out of the text's column, 1032 pixels wide")
+
     def test_without_webgl_the_pictures_stand(self):
         image = self.screenshot(1400, "--disable-gpu", "--disable-3d-apis")
         self.assertEqual(rows_of_frames(image), [])
@@ -93,7 +98,7 @@ class Browser(unittest.TestCase):
         browse(self.page, *WEBGL, f"--print-to-pdf={pdf}")
         text = subprocess.run(["pdftotext", "-layout", str(pdf), "-"], check=True, capture_output=True, text=True).stdout
         self.assertNotIn("Play", text)
-        for column in ("leading", "overlap", "toughness", "energy"):
+        for column in ("leading", "overlap", "traced", "energy"):
             self.assertIn(column, text, "a column is missing")
         subprocess.run(["pdftoppm", "-r", "40", "-png", str(pdf), str(self.folder / "page")], check=True)
         pages = [np.asarray(Image.open(file).convert("RGB")) for file in sorted(self.folder.glob("page-*.png"))]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import html
 import shutil
 import subprocess
 import sys
@@ -23,7 +24,7 @@ import in_process  # noqa: E402
 from crackle.experiments import calibration_table  # noqa: E402
 from crackle.program import match_of  # noqa: E402
 from crackle_report import photographs, weibull  # noqa: E402
-from crackle_report.figures import experiments, posterior  # noqa: E402
+from crackle_report.figures import experiments, loads, posterior  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Grid, Optics  # noqa: E402
 from crackle_report.reading import SampleFiles, read_ensemble  # noqa: E402
@@ -120,6 +121,16 @@ class Experiments(unittest.TestCase):
         photographs.add_pictures(document, read_ensemble(self.out, PROGRAM), progress=self.fail)
         self.assertEqual(document["experiments"][0]["by"]["pictures"]["nearest"][0]["sample"], HELD_OUT)
         self.assertEqual(kept.stat().st_mtime_ns, before)
+        # A photograph that cannot be read is left out, and named.
+        picture = self.folder / "1.png"
+        whole = picture.read_bytes()
+        self.addCleanup(picture.write_bytes, whole)
+        picture.write_bytes(whole[:len(whole) // 2])
+        done = report()
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        page = html.unescape((self.out / "report.html").read_text())
+        self.assertIn(f"Left out of the pictures: cannot read '{picture}'", page)
+        self.assertTrue("<td>pictures</td>" in page)
         shutil.rmtree(self.out / "report")
         missing = report(of="none.toml")
         self.assertEqual(missing.returncode, 1)
@@ -186,6 +197,19 @@ class Weibull(unittest.TestCase):
             below = (weight * logarithm).sum() / weight.sum() - logarithm.mean() < 1 / middle
             low, high = (middle, high) if below else (low, middle)
         return low
+
+    def test_the_picture_says_of_which_load_the_modulus_is(self):
+        """Here 8 of the onset, 18 of the peak load."""
+        onset, peak = (np.random.default_rng(1).weibull(modulus, 400) for modulus in (8, 18))
+        each = [{"onset_load": a, "peak_load": b} for a, b in zip(onset, peak)]
+        found = {"samples": {"loads": each[:200]}, "experiments": [{"observed": one} for one in each[200:]]}
+        for picture, what, modulus in zip(loads.pictures(found), ("onset load", "peak load"), (8, 18), strict=True):
+            legend = picture.figure.axes[1].get_legend()
+            self.assertEqual(legend.get_title().get_text(), f"Weibull's modulus of the {what}")
+            for text, whose in zip(legend.get_texts(), ("samples", "experiments"), strict=True):
+                self.assertRegex(text.get_text(), rf"^{whose}: [\d.]+ \([\d.]+ to [\d.]+\)$")
+                self.assertAlmostEqual(float(text.get_text().split()[1]), modulus, delta=0.15 * modulus)
+            self.assertEqual(overlapping_texts(picture.figure), [])
 
     def test_where_there_is_no_fit(self):
         for values in ([1.0, 2.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 2.0]):

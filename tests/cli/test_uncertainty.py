@@ -262,7 +262,7 @@ values = ["independent", "sobol"]
             for sample in range(3):
                 name = f"samples/000{sample}.h5"
                 self.assertTrue(same_content(self.folder / f"out/case-{number}" / name, self.folder / f"alone-{number}" / name), name)
-        refused = self.call("stats", "out", "--json", ranks=2, status=1)
+        refused = self.call("stats", "out", "--sections", "y=3 mm", ranks=2, status=1)
         self.assertEqual(refused.count("holds a sweep"), 1, refused)
         refused = self.call("mesh", "out/case-0/input.toml", "--survey", "3", status=1)
         self.assertIn("this input draws mesh.perturbation", refused)
@@ -331,7 +331,7 @@ values = ["independent", "sobol"]
             self.assertIn("this is a sweep", self.call(*command, status=1))
         for command in ("watch", "compare"):
             self.assertIn("holds a sweep", self.call(command, *["out"] * (2 if command == "compare" else 1), status=1))
-        self.assertIn("give the folder of one of its cases", self.call("stats", "out", "--json", status=1))
+        self.assertIn("give the folder of one of its cases", self.call("stats", "out", "--limit", "peak_load > 1 N", status=1))
 
 
 if __name__ == "__main__":

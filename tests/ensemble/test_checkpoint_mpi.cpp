@@ -165,7 +165,7 @@ TEST_F(Checkpoints, KeepWhatDampersRemember) {
     for (auto parameters : {torn_bar(), pulled_bar()}) {
       parameters.time.integrator = input::Integrator::verlet;
       parameters.time.precision = is_mixed ? input::Precision::mixed : input::Precision::double_;
-      parameters.damping = {.mass = 1e4};
+      parameters.damping = {.mass = 1e4, .bulk = {0.06, 1.2}};
       parameters.boundaries.push_back(test::boundary(Face::y_max, BoundaryKind::absorbing));
       compare(is_mixed ? "dampers, mixed" : "dampers, double", parameters, true);
     }

@@ -393,8 +393,8 @@ TEST_F(EnsembleRun, CracksFasterThanTheRayleighSpeedAreWarnedOf) {
   run("out", parameters, false, at_once);
   if (!world_.is_root()) return;
   EXPECT_THAT(log_.str(), Not(HasSubstr("warning: sample 0")));
-  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: sample 1: a crack speed of "));
-  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: sample 2: a crack speed of "));
+  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: sample 1: a crack runs at "));
+  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: sample 2: a crack runs at "));
   EXPECT_THAT(log_.str(), HasSubstr("\nwarning: 2 samples with a crack faster than the Rayleigh speed\n"));
 }
 

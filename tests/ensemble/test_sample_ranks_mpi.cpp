@@ -303,6 +303,20 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithDampingAndAbsorbingFaces) {
   compare(parameters, 20, {test::hostile_partitions(parameters.specimen.size)[2]});
 }
 
+/// Viscous forces of tetrahedra shared by several parts, and on driven nodes.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithBulkViscosity) {
+  auto parameters = torn_bar();
+  parameters.time.precision = GetParam();
+  parameters.damping = {.mass = 0, .bulk = {0.3, 1.2}};
+  for (const auto integrator : {input::Integrator::bilateral4, input::Integrator::verlet}) {
+    parameters.time.integrator = integrator;
+    const auto* alone = compare(parameters, 50);
+    if (alone == nullptr) continue;
+    EXPECT_GT(alone->energy.back().dissipated, 0.003 * alone->energy.back().external);
+    EXPECT_LT(alone->energy_error, 0.02);
+  }
+}
+
 /// Release by facets with the bridging rule, whose edges may lie between two ghosts, and a strength that
 /// varies between tetrahedra.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {

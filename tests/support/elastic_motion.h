@@ -41,18 +41,20 @@ public:
   ElasticMotion(const geometry::Realization& mesh, const input::Parameters& parameters,
                 input::Integrator integrator = input::Integrator::bilateral4)
       : damping_rate_(parameters.damping_rate()),
+        bulk_viscosity_(parameters.bulk_viscosity()),
         subdomain_(whole(mesh)),
         body_(subdomain_, parameters.material()),
         loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
         criterion_(unbreakable(subdomain_)),
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)},
         map_(dynamics::splitting(integrator)),
-        stable_step_(map_.stability_limit /
-                     dynamics::largest_frequency(self_, subdomain_, body_.operators(), body_.force())) {}
+        stable_step_(dynamics::stable_step(self_, with(parameters, integrator), subdomain_, body_.operators(),
+                                           body_.material(), body_.force())) {}
 
   /// Starts at the current state(); the motion lasts at most `duration` [s].
   void start(double duration) {
-    const dynamics::MotionContext context{&self_, &body_, &loads_, &criterion_, 1, nullptr, damping_rate_};
+    dynamics::MotionContext context{&self_, &body_, &loads_, &criterion_, 1, nullptr, damping_rate_};
+    context.bulk_viscosity = bulk_viscosity_;
     motion_ = dynamics::make_fixed_point_motion(context, input::Precision::double_, 0, duration, state_);
   }
   void advance(std::int64_t n_steps, double step) {
@@ -87,7 +89,13 @@ public:
   double stable_step() const { return stable_step_; }
 
 private:
+  static input::Parameters with(input::Parameters parameters, input::Integrator integrator) {
+    parameters.time.integrator = integrator;
+    return parameters;
+  }
+
   double damping_rate_;
+  input::BulkViscosity bulk_viscosity_;
   parallel::Communicator self_{MPI_COMM_SELF};
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;

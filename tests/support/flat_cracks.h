@@ -34,6 +34,12 @@ public:
   /// Starts a new crack, to which further pieces belong.
   void begin(std::int32_t start) { surface_.cracks.push_back({start, 0, 0, 0}); }
 
+  /// Starts a crack that continues another one of this start behind a hole.
+  void go_on(std::int32_t start, std::int32_t hole, std::int32_t crack) {
+    surface_.cracks.push_back({start, 0, 0, 0, hole});
+    surface_.entries.push_back({hole, start, crack});
+  }
+
   /// Adds a piece of this length.
   /// @return the time at its end
   double add(const geometry::Point& from, double degrees, double length, const Arrival& arrival) {

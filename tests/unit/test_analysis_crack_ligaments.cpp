@@ -143,7 +143,7 @@ TEST_F(CrackLigaments, ASlantedSlotsCrackHasItsTrueSpeedLengthAndPlace) {
   made.add(start.tip, 30, 30 * mm, 500, 0);
   const CrackSurface surface = made.surface();
   EXPECT_NEAR(crossed_shares(plate, surface)[slot], 30 * mm / start.ligament, 0.02);
-  EXPECT_NEAR(max_crack_speed(plate, surface, infinity), 500, 0.5);
+  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 500, 0.5);
   const Point place = start.tip + 12 * mm * start.along;
   const auto found =
       crossings_of(surface,
@@ -174,7 +174,7 @@ TEST_F(CrackLigaments, AHolesCrackHasItsTrueSpeedLengthAndPlace) {
   EXPECT_NEAR(line.end[1], width, 1e-9);
   EXPECT_NEAR(crossed_shares(plate, surface)[round_hole], 20 * mm / ligament, 0.02);
   EXPECT_EQ(leading_start(plate, surface), round_hole);
-  EXPECT_NEAR(max_crack_speed(plate, surface, infinity), 400, 0.4);
+  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 400, 0.4);
   EXPECT_EQ(classify(plate, surface), Pattern::other) << "not through";
   EXPECT_TRUE(std::isnan(pattern_overlap(plate, surface)));
 
@@ -219,7 +219,7 @@ TEST_F(CrackLigaments, AKinkedCracksLigamentLeadsToItsEnd) {
   ASSERT_EQ(ligaments.size(), 1U);
   const Vector& along = ligaments[0].line.along;
   EXPECT_NEAR(std::atan2(along[2], along[1]), 25 * std::numbers::pi / 180, 0.02);
-  EXPECT_NEAR(max_crack_speed(plate, surface, infinity), 400, 4);
+  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 400, 4);
   const Point before = rim(0) + 4 * mm * direction(0);
   const Point after = kink + 4 * mm * direction(50);
   const auto found = crossings_of(surface, lines({line_across(before, 0), line_across(after, 50)}), plate);
@@ -246,7 +246,7 @@ TEST_F(CrackLigaments, ACrackFromAHoleToBothSidesIsTwo) {
   }
   EXPECT_EQ(ligaments[0].facets.size() + ligaments[1].facets.size(), surface.facets.size());
   EXPECT_NEAR(crossed_shares(plate, surface)[round_hole], 22.0 / 25, 0.02) << "the larger one";
-  EXPECT_NEAR(max_crack_speed(plate, surface, infinity), 400, 0.5);
+  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 400, 0.5);
   EXPECT_EQ(classify(plate, surface), Pattern::two_cracks);
   const auto traced = crack_lines(plate, surface, find_branches(plate, surface));
   ASSERT_EQ(traced.size(), 2U);
@@ -264,6 +264,50 @@ TEST_F(CrackLigaments, OneOfBothSidesIsOneCrack) {
   EXPECT_EQ(classify(plate, made.surface()), Pattern::one_crack);
 }
 
+TEST_F(CrackLigaments, ACrackIntoAHoleAndOneOutOfItAreOneThroughTheHole) {
+  const auto cracks = [&](bool goes_on, double length_behind) {
+    test::FlatCracks both{thickness};
+    both.begin(surface_start);
+    const double time = both.add({0, 0, hole[2]}, 0, 25 * mm, 400, 0);
+    if (goes_on)
+      both.go_on(surface_start, round_hole, 0);
+    else
+      both.begin(round_hole);
+    both.add(rim(20), 20, length_behind, 400, time);
+    return both.surface();
+  };
+  EXPECT_EQ(classify(plate, cracks(false, 26.6 * mm)), Pattern::two_cracks) << "if they were two";
+
+  const CrackSurface surface = cracks(true, 26.6 * mm);
+  EXPECT_EQ(classify(plate, surface), Pattern::one_crack);
+  EXPECT_EQ(leading_start(plate, surface), surface_start);
+  EXPECT_GE(crossed_shares(plate, surface)[surface_start], 0.98);
+  EXPECT_EQ(crossed_shares(plate, surface)[round_hole], 0);
+  const auto through = ligaments_through_holes(plate, surface);
+  ASSERT_EQ(through.size(), 2U) << "with the slot's";
+  EXPECT_EQ(through[1].facets.size(), surface.facets.size());
+  EXPECT_NEAR(norm(through[1].line.tip - Point{thickness / 2, 0, hole[2]}), 0, 1e-9);
+
+  const auto found = crossings_of(surface, {.y = {10 * mm, 30 * mm, 50 * mm}, .z = {}}, plate);
+  const std::size_t of_surface = 3 * surface_start;
+  EXPECT_NEAR(found[of_surface].position, hole[2], 1e-9);
+  EXPECT_TRUE(std::isnan(found[of_surface + 1].position)) << "in the hole";
+  EXPECT_NEAR(found[of_surface + 2].position, hole[2] + 20 * mm * std::tan(20 * std::numbers::pi / 180),
+              1e-9);
+  EXPECT_TRUE(std::isnan(found[3 * round_hole + 2].position));
+
+  EXPECT_EQ(leaders_hole(plate, surface, surface_start).hole, round_hole);
+  EXPECT_EQ(leaders_hole(plate, surface, surface_start).passage, HolePassage::passes);
+  EXPECT_EQ(leaders_hole(plate, cracks(true, 2 * mm), surface_start).passage, HolePassage::ends) << "strays";
+  EXPECT_EQ(leaders_hole(plate, cracks(false, 26.6 * mm), surface_start).hole, -1);
+
+  // Its parts are traced and timed one by one.
+  const auto lines = crack_lines(plate, surface, find_branches(plate, surface));
+  ASSERT_EQ(lines.size(), 2U);
+  for (const CrackLine& line : lines) EXPECT_EQ(line.start, surface_start);
+  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 400, 1);
+}
+
 TEST_F(CrackLigaments, InsideTheBodyCracksRunToBothSides) {
   made.begin(surface_start);
   const Point place{thickness / 2, 20 * mm, 60 * mm};
@@ -277,7 +321,7 @@ TEST_F(CrackLigaments, InsideTheBodyCracksRunToBothSides) {
   EXPECT_NEAR(norm(ligaments[0].line.along - direction(20)), 0, 1e-2);
   EXPECT_NEAR(norm(ligaments[1].line.along - direction(200)), 0, 1e-2);
   EXPECT_NEAR(ligaments[0].line.ligament, 40 * mm / std::cos(20 * std::numbers::pi / 180), 0.5 * mm);
-  EXPECT_NEAR(max_crack_speed(plate, made.surface(), infinity), 300, 3);
+  EXPECT_NEAR(max_crack_speed(plate, made.surface(), infinity).largest, 300, 3);
 }
 
 TEST_F(CrackLigaments, AcrossTheBodyACrackRunsFromTheSideWhereItOpenedFirst) {

@@ -2,6 +2,7 @@
 #include "crackle/analysis/crack_surface.h"
 #include "crackle/common/index.h"
 
+#include "support/body_of_shape.h"
 #include "support/structured_mesh.h"
 
 #include <gmock/gmock.h>
@@ -243,6 +244,42 @@ TEST_F(CrackOrigin, CracksOfTwoNotchesStayApartAndTheRunningOneTakesTheMeetingPl
     }
     std::printf("%d tetrahedra touch both cracks\n", n_meeting);
     EXPECT_GT(n_meeting, 0);
+  }
+}
+
+/// The starts of the notched plate, the second as if it were a hole.
+class HoleForNotch : public test::BodyOfShape {
+public:
+  explicit HoleForNotch(const geometry::Body& plate) {
+    shape_.crack_starts = plate.crack_starts();
+    shape_.crack_starts[1].is_hole = true;
+  }
+};
+
+TEST_F(CrackOrigin, CracksFromAHoleContinueTheOneThatMeetsThemWhicheverCameFirst) {
+  const HoleForNotch plate(mesh.body());
+  for (const bool hole_first : {false, true}) {
+    std::vector<std::int64_t> from_notch = row(4, 8, 8);
+    for (int z = 9; z < 15; ++z)
+      for (std::size_t k = 0; k < 6; ++k) from_notch.push_back(in_cube(0, 7, z, k));
+    const auto from_hole = row(11, 7, 15);
+    auto order = hole_first ? from_hole : from_notch;
+    const auto& second = hole_first ? from_notch : from_hole;
+    order.insert(order.end(), second.begin(), second.end());
+    for (const std::int64_t meeting : row(7, 8, 15)) order.push_back(meeting);
+    order.push_back(in_cube(2, 8, 20));  // apart from both
+    std::vector<Break> breaks;
+    for (const auto t : order) breaks.push_back({t, 0, double(breaks.size()), 1, 1, 0});
+    const CrackSurface surface = make_crack_surface(plate, mesh.realization(), breaks, 0);
+    EXPECT_EQ(notches(surface), (std::vector{0, 0, -1}));
+    ASSERT_EQ(surface.entries.size(), 1U);
+    EXPECT_EQ(surface.entries[0].hole, 1);
+    EXPECT_EQ(surface.entries[0].start, 0);
+    EXPECT_EQ(surface.entries[0].crack, hole_first ? 1 : 0);
+    EXPECT_EQ(surface.cracks[hole_first ? 0 : 1].hole, 1);
+    EXPECT_EQ(surface.cracks[hole_first ? 0 : 1].origin(), 1);
+    EXPECT_EQ(surface.cracks[hole_first ? 1 : 0].hole, -1);
+    EXPECT_EQ(surface.cracks[2].hole, -1);
   }
 }
 

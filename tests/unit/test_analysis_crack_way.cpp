@@ -2,6 +2,7 @@
 // Speed and energy release rate of cracks in any direction from where they start.
 #include "crackle/analysis/crack_history.h"
 #include "crackle/analysis/crack_path.h"
+#include "crackle/common/index.h"
 #include "support/flat_cracks.h"
 #include "support/made_crack.h"
 #include "support/plate_family.h"
@@ -35,6 +36,7 @@ constexpr double rayleigh_speed = 900;  // [m/s]
 /// A crack as the analysis sees it.
 struct Measured {
   double largest;  ///< speed [m/s]
+  double largest_ratio;
   CrackHistory history;
   std::vector<double> time;  ///< of its rows [s]
   double length_at(std::size_t row) const { return history.length[row * history.n_starts]; }
@@ -43,7 +45,8 @@ struct Measured {
 };
 
 /// Every tetrahedron of start 0's cracks releases the energy of its facets' area.
-Measured measure(const geometry::Body& body, const CrackSurface& surface, double fastest = rayleigh_speed) {
+Measured measure(const geometry::Body& body, const CrackSurface& surface,
+                 const mechanics::TetrahedronField<double>& waves = rayleigh_speed) {
   constexpr int n_rows = 101;
   std::map<std::int64_t, double> energy;
   for (const CrackFacet& facet : surface.facets) energy[facet.tetrahedron] += toughness * facet.area;
@@ -52,7 +55,8 @@ Measured measure(const geometry::Body& body, const CrackSurface& surface, double
     result.breaks.push_back({tetrahedron, 0, 0, 0, released, 0});
   result.phase_start = 0;
   result.counts.dynamic_phases = 1;
-  Measured found{max_crack_speed(body, surface, fastest), {}, {}};
+  const CrackSpeed speed = max_crack_speed(body, surface, waves);
+  Measured found{speed.largest, speed.largest_ratio, {}, {}};
   for (int i = 0; i < n_rows; ++i) {
     dynamics::HistoryRow row;
     row.phase = 1;
@@ -65,7 +69,7 @@ Measured measure(const geometry::Body& body, const CrackSurface& surface, double
     found.time.push_back(row.energy.time);
     result.history.push_back(row);
   }
-  found.history = crack_history(body, surface, result, fastest);
+  found.history = crack_history(body, surface, result, waves);
   return found;
 }
 
@@ -199,6 +203,89 @@ TEST(CrackWays, StepToBranchesBesideInNoTime) {
   EXPECT_NEAR(found.largest, 500, 10);
   EXPECT_NEAR(found.length_at(100), 30 * mm, 0.7 * mm);
   EXPECT_GT(measure(*start.body, made.surface(), infinity).largest, 900);
+}
+
+/// Largest speed of a tip in the history [m/s]; NaN counts as none.
+double largest_in(const std::vector<double>& values) {
+  double largest = 0;
+  for (const double value : values) largest = std::fmax(largest, value);
+  return largest;
+}
+
+/// Checks a crack at 500 m/s that meets another, from 13.5 or 20 mm on, which has opened before it comes.
+void expect_no_jump(const char* what, const test::FlatCracks::Arrival& arrival, double until, double behind) {
+  for (const Start& start : starts()) {
+    for (const double angle : {0.0, 45.0, 70.0}) {
+      test::FlatCracks made(thickness, step);
+      made.begin(0);
+      made.add(start.tip, start.along + angle, 36 * mm, arrival);
+      const Measured found = measure(*start.body, made.surface());
+      const double largest = largest_in(found.history.speed);
+      std::printf("%s at %g degrees, %s: %.2f of 500 m/s, in the history %.2f\n", start.name.c_str(), angle,
+                  what, found.largest, largest);
+      EXPECT_NEAR(found.largest, 500, 10);
+      EXPECT_LT(largest, 550);
+      for (std::size_t row = 0; row < found.time.size(); ++row) {
+        EXPECT_TRUE(found.length_at(row) < until + 0.6 * mm || found.length_at(row) > behind) << row;
+        // Within the front_reach it meets the other one.
+        if (found.time[row] < (until - 1 * mm) / 500) {
+          EXPECT_NEAR(found.length_at(row), 500 * found.time[row], 0.6 * mm) << row;
+        }
+      }
+    }
+  }
+}
+
+TEST(CrackWays, DoNotJumpToAnotherCrackThatRunsTowardsTheFront) {
+  // It starts at 22 mm after 10 us, in both directions.
+  expect_no_jump(
+      "another crack ahead",
+      [](double place) {
+        return place < 13.5 * mm ? place / 500 : 10 * us + std::abs(place - 22 * mm) / 500;
+      },
+      13.5 * mm, 29.5 * mm);
+}
+
+TEST(CrackWays, DoNotJumpToWhatOpensAtOnceAheadOfTheFront) {
+  expect_no_jump(
+      "6 mm at once",
+      [](double place) {
+        if (place > 20 * mm && place < 26 * mm) return 30 * us;
+        return (place < 23 * mm ? place : place - 6 * mm) / 500;
+      },
+      20 * mm, 25.5 * mm);
+}
+
+TEST(CrackWays, CompareSpeedsWithTheMaterialInWhichTheCrackRuns) {
+  // 500 m/s where Rayleigh waves have 1,000, 1,500 m/s where they have 3,000, 800 m/s where they have 1,000.
+  const Start start = std::move(starts().front());
+  test::FlatCracks made(thickness, step);
+  made.begin(0);
+  double time = made.add(start.tip, 0, 15 * mm, 500, 0);
+  time = made.add(start.tip + 15 * mm * direction(0), 0, 15 * mm, 1500, time);
+  made.add(start.tip + 30 * mm * direction(0), 0, 15 * mm, 800, time);
+  const CrackSurface surface = made.surface();
+  const auto along = [&](const CrackFacet& facet) { return facet.corner[0][1] - start.tip[1]; };
+  const auto is_stiff = [&](const CrackFacet& facet) {
+    return along(facet) > 15 * mm && along(facet) < 30 * mm;
+  };
+  std::vector<double> waves(surface.facets.size());
+  for (const CrackFacet& facet : surface.facets)
+    waves[index(facet.tetrahedron)] = is_stiff(facet) ? 3000 : 1000;
+  const Measured found = measure(*start.body, surface, mechanics::TetrahedronField<double>(waves));
+  std::printf("largest %.2f m/s, largest ratio %.4f, mean Rayleigh speed %.2f m/s\n", found.largest,
+              found.largest_ratio, found.history.rayleigh_speed);
+  EXPECT_NEAR(found.largest, 1500, 15);
+  EXPECT_NEAR(found.largest_ratio, 0.8, 0.02);
+  EXPECT_NEAR(found.history.rayleigh_speed, 3 / (2 / 1000.0 + 1 / 3000.0), 5);
+  for (std::size_t row = 0; row < found.time.size(); ++row) {
+    const double length = found.length_at(row);
+    const bool is_even = (length > 4 * mm && length < 11 * mm) || (length > 19 * mm && length < 26 * mm);
+    if (is_even) {
+      EXPECT_NEAR(found.history.speed_ratio[row * found.history.n_starts], 0.5, 0.01) << row;
+    }
+  }
+  EXPECT_NEAR(measure(*start.body, surface).largest_ratio, found.largest / rayleigh_speed, 1e-9);
 }
 
 TEST(CrackWays, AreTheSameInARoughCrackOfTetrahedra) {

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sample_summary.h"
+#include "crackle/analysis/text_table.h"
+#include "crackle/common/index.h"
 #include "crackle/common/packing.h"
+#include "crackle/geometry/centroid.h"
+#include "crackle/mechanics/elasticity.h"
 
 #include "support/structured_mesh.h"
 
@@ -35,9 +39,9 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
       make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
   const input::Sections sections{.y = {6.5, 13.5}, .z = {}};
   const CrackBranches branches = find_branches(mesh.body(), surface);
-  const SampleSummary row =
-      summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface, branches), branches,
-                section_crossings(mesh.body(), surface, branches, sections), {1, 0.3, 1e-6});
+  const SampleSummary row = summarize(
+      mesh.body(), result, surface, crack_lines(mesh.body(), surface, branches), branches,
+      section_crossings(mesh.body(), surface, branches, sections), mechanics::rayleigh_speed({1, 0.3, 1e-6}));
 
   EXPECT_EQ(row.status, SampleStatus::done);
   EXPECT_EQ(row.error, "");
@@ -63,6 +67,52 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   EXPECT_THAT(row.branches, testing::ElementsAre(1, 0, 1, 0));
 }
 
+TEST(SampleSummary, DividesTheCrackAreaByMaterialAndInterface) {
+  const test::StructuredMesh mesh(test::notched_plate());
+  const auto breaks = mesh.break_between([](const Point& p) { return p[2] > 8.5 ? 1 : 0; },
+                                         [](const Point& p) { return p[1] > 4 ? p[1] : -1.0; });
+  geometry::Realization realization = mesh.realization();
+  const CrackSurface surface = make_crack_surface(mesh.body(), realization, breaks, 0);
+  input::Parameters parameters;
+  EXPECT_TRUE(crack_area_in_parts(surface, realization, parameters).empty());
+  parameters.materials = {{1, 0.3, 1e-6}, {4, 0.3, 1e-6}};
+  parameters.materials[0].name = "epoxy";
+  parameters.materials[1].name = "glass";
+  parameters.interfaces.resize(1);
+  parameters.interfaces[0].between = {"epoxy", "glass"};
+  EXPECT_THAT(crack_parts(parameters), testing::ElementsAre("epoxy", "glass", "interface epoxy-glass"));
+  // Glass beyond y = 8, where the tetrahedra of the interface reach from 7 to 9.
+  std::vector<double> expected(3, 0.0);
+  for (const auto& tetrahedron : realization.tetrahedra) {
+    const double y = geometry::centroid(realization.nodes, tetrahedron)[1];
+    realization.material.push_back(y > 8 ? 1 : 0);
+    realization.interface.push_back(y > 7 && y < 9 ? 1 : 0);
+  }
+  for (const CrackFacet& facet : surface.facets) {
+    const double y =
+        geometry::centroid(realization.nodes, realization.tetrahedra[index(facet.tetrahedron)])[1];
+    expected[y > 7 && y < 9 ? 2 : y > 8 ? 1 : 0] += facet.area;
+  }
+  const auto found = crack_area_in_parts(surface, realization, parameters);
+  std::printf("%.4g, %.4g, %.4g of %.4g\n", found[0], found[1], found[2], surface.area());
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_GT(found[k], 0) << k;
+    EXPECT_NEAR(found[k], expected[k], 1e-12 * surface.area()) << k;
+  }
+  EXPECT_NEAR(found[0] + found[1] + found[2], surface.area(), 1e-12 * surface.area());
+
+  // Waves where it broke: twice as fast in glass, with four times the modulus.
+  std::vector<mechanics::IsotropicElasticity> elasticity;
+  for (const auto number : realization.material) elasticity.emplace_back(parameters.materials[number]);
+  const auto waves =
+      rayleigh_speeds(surface, realization, {mechanics::ElasticityField(std::move(elasticity)), 1e-6});
+  const double slow = mechanics::rayleigh_speed(parameters.materials[0]);
+  for (const CrackFacet& facet : surface.facets) {
+    const auto t = static_cast<std::int32_t>(facet.tetrahedron);
+    EXPECT_NEAR(waves[t], realization.material[index(t)] == 1 ? 2 * slow : slow, 1e-12 * slow);
+  }
+}
+
 /// A row in which every result has a different value.
 SampleSummary some_row() {
   SampleSummary row = empty_summary(2, 2, SampleStatus::done, "a reason");
@@ -73,6 +123,7 @@ SampleSummary some_row() {
   };
   for_each_result([&](const ResultInfo&, auto member) { set(row.*member); });
   row.breaks = 5'000'000'000;
+  row.crack_area_in = {1.5, 2.5};
   for_each_position_result([&](const ResultInfo&, auto member) {
     for (auto& field : row.*member) set(field);
   });
@@ -93,6 +144,22 @@ TEST(SampleSummary, SurvivesTheWayThroughBytes) {
   for_each_position_result(
       [&](const ResultInfo& info, auto member) { EXPECT_EQ(back.*member, row.*member) << info.name; });
   EXPECT_EQ(back.wall_time, row.wall_time);
+}
+
+TEST(TextTable, HasTheDigitsThatTheScatterDeserves) {
+  const auto format = [](const std::string& most, const std::vector<double>& values, double factor = 1) {
+    std::vector<Observation> shown;
+    for (const double value : values) shown.push_back({value});
+    return fitting_format(most, shown, factor);
+  };
+  EXPECT_EQ(format(".6f", {166.162836, 180.4, 186.2, 201.3, 206.421156}), ".1f");
+  EXPECT_EQ(format(".3f", {0.68, 0.72, 0.75, 0.77, 16.8}), ".3f") << "one far value";
+  EXPECT_EQ(format(".1f", {2.1e-3, 2.3e-3, 2.4e-3}, 1e6), ".0f");
+  EXPECT_EQ(format(".6f", {76.179191, 76.179192, 76.179194}), ".6f");
+  EXPECT_EQ(format(".6f", {76.179191, 76.179191}), ".3f");
+  EXPECT_EQ(format(".6f", {186.162836}), ".2f");
+  EXPECT_EQ(format(".1e", {1, 2}), ".1e");
+  EXPECT_EQ(format(".3f", {SampleSummary::none, 0}), ".3f");
 }
 
 TEST(ResultList, NamesItsCategories) {

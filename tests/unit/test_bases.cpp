@@ -94,8 +94,23 @@ TEST(Bases, MeansByHandAndEqualValues) {
   EXPECT_TRUE(of(all, "position").mean.has_no_width);
   const std::string text = to_text(all, one.sections);
   std::printf("%s", text.c_str());
-  EXPECT_THAT(text, HasSubstr("2 bases, of seeds 1, 2: 8 samples done"));
+  EXPECT_THAT(text, HasSubstr("2 bases, of seeds 1, 2: 8 samples done, 0 failed, 0 pending\n"));
   EXPECT_THAT(text, ::testing::ContainsRegex("leader, start 0, y = 10 mm \\[mm\\] +8 +50.000 +all equal"));
+}
+
+TEST(Bases, WhatDidNotBreakIsInNoMeanOfLoads) {
+  const auto one = plate(1), other = plate(2);
+  auto first = rows_of(1, 1, 3, 0.1);
+  const auto second = rows_of(1, 2, 5, 0.1);
+  first[1].outcome = 0;
+  first[1].peak_load = first[1].work_of_fracture = 1e6;
+  first[1].onset_force = not_a_number;
+  const BasesStatistics all =
+      statistics_of_bases(std::vector<Compared>{{&one, first, {}}, {&other, second, {}}});
+  EXPECT_EQ(of(all, "onset_force").n_values, 7);
+  EXPECT_THROW(of(all, "work_of_fracture"), std::runtime_error);
+  EXPECT_THROW(of(all, "peak_load"), std::runtime_error);
+  EXPECT_THAT(to_text(all, one.sections), HasSubstr("1 samples did not break"));
 }
 
 TEST(Bases, WhatAreNotSeveralBasesIsRefused) {

@@ -353,6 +353,52 @@ struct Pairs {
   std::vector<SampleSummary> first, second;
 };
 
+/// Loads of which the samples of one ensemble are only loaded so far.
+std::vector<SampleSummary> loaded_to(double most, double factor) {
+  std::vector<SampleSummary> rows;
+  for (int i = 0; i < 40; ++i) {
+    const double strength = factor * (400 + 40 * std::cos(5.0 * i));
+    rows.push_back(done(strength, 0, {0.05, 0.05}));
+    rows.back().outcome = strength < most ? 2 : 0;
+    rows.back().peak_load = std::min(strength, most);
+    if (strength >= most) rows.back().onset_force = not_a_number;
+    rows.back().work_of_fracture = rows.back().peak_load;
+  }
+  return rows;
+}
+
+TEST(Comparison, LoadsOfSamplesThatDidNotBreakAreLowerBounds) {
+  const input::Parameters one = plate();
+  input::Parameters other = one;
+  for (const bool are_paired : {true, false}) {
+    if (!are_paired) other.mesh.perturbation = 0.3;
+    const auto of_peak = [&](const std::vector<SampleSummary>& first,
+                             const std::vector<SampleSummary>& second) {
+      const Comparison found = compare({&one, first}, {&other, second});
+      EXPECT_EQ(found.are_paired, are_paired);
+      std::printf("%s", to_text(found, "a", "b", one.sections).c_str());
+      for (const ComparedResult& result : found.results)
+        if (std::string(result.info.name) == "work_of_fracture") {
+          EXPECT_LT(result.n_first, 40);
+        }
+      EXPECT_THAT(to_text(found, "a", "b", one.sections), ::testing::HasSubstr("Some samples did not break"));
+      return *std::ranges::find(found.results, std::string("peak_load"),
+                                [](const ComparedResult& result) { return std::string(result.info.name); });
+    };
+    // The same strengths: that one ensemble is loaded less is no difference.
+    const ComparedResult same = of_peak(loaded_to(410, 1), loaded_to(900, 1));
+    EXPECT_EQ(same.n_first, 40);
+    EXPECT_GT(same.n_bounds_first, 10);
+    EXPECT_EQ(same.n_bounds_second, 0);
+    EXPECT_NEAR(same.of_medians.value, 0, 1e-9);
+    EXPECT_GT(same.probability, 0.3);
+    EXPECT_TRUE(std::isnan(same.mean_first));
+    const ComparedResult weaker = of_peak(loaded_to(410, 1), loaded_to(410, 0.93));
+    EXPECT_LT(weaker.probability, 0.01);
+    EXPECT_NEAR(weaker.of_medians.value, -0.07 * weaker.median_first.value, 1);
+  }
+}
+
 TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
   const Pairs pairs;
   const auto force_of = [](const Comparison& comparison) {

@@ -343,7 +343,7 @@ TEST(MaterialRegions, MistakesAreReported) {
               ElementsAre(HasSubstr(
                   "specimen.region[0].material: there is no material \"hart\"; give one of \"matrix\"")));
   EXPECT_THAT(with("polygon = [[\"0 mm\", \"5 mm\"], [\"12 mm\", \"4.8 mm\"], [\"12 mm\", \"5.2 mm\"]]"),
-              ElementsAre(HasSubstr("the corner of specimen.region[0] at (0 m, 5 mm) has")));
+              ElementsAre(HasSubstr("the corner of specimen.region[0] at (0 mm, 5 mm) has")));
   EXPECT_THAT(with("z = [\"2 mm\", \"4 mm\"]"), ::testing::IsEmpty());
 }
 

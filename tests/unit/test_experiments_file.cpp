@@ -164,6 +164,14 @@ TEST_F(ExperimentsFile, LoadsAloneAreExperiments) {
   EXPECT_NEAR(table[3].peak_load.value(), 155, 1e-9);
 }
 
+TEST_F(ExperimentsFile, NamesInLoadsAreOneShortLine) {
+  write("loads.csv", "name,peak_load_N\nA\x1b[31m,120\n" + std::string(5000, 'B') + ",130\n");
+  const auto rows = read("loads = \"loads.csv\"\n");
+  ASSERT_THAT(rows, SizeIs(2));
+  EXPECT_EQ(rows[0].name, "A?[31m");
+  EXPECT_EQ(rows[1].name, std::string(60, 'B') + "...");
+}
+
 TEST_F(ExperimentsFile, AllErrorsAreReportedAtOnce) {
   write("path.csv", "y_mm,z_kg\n1,2\n");
   write("tips.csv", "time_us,y_mm,z_mm\n1,2\nx,2,3\n");
@@ -196,6 +204,11 @@ TEST_F(ExperimentsFile, ErrorsOfCsvFiles) {
   EXPECT_THAT(error("y_mm\n1\n2\n"), EndsWith("has no column z; give a header such as y_mm,z_mm"));
   EXPECT_THAT(error("y,z_mm\n1,2\n2,3\n"), HasSubstr("the heading \"y\" does not end in a unit"));
   EXPECT_THAT(error("y_mm,z_mm\n1,2\n"), EndsWith("has 1 row; give at least 2"));
+  EXPECT_THAT(error("y_mm,z_mm,y_mm\n1,2,3\n2,3,4\n"),
+              EndsWith("line 1: two columns are called \"y_mm\"; leave one of them out"));
+  EXPECT_THAT(error(std::string("\xff\xfey\0_\0m\0m\0,\0z\0_\0m\0m\0\n\0", 24)),
+              EndsWith("line 1: not text in UTF-8, but perhaps in UTF-16; save the file as CSV in UTF-8"));
+  EXPECT_THAT(error("y_mm,z_mm\n1,2\n\x1b[2J,4\n"), HasSubstr("\"?[2J\" is not a number"));
   EXPECT_THAT(error("y_mm,z_mm\n1,2\n2,3\n\n5,6\n"), HasSubstr("arm 2 has a single point"));
 }
 

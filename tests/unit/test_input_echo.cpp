@@ -86,7 +86,7 @@ std::vector<InputTable> full_tables() {
             {"duration", R"("123 us")"},
             {"integrator", R"("verlet")"},
             {"arrest", R"("20 us")"}}},
-          {"[damping]", {{"mass", R"("2.5 1/ms")"}}},
+          {"[damping]", {{"mass", R"("2.5 1/ms")"}, {"bulk", "[0.06, 1.2]"}}},
           {"[sections]", {{"y", R"(["7 mm", "9 mm", "12.25 mm"])"}, {"z", R"(["11.5 mm", "30 mm"])"}}},
           {"[[sections.line]]", {{"from", R"(["10 mm", "60 mm"])"}, {"to", R"(["14.5 mm", "-1 mm"])"}}},
           {"[[sections.line]]", {{"from", R"(["2 mm", "3 mm"])"}, {"to", R"(["2 mm", "9 mm"])"}}},
@@ -301,6 +301,8 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.specimen.notches.at(1).height, 50e-6);
   expect_near(again.time.duration, 123e-6);
   expect_near(again.damping_rate(), 2500);
+  expect_near(again.bulk_viscosity().linear, 0.06);
+  expect_near(again.bulk_viscosity().quadratic, 1.2);
   EXPECT_EQ(again.boundaries.at(5).kind, input::BoundaryKind::absorbing);
   ASSERT_EQ(again.mesh.regions.size(), 2U);
   expect_near(again.mesh.regions[0].box[2].second, 80e-3);

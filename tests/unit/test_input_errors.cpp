@@ -2,6 +2,7 @@
 // Invalid inputs at the level of the reader; the table of invalid inputs of the whole program is in
 // tests/cli.
 #include "crackle/input/reader.h"
+#include "input/schema.h"
 #include "unit/input_samples.h"
 
 #include <gmock/gmock.h>
@@ -9,6 +10,7 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 namespace crackle::test {
 namespace CRACKLE_TEST_FILE {
@@ -106,7 +108,7 @@ TEST(InputErrors, StrengthOrToughnessIsGiven) {
   auto tables = minimal_tables();
   for (auto& table : tables)
     std::erase_if(table.keys, [](const auto& entry) { return entry.first == "strength"; });
-  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("fracture.strength: the key is missing")));
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("fracture.toughness: the key is missing")));
   set_key(tables, "[fracture]", "toughness", R"("3 N/m")");
   EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
   set_key(tables, "[fracture]", "toughness", R"("3 MPa")");
@@ -200,6 +202,55 @@ TEST(InputErrors, UnitsThatUdunitsReadsOtherwiseAreRefused) {
                             R"("2.0 mm^1")", R"("2000 µm")", R"("0.1 inch")", R"("2 m.mm/m")"}) {
     EXPECT_THAT(errors_with("[mesh]", "spacing", value), IsEmpty()) << value;
   }
+}
+
+TEST(InputErrors, UnitsMayBeTypeset) {
+  auto tables = minimal_tables();
+  std::erase_if(tables[4].keys, [](const auto& entry) { return entry.first == "strength"; });
+  for (const char* value : {"1.0 MPa √m", "1.0 MPa·√m", "1 MPa √(m)", "1 MPa m½", "1 MPa·m^½",
+                            "1\u00a0MPa sqrt(m)", "1 MPa\u2009m^0.5"}) {
+    set_key(tables, "[fracture]", "fracture_toughness", "\"" + std::string(value) + "\"");
+    ASSERT_THAT(errors_of(to_text(tables)), IsEmpty()) << value;
+    EXPECT_DOUBLE_EQ(parse_tables(tables).fracture.fracture_toughness, 1e6) << value;
+  }
+  EXPECT_THAT(errors_with("[mesh]", "spacing", "\"\u22122 mm\""), ElementsAre(HasSubstr("is out of range")));
+  EXPECT_THAT(errors_with("[mesh]", "spacing", "\"2 √mm\""), ElementsAre(HasSubstr("unknown unit")));
+}
+
+// A synonym that is a key, or of two keys, would advise something wrong.
+TEST(InputErrors, SynonymsMeanOneKeyOfTheirTable) {
+  std::size_t n = 0;
+  for (const input::Table& table : input::schema()) {
+    std::set<std::string> names;
+    for (const input::Key& key : table.keys) names.insert(key.name);
+    for (const input::Key& key : table.keys)
+      for (const std::string& synonym : key.synonyms) {
+        EXPECT_TRUE(names.insert(synonym).second) << table.path << "." << synonym;
+        ++n;
+      }
+  }
+  EXPECT_GT(n, 50U);
+}
+
+TEST(InputErrors, AnImpulseWithoutEffectIsSaid) {
+  auto tables = minimal_tables();
+  set_key(tables, "[fracture]", "accumulation", R"("step")");
+  EXPECT_THAT(parse_tables(tables).notes, IsEmpty());
+  set_key(tables, "[fracture]", "toughness", R"("150 J/m^2")");
+  EXPECT_THAT(parse_tables(tables).notes, ElementsAre(HasSubstr("fracture.impulse: has no effect")));
+  set_key(tables, "[fracture]", "release", R"("softening")");
+  set_key(tables, "[mesh]", "spacing", R"("0.5 mm")");
+  EXPECT_THAT(parse_tables(tables).notes, IsEmpty());
+}
+
+TEST(InputErrors, MessagesCannotSteerATerminal) {
+  auto tables = minimal_tables();
+  tables.push_back({"[[initial.stress]]",
+                    {{"along", "\"x\""},
+                     {"temperature", R"([["0 mm", "1 K"]])"},
+                     {"expansion", R"("1e-6 1/K")"},
+                     {"material", R"("a\u001b[31m\u009bb")"}}});
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("there is no material \"a?[31m?b\"")));
 }
 
 TEST(InputErrors, ConflictsAreJudgedByFaceRegionAndComponent) {

@@ -90,7 +90,7 @@ TEST(InitialStress, ThatDoesNotBalanceIsRefusedWithItsResidue) {
   // Mean 2 MPa; the straight line through it from 0 to 4 MPa has the linear part.
   EXPECT_THAT(
       errors_with({{"along", R"("x")"}, {"profile", R"([["0 mm", "0 MPa"], ["5 mm", "4 MPa"]])"}}),
-      ElementsAre("test.toml:23: initial.stress[0].profile: is not in equilibrium: from x = 0 m to 5 mm "
+      ElementsAre("test.toml:23: initial.stress[0].profile: is not in equilibrium: from x = 0 mm to 5 mm "
                   "its mean is 2 MPa and its linear part +-2 MPa at the ends; subtract both"));
   // Constant outside the table.
   EXPECT_THAT(

@@ -459,9 +459,10 @@ TEST(LeaderStatistics, TheTextTellsRanksApart) {
       row(-1, std::vector<double>(8, none), Pattern::none)};
   const std::string text = to_text(make_statistics(samples, parameters(3)), samples, sections);
   std::printf("%s", text.c_str());
-  EXPECT_THAT(text, ::testing::HasSubstr("\nleading crack start: 0 in 1 sample, 1 in 1, none in 1\n"));
-  EXPECT_THAT(text, ::testing::HasSubstr("by rank; samples led by start 1 are mapped by the body's symmetry, "
-                                         "as if start 0 led\n"));
+  EXPECT_THAT(text,
+              ::testing::HasSubstr("\nleading crack start: notch 0 in 1 sample, notch 1 in 1, none in 1\n"));
+  EXPECT_THAT(text, ::testing::HasSubstr("by rank; samples led by notch 1 are mapped by the body's symmetry, "
+                                         "as if notch 0 led\n"));
   EXPECT_THAT(text,
               ::testing::ContainsRegex("\nleader +0 +0 +y = 7 mm +z +2 +67\\.100 +0\\.141 +1\\.271 +2\n"));
   EXPECT_THAT(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [material.map]: rasters in three formats, their place in the body, and the mistakes that users make.
 #include "crackle/ensemble/material_map.h"
+#include "crackle/ensemble/memory.h"
 #include "crackle/geometry/centroid.h"
 #include "crackle/io/raster.h"
 #include "io/hdf5.h"
@@ -13,6 +14,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -40,14 +42,18 @@ std::vector<std::uint8_t> values() {
   return all;
 }
 
-void write_numpy(const std::filesystem::path& file, const std::vector<std::uint8_t>& numbers,
-                 const std::string& shape) {
+/// @param n_header length of the header in the file
+template <class Number = std::uint8_t>
+void write_numpy(const std::filesystem::path& file, const std::vector<Number>& numbers,
+                 const std::string& shape, const std::string& type = "|u1", std::size_t n_header = 118) {
   std::ofstream out(file, std::ios::binary);
-  std::string header = "{'descr': '|u1', 'fortran_order': False, 'shape': (" + shape + "), }";
-  header.resize(117, ' ');
+  std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
+  header.resize(n_header - 1, ' ');
   header += '\n';
-  out << std::string("\x93NUMPY\x01\x00", 8) << static_cast<char>(header.size()) << '\0' << header;
-  out.write(reinterpret_cast<const char*>(numbers.data()), static_cast<std::streamsize>(numbers.size()));
+  out << std::string("\x93NUMPY\x01\x00", 8) << static_cast<char>(header.size() % 256)
+      << static_cast<char>(header.size() / 256) << header;
+  out.write(reinterpret_cast<const char*>(numbers.data()),
+            static_cast<std::streamsize>(numbers.size() * sizeof(Number)));
 }
 
 void write_hdf5(const std::filesystem::path& file, const std::vector<std::uint8_t>& numbers) {
@@ -80,6 +86,16 @@ std::string input_with(const std::vector<std::pair<std::string, std::string>>& k
   auto tables = minimal_tables();
   tables.push_back({"[material.map]", keys});
   return to_text(tables);
+}
+
+/// A dataset "factors" that is made by `make(file, space)`.
+template <class Make>
+void write_dataset(const std::filesystem::path& file, const Make& make) {
+  using io::hdf5::Handle;
+  const Handle handle(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, "create");
+  const std::array<hsize_t, 2> shape{n_rows, n_columns};
+  const Handle space(H5Screate_simple(2, shape.data(), nullptr), H5Sclose, "space");
+  make(handle, space);
 }
 
 class MaterialMap : public ::testing::Test {
@@ -196,7 +212,7 @@ TEST_F(MaterialMap, ErrorsNameTheKey) {
   EXPECT_THAT(with("file", "\"map.h5\""), Contains(HasSubstr("dataset: the key is missing")));
   EXPECT_THAT(with("dataset", "\"a\""), Contains(HasSubstr("HDF5 files only")));
   EXPECT_THAT(with("axes", R"(["z", "z"])"), Contains(HasSubstr("names an axis twice")));
-  EXPECT_THAT(with("axes", R"(["z"])"), Contains(HasSubstr("has 2 lengths for 1 axes")));
+  EXPECT_THAT(with("axes", R"(["z"])"), Contains(HasSubstr("has 2 lengths for 1 axis")));
   EXPECT_THAT(with("spacing", R"(["0 mm", "1 mm"])"), Contains(HasSubstr("spacing: is 0")));
   EXPECT_THAT(with("of", "\"material\""), Contains(HasSubstr("requires several materials")));
   EXPECT_THAT(with("of", "\"density\""), Contains(HasSubstr("\"stiffness\"")));
@@ -225,6 +241,16 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   EXPECT_THAT(problem_with(keys), HasSubstr("has the shape 70, but [material.map] names 2 axes"));
   write_numpy(path, {1, 2, 3}, "14, 5");
   EXPECT_THAT(problem_with(keys), HasSubstr("is truncated"));
+  for (const char* shape : {"4294967296, 4294967296", "18446744073709551615, 5", "14, 6"}) {
+    write_numpy(path, values(), shape);
+    EXPECT_THAT(problem_with(keys), HasSubstr("map.npy: is truncated")) << shape;
+  }
+  for (const char* shape : {"-14, 5", "14, 5.0", "14,, 5", "99999999999999999999, 5"}) {
+    write_numpy(path, values(), shape);
+    EXPECT_THAT(problem_with(keys), HasSubstr("is no number of cells")) << shape;
+  }
+  write_numpy(path, values(), "14, 5", "|u1", 60000);
+  EXPECT_THAT(problem_with(keys), HasSubstr("has a header of 60000 bytes"));
   auto zero = values();
   zero[30] = 0;
   write_numpy(path, zero, "14, 5");
@@ -235,6 +261,13 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   picture[0].second = "\"map.png\"";
   std::ofstream(folder_.path() / "map.png") << "no picture";
   testing::internal::CaptureStderr();
+  auto dataset = keys;
+  dataset[0].second = "\"map.h5\"";
+  dataset.emplace_back("dataset", "\"factors\"");
+  std::ofstream(folder_.path() / "map.h5") << "no dataset";
+  EXPECT_THAT(problem_with(dataset), HasSubstr("map.h5: not a complete HDF5 file"));
+  write_dataset(folder_.path() / "map.h5", [](hid_t, hid_t) {});
+  EXPECT_THAT(problem_with(dataset), HasSubstr("map.h5: dataset factors"));
   EXPECT_THAT(problem_with(picture), HasSubstr("is not a readable PNG picture"));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "the message is the program's";
   write_png(folder_.path() / "map.png", std::vector<std::uint8_t>(3 * n_rows * n_columns, 9), PNG_FORMAT_RGB);
@@ -243,6 +276,108 @@ TEST_F(MaterialMap, FilesThatDoNotFitAreNamed) {
   auto other = keys;
   other.emplace_back("checksum", "\"5 bytes\"");
   EXPECT_THAT(problem_with(other), HasSubstr("has other contents than the checksum in [material.map] says"));
+}
+
+// The checksum is that of one file, and a number that nobody wrote is no factor.
+TEST_F(MaterialMap, HasItsValuesInItsOwnFile) {
+  const auto file = folder_.path() / "map.h5";
+  auto keys = map_keys("map.h5", "strength");
+  keys.emplace_back("dataset", "\"factors\"");
+  const auto problem = [&] {
+    try {
+      ensemble::check_material_map(read(keys), *geometry::make_body(read(keys)));
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  const auto create = [](hid_t in, hid_t space, hid_t list) {
+    return io::hdf5::Handle(H5Dcreate2(in, "factors", H5T_STD_U8LE, space, H5P_DEFAULT, list, H5P_DEFAULT),
+                            H5Dclose, "dataset");
+  };
+  const auto elsewhere = HasSubstr("map.h5: the values of \"factors\" are in other files");
+  const auto incomplete = HasSubstr("map.h5: is not complete: values of \"factors\" were never written");
+
+  write_hdf5(folder_.path() / "target.h5", values());
+  write_dataset(file, [](hid_t in, hid_t) {
+    H5Lcreate_external("target.h5", "factors", in, "factors", H5P_DEFAULT, H5P_DEFAULT);
+  });
+  EXPECT_THAT(problem(), elsewhere);
+  write_dataset(file, [&](hid_t in, hid_t space) {
+    const auto list = io::hdf5::property_list(H5P_DATASET_CREATE);
+    H5Pset_virtual(list, space, "absent.h5", "factors", space);
+    create(in, space, list);
+  });
+  EXPECT_THAT(problem(), elsewhere);
+  write_dataset(file, [&](hid_t in, hid_t space) { create(in, space, H5P_DEFAULT); });
+  EXPECT_THAT(problem(), incomplete);
+  const auto in_chunks = [&](bool is_whole, bool has_fill_value) {
+    write_dataset(file, [&](hid_t in, hid_t space) {
+      const auto list = io::hdf5::property_list(H5P_DATASET_CREATE);
+      const std::array<hsize_t, 2> chunk{4, n_columns}, start{0, 0}, part{is_whole ? n_rows : 8, n_columns};
+      H5Pset_chunk(list, 2, chunk.data());
+      H5Pset_deflate(list, 1);
+      const std::uint8_t fill = 7;
+      if (has_fill_value) H5Pset_fill_value(list, H5T_NATIVE_UINT8, &fill);
+      const auto dataset = create(in, space, list);
+      const io::hdf5::Handle written(H5Screate_simple(2, part.data(), nullptr), H5Sclose, "space");
+      H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, part.data(), nullptr);
+      H5Dwrite(dataset, H5T_NATIVE_UINT8, written, space, H5P_DEFAULT, values().data());
+    });
+    return problem();
+  };
+  EXPECT_THAT(in_chunks(false, false), incomplete);
+  EXPECT_EQ(in_chunks(false, true), "none");
+  EXPECT_EQ(in_chunks(true, false), "none");
+}
+
+TEST_F(MaterialMap, KeepsNumbersInNoMoreMemoryThanTheyNeed) {
+  const auto memory = [&] { return io::raster_memory(*read(map_keys("map.npy", "strength")).map); };
+  const auto value = [&] {
+    const auto parameters = read(map_keys("map.npy", "strength"));
+    return io::Raster(*parameters.map, 0, geometry::make_body(parameters)->bounds())
+        .at({0.001, 0.0246 * 0.5, 0.0349});
+  };
+  const auto as = [&](auto number, const std::string& type) {
+    const auto bytes = values();
+    write_numpy<decltype(number)>(folder_.path() / "map.npy", {bytes.begin(), bytes.end()}, "14, 5", type);
+    EXPECT_EQ(value(), value_at(10, 2)) << type;
+    return memory() / 70;
+  };
+  EXPECT_EQ(as(std::uint8_t{}, "|u1"), 1);
+  EXPECT_EQ(as(std::int8_t{}, "|i1"), 4);
+  EXPECT_EQ(as(std::uint16_t{}, "<u2"), 4);
+  EXPECT_EQ(as(float{}, "<f4"), 4);
+  EXPECT_EQ(as(std::int64_t{}, "<i8"), 8);
+  EXPECT_EQ(as(double{}, "<f8"), 8);
+  // Before the mesh, on top of the rest.
+  const auto small = read(map_keys("map.npy", "strength"));
+  const auto layout = ensemble::one_group(1);
+  const double without = ensemble::memory_demand(small, 100, 500, layout).master;
+  write_numpy(folder_.path() / "map.npy", std::vector<std::uint8_t>(10'000'000, 1), "10000, 1000");
+  EXPECT_NEAR(ensemble::memory_demand(small, 100, 500, layout).master - without, 10e6, 0.2e6);
+}
+
+TEST_F(MaterialMap, EachCaseOfASweepHasItsOwn) {
+  write_numpy(folder_.path() / "a.npy", values(), "14, 5");
+  write_numpy(folder_.path() / "b.npy", std::vector<std::uint8_t>(70, 1), "14, 5");
+  const std::string text = input_with(map_keys("a.npy", "strength")) +
+                           "[[sweep]]\nkey = \"material.map.file\"\nvalues = [\"a.npy\", \"b.npy\"]\n";
+  const auto name = folder_.path() / "plate.toml";
+  const auto parameters = input::parse(text, name);
+  const auto cases = input::sweep_cases(parameters, name);
+  ASSERT_EQ(cases.size(), 2U);
+  for (const auto& one : cases) {
+    const std::string checksum = one.parameters.map->checksum;
+    EXPECT_THAT(one.parameters.text, HasSubstr("checksum = \"" + checksum + "\""));
+    EXPECT_EQ(input::parse(one.parameters.text, "/nowhere/input.toml").map->checksum, checksum);
+  }
+  EXPECT_NE(cases[0].parameters.map->checksum, cases[1].parameters.map->checksum);
+  // Results are read without the rasters.
+  const std::filesystem::path elsewhere = "/nowhere/sweep.toml";
+  const auto stored = input::parse(parameters.text, elsewhere);
+  EXPECT_EQ(input::sweep_cases(stored, elsewhere, true).size(), 2U);
+  EXPECT_THROW(input::sweep_cases(stored, elsewhere), input::InputError);
 }
 
 }  // namespace CRACKLE_TEST_FILE

@@ -63,35 +63,43 @@ TEST(PathInference, BandsHoldAtAllSectionsTogether) {
 
 TEST(PathInference, TheMeanOfAllIncludesCracksThatStopped) {
   constexpr int n_trials = 100;
-  int n_plain = 0, n_all = 0, n_seen = 0;
+  int n_plain = 0, n_all = 0, n_seen = 0, n_known = 0;
   double plain_bias = 0, bias = 0;
   for (std::uint64_t trial = 0; trial < n_trials; ++trial) {
     RandomStream stream(1, trial, "stop");
     auto paths = made_paths(60, 3, 1.2, 0.5, stream);
     for (FramedPath& path : paths)
       for (std::size_t s = 1; s < 3; ++s)
-        if (std::isnan(path[s - 1].value) || stream.uniform() > 1 / (1 + std::exp(-1.5 * path[s - 1].value)))
+        if (std::isnan(path[s - 1].value) ||
+            stream.uniform() > 1 / (1 + std::exp(-1.5 * path[s - 1].value - 1)))
           path[s].value = none;
     const Stopped last = stopped_cracks(paths, std::vector<int>{-1, 0, 1}, {}, 0.95)[2];
     GroupedMoments plain;
     for (std::size_t i = 0; i < paths.size(); ++i)
       if (!std::isnan(paths[i][2].value)) plain.add(paths[i][2].value, i);
     EXPECT_EQ(last.n_all, 60);
-    plain_bias += plain.mean() / n_trials;
-    bias += last.mean_of_all / n_trials;
+    if (std::isnan(last.mean_of_all)) continue;
+    ++n_known;
+    plain_bias += plain.mean();
+    bias += last.mean_of_all;
     n_plain += std::abs(plain.mean()) <= 2 * std::sqrt(plain.square_error()) ? 1 : 0;
     n_all += std::abs(last.mean_of_all) <= last.half_width_of_all ? 1 : 0;
     n_seen += last.probability <= 0.05 && last.mean_arrived > last.mean_stopped ? 1 : 0;
   }
+  // Of the others, more lie beyond the arrivals than arrived.
+  ASSERT_GT(n_known, 0.9 * n_trials);
+  plain_bias /= n_known;
+  bias /= n_known;
+  const auto percent = [&](int n) { return 100.0 * n / n_known; };
   std::printf(
       "true mean 0: of those that arrive %.3f, 95 %% intervals hold %.1f %%; of all %.3f, %.1f %%; "
       "difference seen in %.1f %%\n",
-      plain_bias, 100.0 * n_plain / n_trials, bias, 100.0 * n_all / n_trials, 100.0 * n_seen / n_trials);
-  EXPECT_GT(plain_bias, 0.5);
+      plain_bias, percent(n_plain), bias, percent(n_all), percent(n_seen));
+  EXPECT_GT(plain_bias, 0.4);
   EXPECT_NEAR(bias, 0, 0.06);
-  EXPECT_LT(100.0 * n_plain / n_trials, 20);
-  EXPECT_GE(100.0 * n_all / n_trials, 90);
-  EXPECT_GT(100.0 * n_seen / n_trials, 80);
+  EXPECT_LT(percent(n_plain), 20);
+  EXPECT_GE(percent(n_all), 90);
+  EXPECT_GT(percent(n_seen), 80);
 }
 
 TEST(PathInference, StoppedCracksByHand) {
@@ -111,6 +119,11 @@ TEST(PathInference, StoppedCracksByHand) {
   EXPECT_EQ(found[1].n_all, 7);
   EXPECT_EQ(found[1].n_predicted, 2);
   EXPECT_EQ(found[1].n_beyond, 2);
+  // Where more stop beyond the arrivals than arrive, the line is no mean.
+  auto many = paths;
+  for (int i = 0; i < 4; ++i) many.push_back({{true, 9.0 + i}, {true, none}});
+  EXPECT_EQ(stopped_cracks(many, std::vector<int>{-1, 0}, {}, 0.95)[1].n_beyond, 6);
+  EXPECT_TRUE(std::isnan(stopped_cracks(many, std::vector<int>{-1, 0}, {}, 0.95)[1].mean_of_all));
   // The fifth arrives and the sixth stops, of one draw.
   const std::vector<std::size_t> draws{0, 1, 2, 3, 4, 4, 5, 6};
   const Stopped of_draws = stopped_cracks(paths, std::vector<int>{-1, 0}, draws, 0.95)[1];
@@ -119,6 +132,18 @@ TEST(PathInference, StoppedCracksByHand) {
   paths.erase(paths.begin());
   EXPECT_TRUE(std::isnan(stopped_cracks(paths, std::vector<int>{-1, 0}, {}, 0.95)[1].mean_of_all))
       << "four arrivals";
+}
+
+/// At the second section there is a hole: of those that come to it one passes beside it, three go on from it,
+/// one ends.
+TEST(PathInference, CracksThatPassThroughAHoleHaveNotStoppedInIt) {
+  std::vector<FramedPath> paths{{{true, 1}, {true, 1}, {true, 1}}, {{true, 2}, {true, none}, {true, none}}};
+  for (const double before : {3.0, 4.0, 5.0}) paths.push_back({{true, before}, {true, none}, {true, before}});
+  const auto found = stopped_cracks(paths, std::vector<int>{-1, 0, 1}, {}, 0.95);
+  EXPECT_EQ(found[1].n_arrived, 1);
+  EXPECT_EQ(found[1].n_stopped, 1);
+  EXPECT_EQ(found[1].mean_stopped, 2);
+  EXPECT_EQ(found[2].n_stopped, 0);
 }
 
 TEST(PathInference, CracksComeFromTheSectionThatMostReach) {
@@ -148,10 +173,13 @@ TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
   const std::string text = path_inference_text(make_statistics(rows, parameters), rows, parameters);
   std::printf("%s", text.c_str());
   // Three stopped, at 51 mm on average, the others at 55.5; with them the mean is 64 mm.
-  EXPECT_THAT(text,
-              ::testing::ContainsRegex("\nleader +0 +0 +y = 15 mm +65\\.500 +1\\.963 +[0-9.]+ +3 +51\\.000 "
-                                       "+55\\.500 +0\\.[0-9]+ +64\\.000 +[0-9.]+ +3 +3\n"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nleader +0 +0 +y = 15 mm +65\\.500 +1\\.963 +[0-9.]+\n"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nleader +0 +0 +y = 15 mm +y = 10 mm +6 +55\\.500 +3 +51\\.000 "
+                                             "+0\\.[0-9]+ +64\\.000 +[0-9.]+ +3 +3\n"));
   EXPECT_THAT(text, HasSubstr("+- band"));
+  for (SampleSummary& row : rows) row.position[1] = 0.06;
+  EXPECT_THAT(path_inference_text(make_statistics(rows, parameters), rows, parameters),
+              ::testing::Not(HasSubstr("stopped")));
 }
 
 }  // namespace CRACKLE_TEST_FILE

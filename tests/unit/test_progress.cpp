@@ -99,13 +99,40 @@ TEST(Progress, WatchesASectionThatNotch0CanReach) {
 TEST(Progress, MeansLeaveOutWhatDidNotArrive) {
   auto progress = make_progress(4, 1);
   EXPECT_TRUE(std::isnan(progress.mean_position()));
-  EXPECT_TRUE(std::isnan(progress.statistics().median_onset_force()));
+  EXPECT_TRUE(std::isnan(progress.statistics().median_load().median.value));
   progress.kept(0, done(0, 400, 0.070).summary);
   progress.finished(done(1, 420, 0.072), 1);
   progress.finished(done(2, nan, nan), 2);
   progress.finished(failed(3), 3);
   EXPECT_DOUBLE_EQ(progress.mean_position(), 0.071);
-  EXPECT_DOUBLE_EQ(progress.statistics().median_onset_force(), 410);
+  EXPECT_DOUBLE_EQ(progress.statistics().median_load().median.value, 410);
+}
+
+TEST(Progress, SamplesThatDidNotBreakAreStronger) {
+  auto progress = make_progress(5, 1);
+  const auto unbroken = [](std::uint64_t sample) {
+    auto report = done(sample, nan, nan);
+    report.summary.outcome = 0;
+    report.summary.peak_load = 60;
+    return report;
+  };
+  progress.finished(done(0, 40, nan), 1);
+  progress.finished(done(1, 50, nan), 1);
+  progress.finished(unbroken(2), 1);
+  EXPECT_EQ(progress.means(), "median onset 50.000 N (1 of 3 unbroken)");
+  progress.finished(unbroken(3), 1);
+  progress.finished(unbroken(4), 1);
+  EXPECT_EQ(progress.means(), "median onset above 60.000 N (3 of 5 unbroken)");
+  EXPECT_THAT(describe(unbroken(2)), HasSubstr("done: unbroken, held 60.0 N, no main crack"));
+}
+
+TEST(Progress, ThePeakLoadIsTheHeadlineWhereTheOnsetIsLate) {
+  auto progress = make_progress(2, 1);
+  auto late = done(0, 0.2, nan);
+  late.summary.peak_load = 740;
+  progress.finished(late, 1);
+  EXPECT_EQ(progress.means(), "median peak load 740.000 N");
+  EXPECT_THAT(describe(late), HasSubstr("peak load 740.0 N, onset 0.2 N, "));
 }
 
 TEST(Progress, TimeLeftFollowsFromMeanDurationAndGroups) {
@@ -188,10 +215,11 @@ TEST(SampleReport, OneLineForEachSample) {
   report.summary.breaks = 1532;
   report.summary.energy_error = 2.1e-5;
   report.seconds = 41.04;
-  EXPECT_EQ(describe(report),
-            "sample 3 done: separated, onset 380.9 N, one crack, 61.2 mm^2 of crack, 1532 breaks, energy "
-            "error 2.1e-05, "
-            "41.0 s");
+  EXPECT_EQ(
+      describe(report),
+      "sample 3 done: separated, onset 380.9 N, one crack, 61.2 mm^2 of rough crack, 1532 breaks, energy "
+      "error 2.1e-05, "
+      "41.0 s");
   report.summary.onset_force = std::nan("");
   report.summary.first_break_load = 250;
   report.summary.note = "what is to be known";

@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/nearest_name.h"
+#include "crackle/common/printable.h"
 #include "crackle/common/quantity_text.h"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <string>
 
 namespace crackle {
 namespace CRACKLE_TEST_FILE {
@@ -19,8 +26,30 @@ TEST(QuantityText, HasThePrefixThatItsSizeAsksFor) {
   EXPECT_EQ(quantity_text(1.95e-6, "m"), "1.95 um");
   EXPECT_EQ(quantity_text(2e-12, "m^2"), "2 um^2");
   EXPECT_EQ(quantity_text(0, "N"), "0 N");
+  EXPECT_EQ(quantity_text(0, "m"), "0 mm");
   EXPECT_EQ(quantity_text(40000, "s"), "40000 s");
   EXPECT_EQ(quantity_text(1e-20, "N"), "1e-08 pN");
+}
+
+TEST(Printable, HasNothingThatATerminalObeys) {
+  EXPECT_EQ(printable("plate 3, 5 µm\tz\n"), "plate 3, 5 µm\tz\n");
+  EXPECT_EQ(printable(std::string("a\0b", 3) + "\x1b[2J\r\x7f"), "a?b?[2J??");
+  EXPECT_EQ(printable("\u009b31m, \u202eright"), "?31m, ?right");
+  EXPECT_EQ(printable("Pr\xfc"
+                      "fung \xe2\x82"),
+            "Pr?fung ??");
+}
+
+TEST(Printable, NamesFailedAllocations) {
+  EXPECT_EQ(reason_of(std::bad_alloc()), "there is not enough memory (std::bad_alloc)");
+  EXPECT_EQ(reason_of(std::runtime_error("it rains")), "it rains");
+}
+
+TEST(NearestName, IsSpelledAlike) {
+  const std::array<std::string, 3> known{"check", "match", "mesh"};
+  EXPECT_EQ(nearest_name("chek", known), "check");
+  EXPECT_EQ(nearest_name("mach", known), "match");
+  EXPECT_EQ(nearest_name("plate.toml", known), std::nullopt);
 }
 
 TEST(QuantityText, HasTheUnitOfTheLargestBesideIt) {

@@ -72,9 +72,9 @@ protected:
     branches = analysis::find_branches(mesh.body(), surface);
     lines = analysis::crack_lines(mesh.body(), surface, branches);
     crossings = analysis::section_crossings(mesh.body(), surface, branches, parameters.sections);
-    summary =
-        analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
+    summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, rayleigh_speed());
   }
+  double rayleigh_speed() const { return mechanics::rayleigh_speed(parameters.material()); }
   void write(const fs::path& file, std::uint64_t sample = 3) const {
     write_sample(file, {parameters, sample, mesh.realization(), result, surface, lines, branches, crossings,
                         summary, crack_history});
@@ -113,6 +113,26 @@ TEST_F(SampleFile, ReadsTheRowThatWasWritten) {
   EXPECT_TRUE(std::isfinite(row.position.at(0)));
   EXPECT_TRUE(std::isnan(row.position.at(3)));
   EXPECT_EQ(n_entries(file.parent_path()), 1) << "a partial file is left";
+}
+
+TEST_F(SampleFile, NumbersThatNoComputationGivesAreNamed) {
+  const fs::path file = sample_path(folder.path(), 3);
+  const auto reason = [&] {
+    write(file);
+    return read_summaries(folder.path(), parameters, 3, 1).front().error;
+  };
+  const SampleSummary good = summary;
+  summary.peak_load = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(reason(), ::testing::AllOf(::testing::HasSubstr("0003.h5"),
+                                         ::testing::HasSubstr("peak_load is infinite")));
+  summary = good;
+  summary.position[0] = -std::numeric_limits<double>::infinity();
+  EXPECT_THAT(reason(), ::testing::HasSubstr("position is infinite"));
+  summary = good;
+  parameters.random.emplace_back().key = "mesh.perturbation";
+  summary.inputs = {std::nan("")};
+  EXPECT_THAT(reason(), ::testing::AllOf(::testing::HasSubstr("0003.h5"),
+                                         ::testing::HasSubstr("the random input mesh.perturbation is nan")));
 }
 
 TEST_F(SampleFile, IsTheSameForTheSameContentExceptTimingAndProvenance) {
@@ -207,8 +227,7 @@ TEST_F(SampleFile, HoldsTheHistory) {
   }
   result.loads = {7, 0, 5};
   crack_history = analysis::crack_history(mesh.body(), surface, result, infinity);
-  summary =
-      analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
+  summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, rayleigh_speed());
   EXPECT_EQ(summary.peak_load, 7);
   EXPECT_EQ(summary.displacement_at_peak, 0);
   EXPECT_EQ(summary.work_of_fracture, 5);
@@ -237,7 +256,7 @@ TEST_F(SampleFile, HoldsTheHistory) {
 
 TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   write(sample_path(folder.path(), 3));
-  const StoredSample stored = read_stored_sample(folder.path(), parameters, 3);
+  const StoredSample stored = SampleReader(folder.path(), parameters).whole(3);
   EXPECT_EQ(to_bytes(stored.summary), to_bytes(summary));
   ASSERT_EQ(stored.surface.facets.size(), surface.facets.size());
   ASSERT_GT(surface.facets.size(), 100u);
@@ -260,7 +279,7 @@ TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   analysis::measure_crossings(mesh.body(), stored.surface, others, row);
   const SampleSummary expected = analysis::summarize(
       mesh.body(), result, surface, lines, branches,
-      analysis::section_crossings(mesh.body(), surface, branches, others), parameters.material());
+      analysis::section_crossings(mesh.body(), surface, branches, others), rayleigh_speed());
   EXPECT_EQ(to_bytes(row), to_bytes(expected));
   EXPECT_NE(row.position, summary.position);
 }
@@ -275,13 +294,12 @@ TEST_F(SampleFile, GivesTheBranchingOfTheRun) {
   branches = analysis::find_branches(mesh.body(), surface);
   crossings = analysis::section_crossings(mesh.body(), surface, branches, parameters.sections);
   ASSERT_EQ(branches.points.size(), 1U);
-  summary =
-      analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, parameters.material());
+  summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, rayleigh_speed());
   EXPECT_EQ(summary.branching_points, 1);
   EXPECT_EQ(summary.branching_points_projected, 1);
   EXPECT_EQ(summary.branches, (std::vector<std::int32_t>{1, 2, 2, 0, 0, 0}));
   write(sample_path(folder.path(), 3));
-  const StoredSample stored = read_stored_sample(folder.path(), parameters, 3);
+  const StoredSample stored = SampleReader(folder.path(), parameters).whole(3);
   ASSERT_EQ(stored.branching.size(), 1U) << stored.summary.error;
   const analysis::BranchingPoint& found = stored.branching[0];
   const analysis::BranchingPoint& point = branches.points[0];
@@ -296,14 +314,14 @@ TEST_F(SampleFile, GivesTheBranchingOfTheRun) {
 }
 
 TEST_F(SampleFile, SamplesWithoutResultHaveNoCrackSurface) {
-  EXPECT_EQ(read_stored_sample(folder.path(), parameters, 3).summary.status, SampleStatus::pending);
+  EXPECT_EQ(SampleReader(folder.path(), parameters).whole(3).summary.status, SampleStatus::pending);
   write_failed_sample(sample_path(folder.path(), 3), parameters, 3,
                       analysis::empty_summary(2, 3, SampleStatus::failed, "reason"));
-  const StoredSample failed = read_stored_sample(folder.path(), parameters, 3);
+  const StoredSample failed = SampleReader(folder.path(), parameters).whole(3);
   EXPECT_EQ(failed.summary.error, "reason");
   EXPECT_TRUE(failed.surface.facets.empty());
   write(sample_path(folder.path(), 3), 2);  // contains another number
-  const StoredSample refused = read_stored_sample(folder.path(), parameters, 3);
+  const StoredSample refused = SampleReader(folder.path(), parameters).whole(3);
   EXPECT_EQ(refused.summary.status, SampleStatus::pending);
   EXPECT_THAT(refused.summary.error, ::testing::HasSubstr("holds sample 2 instead of 3"));
 }
@@ -369,6 +387,7 @@ TEST(Schema, IsRaisedWithTheColumns) {
   };
   analysis::for_each_result(add);
   analysis::for_each_position_result(add);
+  add(analysis::crack_area_in_info, 0);
   EXPECT_EQ(names[4],
             "first_break_time first_break_load onset_time onset_force peak_load displacement_at_peak "
             "work_of_fracture dynamic_phases crack_area_before_onset outcome pattern leading_notch overlap "
@@ -377,6 +396,7 @@ TEST(Schema, IsRaisedWithTheColumns) {
             "arrival_time branches ")
       << "other columns are of a new version";
   EXPECT_EQ(names[5], "first_break_x first_break_y first_break_z ");
+  EXPECT_EQ(names[6], "hole hole_passage crack_area_in ");
   EXPECT_EQ(names.rbegin()->first, sample_schema_version);
   EXPECT_EQ(sample_schema_version, ensemble_schema_version);
 }

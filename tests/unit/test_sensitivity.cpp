@@ -220,6 +220,75 @@ TEST(Sensitivity, OfAResultThatFewSamplesHaveTakesFewTerms) {
   EXPECT_LE(found_with(30), 1);
 }
 
+/// Loads of bars as strength times modulus, which stands for a width: indices 0.632, 0.355.
+const std::array<std::string, 3> of_bars{"lower = \"1.5 GPa\"\nupper = \"2.5 GPa\"",
+                                         "lower = \"900 kg/m^3\"\nupper = \"1100 kg/m^3\"",
+                                         "lower = \"20 MPa\"\nupper = \"40 MPa\""};
+
+TEST(Sensitivity, OfLoadsIsThatOfTheDrawsThatBroke) {
+  const auto parameters = study(64, 1, "uniform", of_bars, 3);
+  auto rows = rows_of(parameters, [](const auto& v, std::uint64_t) { return v[0] * v[2] / 1e15; });
+  for (SampleSummary& row : rows) {
+    const bool breaks = row.peak_load < 60;
+    row.outcome = breaks ? 2 : 0;
+    row.onset_force = breaks ? row.peak_load : not_a_number;
+    row.peak_load = std::min(row.peak_load, 60.0);
+    row.work_of_fracture = row.peak_load;  // of those that did not break a lower one
+  }
+  const Sensitivities all = sensitivities(parameters, rows);
+  int n_found = 0;
+  for (const Sensitivity& one : all.results) {
+    if (one.info.of_unbroken == OfUnbroken::value) continue;
+    ++n_found;
+    std::printf("%s: %d draws, first %.3f, %.3f, %.3f\n", one.info.name, one.n_draws,
+                one.inputs[2].first.value, one.inputs[0].first.value, one.inputs[1].first.value);
+    EXPECT_NEAR(one.inputs[2].first.value, 0.632, 0.02);
+    EXPECT_NEAR(one.inputs[0].first.value, 0.355, 0.02);
+    EXPECT_NEAR(one.inputs[1].first.value, 0, 0.01);
+    EXPECT_TRUE(25 < one.n_draws && one.n_draws < 45) << one.n_draws;
+  }
+  EXPECT_EQ(n_found, 3);
+  EXPECT_THAT(to_text(all, parameters),
+              HasSubstr("some results are of fewer draws, such as those that broke"));
+}
+
+TEST(Sensitivity, SaysAtWhichEndOfAnInputDrawsFail) {
+  const auto parameters = study(32, 1, "uniform", of_bars, 5);
+  auto rows = rows_of(parameters, [](const auto&, std::uint64_t i) {
+    return RandomStream(1, i, "scatter of a test").substream(0).uniform();
+  });
+  for (SampleSummary& row : rows)
+    if (row.inputs[2] < 28e6) row.status = SampleStatus::failed;
+  const Sensitivities all = sensitivities(parameters, rows);
+  EXPECT_THAT(all.failures,
+              ::testing::MatchesRegex("the 1[0-9] draws that failed all lie at the lower end of "
+                                      "fracture.strength: 2.* MPa to 2.* MPa, the others 2.*"));
+  EXPECT_THAT(all.failures, ::testing::Not(HasSubstr("density")));
+  EXPECT_THAT(to_text(all, parameters), HasSubstr(all.failures));
+  // Of a result that owes nothing to the inputs, an expansion beyond the draws done explains nothing.
+  for (const Sensitivity& one : all.results)
+    for (const InputEffect& input : one.inputs)
+      EXPECT_LE(input.total.value, std::max(0.0, one.predicted) + 0.3) << one.info.name;
+  rows[3].status = rows[3].status == SampleStatus::done ? SampleStatus::failed : SampleStatus::done;
+  EXPECT_THAT(sensitivities(parameters, rows).failures, HasSubstr("lie mostly at the lower end"));
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    rows[i].status = i % 3 == 0 ? SampleStatus::failed : SampleStatus::done;
+  EXPECT_EQ(sensitivities(parameters, rows).failures, "");
+}
+
+TEST(Sensitivity, TotalIndicesAreNoSmallerThanFirstOnes) {
+  for (int seed = 0; seed < 20; ++seed) {
+    const auto parameters = study(96, 2, "normal", normal_inputs, seed, "independent");
+    const auto rows = rows_of(parameters, [&](const auto& v, std::uint64_t i) {
+      return std::pow(v[0] / 1e9 - 99, 2) + additive(parameters, v, i);
+    });
+    for (const InputEffect& input : of_peak_load(parameters, rows).inputs) {
+      EXPECT_GE(input.total.value, input.first.value);
+      EXPECT_LE(input.total.value, 1);
+    }
+  }
+}
+
 TEST(Sensitivity, NeedsDrawsAndRandomInputs) {
   const auto parameters = study(8, 1, "normal", normal_inputs);
   const auto few = rows_of(parameters, [](const auto& v, std::uint64_t) { return v[0]; });

@@ -2,6 +2,7 @@
 // Bodies of two materials, on the program's meshes of their boundaries, against exact solutions.
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/quasi_static.h"
+#include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/fracture/toughness.h"
@@ -17,6 +18,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -223,6 +225,43 @@ TEST(TwoMaterials, HaveTheirStrengthsAndThatOfTheirInterface) {
   }
   std::printf("%d tetrahedra of the matrix, %d of the insert, %d at the interface\n", n[0], n[1], n[2]);
   EXPECT_GT(std::ranges::min(n), 50);
+}
+
+/// Two bars end to end, bonded less well than either holds: in uniform tension the bond breaks at its
+/// strength, over whatever length the stress is averaged.
+TEST(TwoMaterials, BondedLessWellBreakAtTheStrengthOfTheBond) {
+  constexpr const char* pull = R"([[boundary]]
+on = "x-min"
+fix = ["x"]
+[[boundary]]
+on = "y-min"
+fix = ["y"]
+[[boundary]]
+on = "z-min"
+fix = ["z"]
+[[boundary]]
+on = "z-max"
+force = ["0 N", "0 N", "0 N"]
+rate = ["0 N/s", "0 N/s", "10 N/s"]
+)";
+  const parallel::Communicator self(MPI_COMM_SELF);
+  for (const auto& [length, strength] : {std::pair{1.2e-3, 12e6}, {2.4e-3, 12e6}, {1.2e-3, 3e6}}) {
+    auto parameters = two_materials(R"(["2 mm", "2 mm", "20 mm"])", R"(z = ["10 mm", "20 mm"])",
+                                    "spacing = \"0.6 mm\"", {10e9, 0.2, 2000}, {10e9, 0.2, 2000}, pull);
+    parameters.materials[0].strength = 30e6;
+    parameters.materials[1].strength = 40e6;
+    parameters.interfaces = {{{"insert", "matrix"}, strength, 0}};
+    parameters.fracture.length = length;
+    const double exact = strength * 2e-3 * 2e-3;
+    const auto result = run_sample(self, parameters, test::whole(test::realization(parameters)), {});
+    std::printf(
+        "a bond of %.0f MPa, stress averaged over %.1f mm: first break at %.3f N, peak load %.3f N, exact "
+        "%.0f N\n",
+        1e-6 * strength, 1e3 * length, result.first_break_load, result.loads.peak_load, exact);
+    EXPECT_NEAR(result.first_break_load, exact, 1e-4 * exact);
+    EXPECT_NEAR(result.loads.peak_load, exact, 0.02 * exact);
+    EXPECT_EQ(result.outcome, Outcome::separated);
+  }
 }
 
 }  // namespace CRACKLE_TEST_FILE

@@ -6,6 +6,7 @@
 #include "crackle/parallel/agreement.h"
 
 #include "support/box_mesh.h"
+#include "support/elastic_motion.h"
 #include "support/job.h"
 
 #include <fmt/format.h>
@@ -44,8 +45,9 @@ protected:
   void hold_below() { add(Face::z_min, BoundaryKind::fix, all, 0); }
 
   SampleResult run() {
-    const auto mesh =
-        test::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2});
+    return run(test::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2}));
+  }
+  SampleResult run(const geometry::Realization& mesh) {
     const auto subdomain = test::whole(mesh);
     const parallel::Communicator self(MPI_COMM_SELF);
     log.clear();
@@ -128,6 +130,32 @@ TEST_F(Bar, UnderAForceTooSmallForMixedNumbersIsComputedInDouble) {
   EXPECT_THAT(log, testing::Contains(HasSubstr("are too small for the mixed number format")));
 }
 
+/// The tension is density times speed times velocity, so that the strength is reached at 2 m/s. A step
+/// overshoots, which bulk viscosity lessens. What stays on the wall is less than a hundredth, in many pieces.
+TEST_F(Bar, FliesOffAWallAndIsSeparated) {
+  parameters.materials[0] = {.youngs_modulus = 10e9, .poisson_ratio = 0, .density = 2500};
+  parameters.fracture.strength = 10e6;
+  parameters.specimen.size = {0.002, 0.002, 0.03};
+  parameters.time.start = input::Start::rest;
+  hold_below();
+  const auto mesh = test::irregular_box(parameters.specimen.size, 0.6e-3);
+  const auto at_speed = [&](double speed, const input::BulkViscosity& bulk) {
+    parameters.loads = {{.kind = input::LoadKind::velocity, .value = {0, 0, speed}}};
+    parameters.damping = {.mass = 0, .bulk = bulk};
+    return run(mesh);
+  };
+  EXPECT_EQ(at_speed(1.7, {}).outcome, Outcome::separated) << "the overshoot is 15 % or more";
+  EXPECT_NE(at_speed(1.6, {0.06, 1.2}).outcome, Outcome::separated) << "single tetrahedra may break";
+  EXPECT_EQ(at_speed(1.7, {0.5, 1.2}).outcome, Outcome::unbroken);
+  for (const input::BulkViscosity bulk : {input::BulkViscosity{}, input::BulkViscosity{0.5, 1.2}}) {
+    const auto result = at_speed(2.2, bulk);
+    EXPECT_EQ(result.outcome, Outcome::separated);
+    EXPECT_GT(result.separated_at, 0);
+    EXPECT_LT(result.separated_at, 5e-6);
+    EXPECT_LT(result.energy_error, 1e-4);
+  }
+}
+
 TEST_F(Bar, InOnePieceWhenTheDurationIsOver) {
   parameters.time.start = input::Start::rest;
   parameters.time.duration = 1e-5;
@@ -177,6 +205,27 @@ TEST_F(Bar, AnUnloadedEquilibriumThatNothingLoadsIsUnbroken) {
     EXPECT_EQ(result.note, "") << window;
     EXPECT_TRUE(std::isnan(result.first_break_load));
   }
+}
+
+/// A wave that takes longer to arrive than the window, and the arrest after its breaks.
+TEST_F(Bar, InMotionFromAnEquilibriumArrestsOnlyAfterABreak) {
+  hold_below();
+  add(Face::z_max, BoundaryKind::traction, {}, 34e6);
+  parameters.boundaries.back().history = {{0, 0.1}, {20e-6, 0.1}, {21e-6, 1}, {22e-6, 0.1}};
+  parameters.time.start = input::Start::equilibrium;
+  parameters.time.arrest = 6e-6;
+  parameters.time.duration = 100e-6;
+  const auto result = run();
+  EXPECT_GT(result.first_break_time, 20e-6);
+  EXPECT_LT(result.first_break_time, 34e-6);
+  EXPECT_EQ(result.outcome, Outcome::arrested);
+  EXPECT_THAT(result.note, HasSubstr("before time.duration, 100 us: nothing had broken for 6 us"));
+  // Without a break the motion lasts for the whole duration.
+  parameters.boundaries.back().value[2] = 3e6;
+  const auto unbroken = run();
+  EXPECT_EQ(unbroken.outcome, Outcome::unbroken);
+  EXPECT_EQ(unbroken.note, "");
+  EXPECT_GT(unbroken.energy.back().time, 0.999 * parameters.time.duration);
 }
 
 TEST_F(Bar, FirstBreakAndOnsetDifferWhereABreakIsNoRunAway) {

@@ -80,11 +80,12 @@ class Ensemble:
     @cached_property
     def samples(self) -> pd.DataFrame:
         """One row for each sample: its status, its results in SI units (`.attrs["units"]`, `.attrs["meaning"]` by column; words
-        for numbers that stand for them), the values of its random inputs by key, wall time, and the reason why it failed."""
+        for numbers that stand for them), such as "crack_area_in: glass" in several materials, the values of its random inputs by
+        key, wall time, and the reason why it failed."""
         rows = self._rows
         columns: dict[str, pd.Series] = {}
         units, meaning = {}, {}
-        for name, found in rows.data_vars.items():
+        for name, found in (entry for column in rows.data_vars.values() for entry in labelled.by_part(column).items()):
             if found.dims != ("sample",):
                 continue
             values = pd.Series(found.values, index=rows["sample"].values)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import re
 import stat
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any, Iterator, Optional
 
 # A folder on a network file system, or one that a run is writing to, may not be locked for reading.
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
@@ -18,11 +19,12 @@ from .checksum import BLOCK, START, checksum  # noqa: E402
 
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 PENDING, DONE, FAILED = 0, 1, 2
+SCHEMA_VERSIONS = range(4, 7)  # of the files that can be read, as in include/crackle/io/sample_file.h
 
 MARK = b"\ncrackle FNV-1a "  # before the check sum, 16 hexadecimal digits at the end of a sample file
 TRAILER = len(MARK) + 16
 
-_sound: set[tuple[int, int, int, int]] = set()  # files whose check sum has been found right, by _identity
+_sound: set[tuple[int, ...]] = set()  # files whose check sum has been found right, by _identity
 
 
 class ResultsError(Exception):
@@ -78,7 +80,8 @@ def open_hdf5(file: Path) -> h5py.File:
 
 
 def open_results(file: Path, kind: str) -> h5py.File:
-    """A result file of this kind, for reading; to be closed by the caller. Raises ResultsError when it is none or is damaged."""
+    """A result file of this kind, for reading; to be closed by the caller. Raises ResultsError when it is none, is damaged or of a
+    version that is not known, and for a sample of another model than the first whole one in its folder."""
     check_regular(file)
     is_marked = _check_sum(file) if kind == SAMPLE_KIND and file.is_file() else True
     root = open_hdf5(file)
@@ -90,6 +93,8 @@ def open_results(file: Path, kind: str) -> h5py.File:
             raise ResultsError(f"'{file}' is not a {kind} file, {own}")
         if not is_marked:
             raise ResultsError(f"'{file}' is damaged or truncated: it has no checksum at its end")
+        with naming(file):
+            _check_version(file, kind, root)
     except ResultsError:
         root.close()
         raise
@@ -119,6 +124,32 @@ def text_of(value: Any) -> Any:
     return value.decode("utf-8") if isinstance(value, bytes) else value
 
 
+def _check_version(file: Path, kind: str, root: h5py.File) -> None:
+    if (version := int(root.attrs["schema_version"])) not in SCHEMA_VERSIONS:
+        raise ResultsError(f"'{file}' is of version {version} of the file format; versions {SCHEMA_VERSIONS[0]} to "
+                           f"{SCHEMA_VERSIONS[-1]} can be read")
+    if kind == SAMPLE_KIND and file.parent.name == "samples":
+        model, others = _model_of(root), _model_of_samples(file.parent, file.parent.stat().st_mtime_ns)
+        if others not in (None, model):
+            raise ResultsError(f"'{file}' is of model {model}, of version {text_of(root.attrs['program_version'])} of the program; "
+                               f"the other samples are of model {others}")
+
+
+def _model_of(root: h5py.File) -> int:
+    return int(root.attrs.get("model_version", 1))
+
+
+@functools.lru_cache(maxsize=100)
+def _model_of_samples(folder: Path, _changed: int) -> Optional[int]:
+    """The model of the first whole sample file in a folder last changed at some time; runs never mix them."""
+    for file in sample_files(folder.parent).values():
+        with contextlib.suppress(ResultsError):
+            if _check_sum(file):
+                with open_hdf5(file) as root:
+                    return _model_of(root)
+    return None
+
+
 def _check_sum(file: Path) -> bool:
     """Whether the file has a check sum at its end. Raises ResultsError for one that is not that of its content; files that have
     not changed since they were looked at are not read again."""
@@ -143,6 +174,6 @@ def _check_sum(file: Path) -> bool:
     return True
 
 
-def _identity(descriptor: int) -> tuple[int, int, int, int]:
+def _identity(descriptor: int) -> tuple[int, ...]:
     found = os.fstat(descriptor)
-    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns

@@ -20,7 +20,15 @@ def array(dataset: h5py.Dataset) -> xr.DataArray:
     if h5py.check_string_dtype(dataset.dtype):
         values = np.array([text_of(text) for text in values.ravel()], object).reshape(values.shape)
     attributes = {name: text_of(dataset.attrs[name]) for name in ("units", "meaning", "categories") if name in dataset.attrs}
-    return xr.DataArray(values, dims=names, attrs=attributes)
+    parts = {"part": text_of(dataset.attrs["parts"]).split("\n")} if "parts" in dataset.attrs else {}
+    return xr.DataArray(values, dims=names, coords=parts, attrs=attributes)
+
+
+def by_part(found: xr.DataArray) -> dict[str, xr.DataArray]:
+    """What is known of each part of a body, by "NAME: PART"; else the array itself by its name."""
+    if "part" not in found.dims:
+        return {str(found.name): found}
+    return {f"{found.name}: {part}": found.sel(part=part, drop=True) for part in found["part"].values}
 
 
 def datasets(found: Mapping[str, h5py.HLObject]) -> dict[str, h5py.Dataset]:
@@ -46,3 +54,8 @@ def group(found: h5py.Group, names: Iterable[str] | None = None, prefix: str = "
         if result.sizes.get(dimension) == len(values):
             result = result.assign_coords({dimension: values})
     return result
+
+
+def by_time(found: h5py.Group) -> xr.Dataset:
+    """A group whose rows are moments, which can be selected by `time`."""
+    return group(found).set_coords("time").set_xindex("time")

@@ -9,7 +9,6 @@ import subprocess
 from pathlib import Path
 from typing import Any, Optional, Sequence
 
-from . import single_rank
 from .files import ResultsError, check_folder
 
 _HERE = Path(__file__).resolve()
@@ -57,8 +56,7 @@ def calibration_of(folder: Path, experiments: Path, program: Optional[Path] = No
 
 
 def _ask(program: Optional[Path], command: str, *arguments: str) -> dict[str, Any]:
-    result = subprocess.run([find_program(program), command, *arguments], env={**os.environ, **single_rank.settings()},
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+    result = subprocess.run([find_program(program), command, *arguments], capture_output=True, text=True, check=False)
     if result.returncode != 0:
         reason = result.stderr.strip().removeprefix("crackle: ")
         raise ResultsError(reason or f"crackle {command} ended with status {result.returncode}")

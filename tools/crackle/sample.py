@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from functools import cached_property
 from pathlib import Path
-from typing import Iterator
+from typing import TYPE_CHECKING, Iterator, Optional
 
 import h5py
 import numpy as np
@@ -14,6 +14,11 @@ import xarray as xr
 
 from . import labelled
 from .files import DONE, SAMPLE_KIND, open_results, results, text_of
+from .stresses import frame_stress
+
+if TYPE_CHECKING:
+    from crackle_report.mesh import Regions
+    from crackle_report.plate import Plate
 
 
 class Sample:
@@ -30,8 +35,9 @@ class Sample:
             self.is_done = int(root.attrs["status"]) == DONE
             self.error = text_of(root.attrs["error"])
             self.input = text_of(root.attrs["input"])
-            self._summary = {name: dataset[()] for group in (root["summary"], root["summary"].get("inputs", {}))
-                             for name, dataset in labelled.datasets(group).items()}
+            self._summary = {name: found.values[()] for group in (root["summary"], root["summary"].get("inputs", {}))
+                             for member, dataset in labelled.datasets(group).items()
+                             for name, found in labelled.by_part(labelled.array(dataset).rename(member)).items()}
 
     def __repr__(self) -> str:
         return f"<crackle.Sample {self.number} of '{self.file}'{'' if self.is_done else ', failed: ' + self.error}>"
@@ -63,15 +69,33 @@ class Sample:
 
     @cached_property
     def energy(self) -> xr.Dataset:
-        """The energy account of the last dynamic phase [J] over time since its start."""
+        """The energy account of the last dynamic phase [J] over time since its start: energy.sel(time=60e-6, method="nearest")."""
         with self._need("energy") as root:
-            return labelled.group(root["energy"]).set_coords("time")
+            return labelled.by_time(root["energy"])
 
     @cached_property
     def frames(self) -> xr.Dataset:
-        """Displacement and velocity of all nodes: frame x node x component, with `time` since onset."""
+        """Displacement and velocity of all nodes: frame x node x component, with `time` since onset: frames.sel(time=60e-6,
+        method="nearest"). `stress` of the tetrahedra: frame x tetrahedron x stress_component [Pa], of broken ones what they still
+        carry; it is computed when it is asked for."""
         with self._need("frames") as root:
-            return labelled.group(root["frames"]).set_coords("time")
+            frames = labelled.by_time(root["frames"])
+            stress = frame_stress(self.file, frames["time"].dims[0], frames.sizes[frames["time"].dims[0]], len(root["mesh/tetrahedra"]))
+        return frames.assign(stress=stress).assign_coords(stress_component=labelled.COMPONENTS["stress_component"])
+
+    @cached_property
+    def plate(self) -> "Plate":
+        """The body in the YZ plane: its outline, and where cracks start."""
+        from crackle_report.plate import Plate
+        with results(self.file, SAMPLE_KIND) as root:
+            return Plate.of({name: dataset[...] for name, dataset in root["specimen"].items()})
+
+    @cached_property
+    def regions(self) -> Optional["Regions"]:
+        """The parts of other materials than the first, in the plane at mid-thickness; None of a body of one material."""
+        from crackle_report.reading import read_regions
+        with self._need("mesh") as root:
+            return read_regions(root)
 
     @cached_property
     def mesh(self) -> dict[str, np.ndarray]:

@@ -26,8 +26,8 @@ def kinds(ensemble: Ensemble) -> dict[tuple[int, bool], list[int]]:
     groups: dict[tuple[int, bool], list[int]] = {}
     samples = ensemble.samples
     branching = samples.bifurcations_projected
-    for i in ensemble.done:
-        groups.setdefault((int(samples.pattern[i]), bool(branching[i] > 0)), []).append(int(i))
+    for i in ensemble.shown:
+        groups.setdefault((int(samples.pattern[i]), bool(branching[i] > 0)), []).append(i)
     return groups
 
 
@@ -39,7 +39,7 @@ def samples_in_detail(ensemble: Ensemble) -> list[int]:
     samples = ensemble.samples
     chosen, branching = [], samples.bifurcations_projected
     for pattern in (1, 2):
-        group = [int(i) for i in ensemble.done if samples.pattern[i] == pattern]
+        group = [i for i in ensemble.shown if samples.pattern[i] == pattern]
         branched = [i for i in group if branching[i] > 0]
         if group:
             chosen += spread(ensemble, branched if pattern == 2 and branched else group, 1)

@@ -9,14 +9,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Optional
 
-from crackle.program import ResultsError, calibration_of, comparison_of, match_of
+from crackle.program import ResultsError, calibration_of, comparison_of, match_of, statistics_of
 
-from . import page, style
+from . import page, style, sweep
 from .figures import SECTIONS
 from .figures.picture import Picture
 from .options import Options
-from .photoelasticity import STRESS_OPTIC, WAVELENGTH, Optics
-from .photographs import add_pictures
+from .photoelasticity import STRESS_OPTIC, WAVELENGTH
+from .photographs import add_pictures, leave_out_damaged
 from .reading import read_ensemble
 from .results import Ensemble
 from .writing import write_whole
@@ -27,14 +27,18 @@ def main() -> int:
         prog="crackle-report",
         description="Draws the pictures of an ensemble into FOLDER/report (PNG and SVG) and writes "
                     "FOLDER/report.html, one file that needs no network. Works on unfinished ensembles too.")
-    parser.add_argument("folder", type=Path, metavar="FOLDER", help="output folder of crackle run")
+    parser.add_argument("folder", type=Path, metavar="FOLDER", help="output folder of crackle run; of a sweep its results are drawn over the swept values")
+    parser.add_argument("--cases", action="store_true", help="of a sweep, write the report of each case, too")
     _add_options(parser)
     arguments = parser.parse_args()
     try:
         options = _options(arguments)
-        if arguments.compared:
-            options = replace(options, comparison=comparison_of([arguments.folder, *arguments.compared], arguments.program))
-        report = make_report(arguments.folder, options, arguments.program)
+        if sweep.is_sweep(arguments.folder):
+            report = _of_sweep(arguments, options)
+        else:
+            if arguments.compared:
+                options = replace(options, comparison=comparison_of([arguments.folder, *arguments.compared], arguments.program))
+            report = make_report(arguments.folder, options, arguments.program)
     except (ResultsError, OSError) as error:
         print(f"crackle-report: {error}", file=sys.stderr)
         return 1
@@ -63,10 +67,18 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     optics.add_argument("--reverse", action="store_true", help="reverse the colours")
     optics.add_argument("--form", choices=("product", "integrated"), default="product",
                         help="product of the Jones matrices along each ray, or stress integrated along it")
-    optics.add_argument("--stress-optic", type=float, default=STRESS_OPTIC, metavar="C",
-                        help="stress-optic coefficient [1/Pa] (default: %(default)g, typical for epoxy)")
+    optics.add_argument("--stress-optic", type=_coefficients, default=(), metavar="C[,C...]",
+                        help="stress-optic coefficient of the material, or of each material in the order of the input [1/Pa] (default: "
+                             f"{STRESS_OPTIC:g}, typical of epoxy, for materials of less than 10 GPa; stiffer ones show no fringes)")
     optics.add_argument("--wavelength", type=float, default=1e9 * WAVELENGTH, metavar="NM",
                         help="wavelength of the light [nm] (default: %(default)g)")
+
+
+def _coefficients(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(value) for value in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of coefficients in 1/Pa, such as 5.5e-11 or 5.5e-11,2.7e-12") from None
 
 
 def _times(text: str) -> tuple[float, ...]:
@@ -78,7 +90,7 @@ def _times(text: str) -> tuple[float, ...]:
 
 def _options(arguments: argparse.Namespace) -> Options:
     return Options(samples=tuple(arguments.samples), times=arguments.times, fringes=not arguments.no_fringes,
-                   optics=Optics(arguments.stress_optic, 1e-9 * arguments.wavelength),
+                   stress_optic=arguments.stress_optic, wavelength=1e-9 * arguments.wavelength,
                    light_field=arguments.field == "light", reverse=arguments.reverse,
                    product=arguments.form == "product", animation=not arguments.no_animation,
                    experiments=arguments.experiments)
@@ -87,6 +99,7 @@ def _options(arguments: argparse.Namespace) -> Options:
 def _with_experiments(options: Options, ensemble: Ensemble, program: Optional[Path]) -> Options:
     """Adds what the program says of the experiments, and what their pictures do."""
     match, calibration = match_of(ensemble.folder, options.experiments, program), None
+    ensemble.unreadable += leave_out_damaged(match)
     if options.fringes:
         add_pictures(match, ensemble, options, _tell)
         _tell("")
@@ -111,8 +124,10 @@ def make_report(folder: Path, options: Options = Options(), program: Optional[Pa
     Raises ResultsError when the folder holds no ensemble, or not the samples chosen.
     """
     style.apply()
-    ensemble = read_ensemble(folder, program)
+    ensemble = read_ensemble(folder, program, skips_damaged=True)
     for number in options.samples:
+        if number in ensemble.files.damage:
+            raise ResultsError(ensemble.files.damage[number])
         if number not in ensemble.done:
             raise ResultsError(f"'{folder}': sample {number} is not done; done are "
                                        f"{', '.join(map(str, ensemble.done)) or 'none'}")
@@ -131,6 +146,25 @@ def make_report(folder: Path, options: Options = Options(), program: Optional[Pa
             write_whole(pictures_folder / f"{film.name}.gif", film.gif)
     report = folder / "report.html"
     write_whole(report, page.render(ensemble, sections).encode("utf-8"))
+    return report
+
+
+def _of_sweep(arguments: argparse.Namespace, options: Options) -> Path:
+    """Writes the report of a sweep, and those of its cases where they are wanted; returns its path. Raises ResultsError."""
+    folder = arguments.folder
+    if arguments.compared or arguments.experiments or arguments.samples:
+        raise ResultsError(f"'{folder}' holds a sweep; --compare, --experiments and --sample take the folder of one of its cases, such as "
+                           f"{folder / 'case-0'}")
+    style.apply()
+    document = statistics_of(folder, arguments.program)
+    drawn = sweep.section(document)
+    for case in sweep.case_folders(folder, document) if arguments.cases else ():
+        make_report(case, options, arguments.program)
+    pictures_folder = folder / "report"
+    pictures_folder.mkdir(exist_ok=True)
+    images = [_save(picture, pictures_folder) for picture in drawn.pictures]
+    report = folder / "report.html"
+    write_whole(report, sweep.render(folder, document, drawn, images).encode("utf-8"))
     return report
 
 

@@ -2,14 +2,14 @@
 """What several pictures draw: the plate, a window on its cracked part, cracks."""
 from __future__ import annotations
 
-from typing import Any, Iterable, Sequence
+from typing import Any, Iterable, Optional, Sequence
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PathCollection
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
@@ -18,6 +18,7 @@ from matplotlib.ticker import EngFormatter, MaxNLocator
 from crackle.units import MM, US, Unit
 
 from . import style
+from .mesh import Regions
 from .plate import Plate
 from .results import BranchingPoints, CrackSurface
 
@@ -53,19 +54,37 @@ def outline_path(polygons: Sequence[np.ndarray]) -> Path:
     return Path.make_compound_path(*(Path(np.vstack([polygon, polygon[:1]]), closed=True) for polygon in polygons))
 
 
-def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bool = False) -> None:
-    """The body with its slots, at true proportions; axes in the plate's unit of lengths."""
+def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bool = False, regions: Optional[Regions] = None) -> None:
+    """The body with its slots and its parts of other materials, at true proportions; axes in the plate's unit of lengths."""
     left, right = (plate.lengths.of(end) for end in plate.ends(1))
     path = outline_path([plate.lengths.of(polygon) for polygon in plate.polygons])
     axes.add_patch(PathPatch(path, zorder=0, facecolor="none" if faint else style.BODY,
                              edgecolor=style.MUTED if faint else style.OUTLINE,
                              linewidth=0.6, linestyle="--" if faint else "-"))
+    if regions is not None:
+        draw_regions(axes, regions, plate.lengths)
     axes.set_xlim(left - 0.04 * (right - left), right + 0.04 * (right - left))
     axes.set_ylim(*z_range)
     axes.set_aspect("equal")
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axes.spines[["left", "bottom"]].set_visible(False)
     axes.tick_params(length=2, pad=1.5)
+
+
+def draw_regions(axes: Axes, regions: Regions, lengths: Unit = MM, above: float = 0) -> None:
+    """Tints the parts of other materials, and draws where they meet.
+
+    @param above what has a smaller zorder
+    """
+    axes.add_collection(PolyCollection([lengths.of(polygon) for polygon in regions.polygons], facecolors=style.OTHER_MATERIAL,
+                                       edgecolors=style.OTHER_MATERIAL, linewidths=0.3, rasterized=True, zorder=above + 0.1), autolim=False)
+    draw_borders(axes, regions, lengths, above)
+
+
+def draw_borders(axes: Axes, regions: Regions, lengths: Unit = MM, above: float = 0) -> None:
+    """Where materials meet, over what has a smaller zorder."""
+    axes.add_collection(LineCollection(lengths.of(regions.borders), colors=style.MATERIAL_BORDER, linewidths=0.8, zorder=above + 0.2),
+                        autolim=False)
 
 
 def whole_length(plate: Plate) -> tuple[float, float]:

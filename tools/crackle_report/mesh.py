@@ -8,6 +8,7 @@ from typing import Optional
 import numpy as np
 
 EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+FACES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 
 def gradients(corner: np.ndarray) -> np.ndarray:
@@ -25,11 +26,20 @@ def field_gradient(corner: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
+class Regions:
+    """The parts of a body that are not of its first material, in a plane across x [m]."""
+
+    polygons: list[np.ndarray]  # k x 2 (y, z) each, which cover them
+    borders: np.ndarray  # n x 2 ends x 2 (y, z): where two materials meet
+
+
+@dataclass(frozen=True)
 class Mesh:
     nodes: np.ndarray  # n x 3 [m]
     tetrahedra: np.ndarray  # m x 4
     strength_factor: Optional[np.ndarray] = None  # m, by which the variation multiplies the strength
     youngs_modulus: Optional[np.ndarray] = None  # m [Pa], where it differs
+    material: Optional[np.ndarray] = None  # m, numbers, where there are several
 
     def volumes(self) -> np.ndarray:
         """Of the tetrahedra, m [m^3]."""
@@ -55,3 +65,33 @@ class Mesh:
             offset = polygon - polygon.mean(axis=0)
             polygons.append(polygon[np.argsort(np.arctan2(offset[:, 1], offset[:, 0]))])
         return polygons, cut
+
+    def regions(self, x: float) -> Optional[Regions]:
+        """Cut at this place in the thickness [m]; None of a body of one material."""
+        if self.material is None or not np.ptp(self.material):
+            return None
+        others = Mesh(self.nodes, self.tetrahedra[self.material > 0])
+        return Regions(others.cut(0, x)[0], self._borders(x))
+
+    def _borders(self, x: float) -> np.ndarray:
+        """The lines in which the faces between two materials cut a plane across x."""
+        faces = np.sort(self.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
+        material = np.repeat(self.material, len(FACES))
+        order = np.lexsort(faces.T)
+        faces, material = faces[order], material[order]
+        # A face of two tetrahedra is there twice.
+        between = (faces[1:] == faces[:-1]).all(axis=1) & (material[1:] != material[:-1])
+        corner = self.nodes[faces[1:][between]]
+        height = corner[:, :, 0] - x
+        above = height > 0
+        cut = above.any(axis=1) & ~above.all(axis=1)
+        corner, height, above = corner[cut], height[cut], above[cut]
+        # Two edges are cut: those of the corner that is alone on its side.
+        alone = np.where(above.sum(axis=1) == 1, above.argmax(axis=1), above.argmin(axis=1))
+        row = np.arange(len(alone))
+        ends = []
+        for step in (1, 2):
+            other = (alone + step) % 3
+            share = height[row, alone] / (height[row, alone] - height[row, other])
+            ends.append(corner[row, alone, 1:] + share[:, None] * (corner[row, other, 1:] - corner[row, alone, 1:]))
+        return np.stack(ends, axis=1)

@@ -14,6 +14,7 @@ from .results import Ensemble
 _HERE = Path(__file__).resolve().parent
 # Where Debian's libjs-three has three.js.
 THREE = (Path("/usr/share/javascript/three"),)
+MOST_WARNINGS = 3  # of the program, that a page shows
 
 
 def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> str:
@@ -24,20 +25,11 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
         '<p class="muted">Monte-Carlo ensemble of dynamic brittle fracture by PDS-FEM</p>',
         _notice(ensemble),
         tables.tiles(ensemble),
+        *_warnings(ensemble),
         f"<p>{escape(ensemble.interval_scope)}</p>",
     ]
     for section, images in sections:
-        parts.append(f"<h2>{escape(section.title)}</h2>\n<p>{escape(section.text)}</p>")
-        if section.answer:
-            parts.append(f'<p class="answer">{escape(section.answer)}</p>')
-        parts.append(section.table)
-        for picture, image in zip(section.pictures, images):
-            width = round(picture.figure.get_figwidth() * 108)
-            parts.append(f"<figure>{_image(picture.description, width, 'png', image)}</figure>")
-        parts += [_view(view, image) for view, image in zip(section.views, images[len(section.pictures):])]
-        if section.animations:
-            parts.append('<figure class="animations">' + "".join(
-                _image(film.description, film.width, "gif", film.gif) for film in section.animations) + "</figure>")
+        parts += of_section(section, images)
     if ensemble.n_notches and ensemble.sections:
         parts.append("<h2>Mean crack position</h2>\n" + tables.sections(ensemble))
     if not ensemble.n_notches and ensemble.places:
@@ -47,6 +39,27 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
     parts.append(_next(ensemble))
     parts.append("<h2>Provenance</h2>\n" + tables.provenance(ensemble))
     parts.append(f"<h2>Input</h2>\n<pre>{escape(ensemble.input_text)}</pre>")
+    return document(title, parts, sections)
+
+
+def of_section(section: Section, images: list[bytes]) -> list[str]:
+    """Parts of the page."""
+    parts = [f"<h2>{escape(section.title)}</h2>\n<p>{escape(section.text)}</p>"]
+    if section.answer:
+        parts.append(f'<p class="answer">{escape(section.answer)}</p>')
+    parts.append(section.table)
+    for picture, image in zip(section.pictures, images):
+        width = round(picture.figure.get_figwidth() * 108)
+        parts.append(f"<figure>{_image(picture.description, width, 'png', image)}</figure>")
+    parts += [_view(view, image) for view, image in zip(section.views, images[len(section.pictures):])]
+    if section.animations:
+        parts.append('<figure class="animations">' + "".join(
+            _image(film.description, film.width, "gif", film.gif) for film in section.animations) + "</figure>")
+    return parts
+
+
+def document(title: str, parts: list[str], sections: list[tuple[Section, list[bytes]]]) -> str:
+    """The whole file of these parts; empty ones are left out."""
     body = "\n".join(part for part in parts if part)
     return f"""<!DOCTYPE html>
 <html lang="en">
@@ -70,7 +83,7 @@ def _next(ensemble: Ensemble) -> str:
     """What else can be done with these results."""
     folder = escape(shlex.quote(str(ensemble.folder)))
     sample = int(ensemble.done[0]) if ensemble.done.size else 0
-    steps = ((f"crackle-paraview {folder} --sample {sample}", "writes the fields and cracks of a sample for ParaView"),
+    steps = ((f"crackle-paraview {folder}", "writes the fields and cracks of a typical sample for ParaView"),
              (f"crackle.open({escape(repr(str(ensemble.folder)))})", "in Python: samples, paths, histories and fields as labelled tables"),
              (f"crackle-report {folder} --sample {sample} --times 0,30,50,70", "shows other samples and times"),
              (f"crackle run plate.toml -o {folder} --resume", "continues, with more samples if the input asks for more"))
@@ -103,8 +116,17 @@ def _image(description: str, width: int, kind: str, content: bytes) -> str:
     return f'<img width="{width}" alt="{escape(description)}" src="data:image/{kind};base64,{data}">'
 
 
+def _warnings(ensemble: Ensemble) -> list[str]:
+    """The first ones of the program."""
+    texts = [warning.removeprefix("warning: ") for warning in ensemble.warnings]
+    shown = [text[0].upper() + text[1:] + "." for text in texts[:MOST_WARNINGS]]
+    if more := len(texts) - len(shown):
+        shown.append(f"{more} more warning{'s' * (more > 1)}: crackle stats prints all.")
+    return [f'<p class="notice">{escape(text)}</p>' for text in shown]
+
+
 def _notice(ensemble: Ensemble) -> str:
-    if ensemble.finished:
-        return ""
-    return ('<p class="notice">This ensemble is not finished: the report shows the samples computed so far, '
-            'and statistics over these.</p>')
+    notices = [] if ensemble.finished else ["This ensemble is not finished: the report shows the samples computed so far, "
+                                            "and statistics over these."]
+    notices += [f"Left out of the pictures: {damage}." for damage in (*ensemble.files.damage.values(), *ensemble.unreadable)]
+    return "\n".join(f'<p class="notice">{escape(notice)}</p>' for notice in notices)

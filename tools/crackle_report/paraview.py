@@ -12,8 +12,9 @@ import numpy as np
 from crackle.files import ResultsError
 
 from . import vtkhdf
+from .choosing import samples_in_detail
 from .mesh import field_gradient
-from .reading import SampleFiles
+from .reading import SampleFiles, read_ensemble
 from .results import CrackSurface, Frames
 from .stress import frame_stress
 from .writing import write_whole
@@ -28,26 +29,42 @@ def main() -> int:
                     "ParaView opens as one file each, with their times; crack.vtkhdf, the whole crack; and view.py, "
                     "which opens all of it in ParaView (paraview --script=view.py) or draws it (pvpython view.py PICTURE).")
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="output folder of crackle run")
-    parser.add_argument("--sample", type=int, required=True, metavar="N", help="number of the sample")
+    parser.add_argument("--sample", type=int, metavar="N", help="number of the sample (default: a typical one, as in the report)")
+    parser.add_argument("--program", type=Path, metavar="FILE",
+                        help="the program crackle, which is asked for that one (default: as crackle-report finds it)")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR",
                         help="folder for the files (default: FOLDER/paraview/NNNN)")
     arguments = parser.parse_args()
-    output = arguments.output or arguments.folder / "paraview" / f"{arguments.sample:04d}"
     try:
-        n_files = write_sample(arguments.folder, arguments.sample, output)
+        number = arguments.sample if arguments.sample is not None else _typical(arguments.folder, arguments.program)
+        output = arguments.output or arguments.folder / "paraview" / f"{number:04d}"
+        n_files = write_sample(arguments.folder, number, output)
     except (ResultsError, OSError) as error:
         print(f"crackle-paraview: {error}", file=sys.stderr)
         return 1
-    print(f"{n_files} files in {output}")
+    print(("" if arguments.sample is not None else f"sample {number}, a typical one: ") + f"{n_files} files in {output}")
     return 0
 
 
-def write_sample(folder: Path, number: int, output: Path) -> int:
-    """Writes the files; returns how many. Raises ResultsError when the sample is not done."""
+def _check(folder: Path) -> None:
+    """Raises ResultsError when a folder is not that of an ensemble."""
     if not folder.is_dir():
         raise ResultsError(f"there is no folder '{folder}'")
     if (folder / "sweep.toml").is_file():
         raise ResultsError(f"'{folder}' holds a sweep; give the folder of one of its cases, such as {folder / 'case-0'}")
+
+
+def _typical(folder: Path, program: Optional[Path]) -> int:
+    _check(folder)
+    chosen = samples_in_detail(read_ensemble(folder, program))
+    if not chosen:
+        raise ResultsError(f"'{folder}': no sample is done")
+    return chosen[0]
+
+
+def write_sample(folder: Path, number: int, output: Path) -> int:
+    """Writes the files; returns how many. Raises ResultsError when the sample is not done."""
+    _check(folder)
     files = SampleFiles(folder)
     crack, frames = files.crack(number), files.frames(number)
     if crack is None or frames is None:

@@ -18,10 +18,14 @@ from dataclasses import dataclass
 from typing import Iterator, Sequence
 
 import numpy as np
+from crackle.files import ResultsError
 
 from .mesh import gradients
 
 STRESS_OPTIC = 5.5e-11  # C [1/Pa], a typical epoxy resin
+STIFFEST_RESIN = 10e9  # Young's modulus [Pa] above which a material is not taken for one
+NO_FRINGES = ("the stress-optic coefficient of the material is not known, and epoxy's is not assumed above 10 GPa; "
+              "crackle-report --stress-optic gives it (soda-lime glass has some 2.7e-12 1/Pa)")
 WAVELENGTH = 546e-9  # [m], the green line of mercury
 
 # Candidates (pixel, tetrahedron) that are worked on at the same time: bounds the memory to some 500 MB.
@@ -30,13 +34,29 @@ CANDIDATES_AT_ONCE = 2_000_000
 
 @dataclass(frozen=True)
 class Optics:
-    stress_optic: float = STRESS_OPTIC
+    stress_optic: float | np.ndarray = STRESS_OPTIC  # of all tetrahedra, or of each
     wavelength: float = WAVELENGTH
 
     @property
-    def order_per_stress_length(self) -> float:
+    def order_per_stress_length(self) -> float | np.ndarray:
         """Fringe order for each Pa of stress difference and m of way."""
         return self.stress_optic / self.wavelength
+
+
+def coefficients(given: Sequence[float], material: np.ndarray, youngs_modulus: np.ndarray) -> np.ndarray:
+    """Stress-optic coefficient of each tetrahedron [1/Pa]: those given for all, or for each material; without any, epoxy's, and 0
+    in materials that are no resin.
+
+    @param material numbers, of each tetrahedron
+    @raise ResultsError: there is another number of materials
+    """
+    numbers = np.unique(material)
+    if not given:
+        of_material = {k: STRESS_OPTIC * (np.median(youngs_modulus[material == k]) <= STIFFEST_RESIN) for k in numbers}
+        return np.vectorize(of_material.get, otypes=[float])(material)
+    if len(given) not in (1, numbers.max() + 1):
+        raise ResultsError(f"{len(given)} stress-optic coefficients are given for a body of {numbers.max() + 1} materials")
+    return np.resize(given, numbers.max() + 1)[material]
 
 
 @dataclass(frozen=True)

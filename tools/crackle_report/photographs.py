@@ -6,7 +6,7 @@ import hashlib
 import io
 import time
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from .mesh import Mesh
 from .options import Options
-from .photoelasticity import Fringes, Grid, Optics, make_series
+from .photoelasticity import NO_FRINGES, Fringes, Grid, Optics, make_series
 from .plate import Plate
 from .results import Ensemble, Frames
 from .stress import frame_stress
@@ -74,6 +74,21 @@ def photographs_of(experiment: dict[str, Any]) -> list[Photograph]:
     return sorted(map(Photograph.of, experiment["observed"]["pictures"]), key=lambda photograph: photograph.time)
 
 
+def leave_out_damaged(document: dict[str, Any]) -> list[str]:
+    """Takes photographs that cannot be read out of a document of `crackle match`; returns why."""
+    damage = []
+    for observed in (experiment["observed"] for experiment in document["experiments"]):
+        readable = []
+        for found in observed["pictures"]:
+            try:
+                Photograph.of(found)
+                readable.append(found)
+            except ResultsError as error:
+                damage.append(str(error))
+        observed["pictures"] = readable
+    return damage
+
+
 def window(photographs: Sequence[Photograph], plate: Plate, beyond: float = 0.0) -> tuple[tuple[float, float], tuple[float, float]]:
     """The part of the body that they show, with so much around it: ranges of y and of z [m]. Raises ResultsError when it is nothing."""
     ends = np.array([photograph.ends for photograph in photographs])
@@ -96,13 +111,15 @@ def fringes_at(frames: Frames, chosen: Sequence[int], grid: Grid, optics: Optics
     margin = np.array([[grid.y[0], grid.z[0]], [grid.y[-1], grid.z[-1]]]) + grid.pixel * np.array([[-1], [1]])
     near = ((corner.max(axis=1) > margin[0]) & (corner.min(axis=1) < margin[1])).all(axis=1)
     needed = sorted(set(chosen))
+    optics = replace(optics, stress_optic=np.broadcast_to(optics.stress_optic, len(near))[near])
     series = make_series(frames.nodes, frames.tetrahedra[near], [frame_stress(frames, k)[near] for k in needed], grid, optics)
     return [series[needed.index(k)] for k in chosen]
 
 
 def add_pictures(document: dict[str, Any], ensemble: Ensemble, options: Options = Options(),
                  progress: Callable[[str], None] = lambda text: None) -> None:
-    """Adds "pictures" to "by" of each experiment with pictures, in the form of the other quantities.
+    """Adds "pictures" to "by" of each experiment with pictures, in the form of the other quantities; a warning where no fringes can
+    be made.
 
     The distance of two pictures is one minus the correlation of their grey values, smoothed over a spacing of the mesh, so that
     brightness and contrast do not count; that of an experiment and a sample is the mean over the experiment's pictures. Fringes
@@ -113,6 +130,9 @@ def add_pictures(document: dict[str, Any], ensemble: Ensemble, options: Options 
     comparisons = [_Comparison(experiment, ensemble, options) for experiment in document["experiments"]
                    if experiment["observed"]["pictures"]]
     numbers = [loads["sample"] for loads in document["samples"]["loads"]] if comparisons else []
+    if any(frames is not None and options.optics(frames) is None for frames in map(ensemble.files.frames, numbers[:1])):
+        document["warnings"].append("photographs are not compared with fringes: " + NO_FRINGES)
+        return
     saved = time.monotonic()
     for k, number in enumerate(numbers):
         frames = None
@@ -143,7 +163,7 @@ class _Comparison:
         self._grid = Grid.over(y_range, z_range, pixel)
         self._sigma = spacing / 2 / self._grid.pixel
         self._images: dict[int, np.ndarray] = {}  # pictures x rows x columns of each sample, smoothed
-        asked = (self._grid.y.tolist(), self._grid.z.tolist(), spacing, options.optics, options.product,
+        asked = (self._grid.y.tolist(), self._grid.z.tolist(), spacing, options.stress_optic, options.wavelength, options.product,
                  [(p.time, p.light_field, p.reversed) for p in self._photographs])
         self._file = ensemble.folder / "report" / f"fringes-{hashlib.sha1(repr(asked).encode()).hexdigest()[:12]}.npz"
         self._is_new = False
@@ -154,9 +174,10 @@ class _Comparison:
 
     def add(self, number: int, frames: Optional[Frames]) -> None:
         """Makes the fringes of a sample; nothing where it has no frames."""
-        if frames is None or frames.time.size == 0:
+        optics = self._options.optics(frames) if frames is not None and frames.time.size else None
+        if optics is None:
             return
-        made = fringes_at(frames, nearest_frames(frames, self._photographs), self._grid, self._options.optics)
+        made = fringes_at(frames, nearest_frames(frames, self._photographs), self._grid, optics)
         self._images[number] = np.array([self._smooth(fringes.intensity(p.light_field, self._options.product, p.reversed))
                                          for p, fringes in zip(self._photographs, made)], np.float32)
         self._is_new = True

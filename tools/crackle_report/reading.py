@@ -8,13 +8,13 @@ from typing import Any, Callable, Iterable, Optional, TypeVar
 
 import h5py
 import numpy as np
-from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, is_there, results, sample_files, text_of
+from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, ResultsError, is_there, results, sample_files, text_of
 from crackle.program import statistics_of
 from crackle.units import MM, Unit
 
-from .mesh import Mesh
+from .mesh import Mesh, Regions
 from .plate import Plate
-from .results import (BranchingPoints, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, History, Paths, Places, Ranks,
+from .results import (BranchingPoints, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, History, PathGroup, Paths, Places, Ranks,
                       Result, Samples, Share, Statistics, Symmetry)
 from .stress import ALL_EDGES, CROSSED_EDGES
 
@@ -23,11 +23,16 @@ PROVENANCE = {"program_version": "program version", "git_commit": "git commit", 
 GROUPS = ("leader", "leader/one_crack", "leader/two_cracks", "follower")  # of the statistics
 
 
-def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
-    """The results in an output folder of the program, of a run that is under way too. Raises ResultsError."""
+def read_ensemble(folder: Path, program: Optional[Path] = None, skips_damaged: bool = False) -> Ensemble:
+    """The results in an output folder of the program, of a run that is under way too. Raises ResultsError.
+
+    @param skips_damaged: look at all sample files now, and go on without those that cannot be used
+    """
     document = statistics_of(folder, program)
     paths, statistics = document["crack_path"], document["statistics"]
     files, ensemble_file = SampleFiles(folder), folder / "ensemble.h5"
+    if skips_damaged:
+        files.leave_out_damaged()
     own = [(ensemble_file, ENSEMBLE_KIND)] if is_there(ensemble_file) else []
     provenance = {}
     for first, kind in [*own, *((file, SAMPLE_KIND) for file in files.files.values())][:1]:  # none before the first sample has ended
@@ -38,12 +43,23 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
     return Ensemble(
         folder=folder, plate=plate, sections=_sections(paths, plate.lengths),
         confidence=statistics["confidence"], n_looks=statistics["n_looks"], n_planned=document["n_samples"],
-        samples=_samples(document, n), statistics=_paths(Statistics, statistics, n), precision=statistics["precision"],
+        samples=_samples(document, n, plate), statistics=_paths(Statistics, statistics, n), precision=statistics["precision"],
         symmetries=[Symmetry(reference, **symmetry) for reference, symmetry in
                zip(statistics["reference_notch"], statistics.get("symmetries", []))],
         ranks={name: _paths(Ranks, statistics[name], n) for name in GROUPS},
         interval_scope=statistics["interval_scope"], notes=document["notes"], provenance=provenance,
-        input_text=document["input"], files=files, inputs=document.get("inputs", []), sensitivities=document.get("sensitivities"))
+        input_text=document["input"], files=files, inputs=document.get("inputs", []), sensitivities=document.get("sensitivities"),
+        warnings=document["warnings"], headline=document.get("headline_load", "onset_force"), materials=_materials(document["input"]))
+
+
+def _materials(text: str) -> list[str]:
+    """Names of those in an input."""
+    try:
+        found = tomllib.loads(text).get("material", {})
+    except tomllib.TOMLDecodeError:  # as of input.toml while it is edited
+        found = {}
+    several = found if isinstance(found, list) else [found]
+    return [str(one.get("name", f"material {k}")) for k, one in enumerate(several)]
 
 
 def _sections(paths: dict[str, Any], lengths: Unit) -> tuple[CrossSection, ...]:
@@ -58,20 +74,22 @@ def _sections(paths: dict[str, Any], lengths: Unit) -> tuple[CrossSection, ...]:
                      "section_axis", "section", "section_name", "section_coordinate"))))
 
 
-def _samples(document: dict[str, Any], n: int) -> Samples:
+def _samples(document: dict[str, Any], n: int, plate: Plate) -> Samples:
     """The first n rows, which are those that count."""
     rows = document["samples"]
-    results = tuple(_result(one) for one in document["results"])
+    results = tuple(_result(one, plate) for one in document["results"])
     return Samples(np.array(rows["status"][:n], int), rows["error"][:n], results,
                    {result.name: _numbers(rows[result.name][:n]) for result in results},
                    np.array(document["crack_path"]["position"][:n], float),
                    np.array(document["crack_path"]["arrival_time"][:n], float), np.array(rows["wall_time"][:n], float))
 
 
-def _result(found: dict[str, Any]) -> Result:
+def _result(found: dict[str, Any], plate: Plate) -> Result:
+    words = [plate.name_of(notch) for notch in range(len(plate.notch_axis))] if found["name"] == "leading_notch" else []
     return Result(found["name"], found["label"], found["shown_units"], found["shown_factor"], found["format"],
-                  found.get("categories", []), found.get("n_any", 0),
-                  Share(found["share"], found["lower"], found["upper"]) if "share" in found else None)
+                  found.get("categories", words), found.get("n_any", 0),
+                  Share(found["share"], found["lower"], found["upper"]) if "share" in found else None,
+                  *(tuple(np.array(found.get(name, ()), float)) for name in ("quantiles", "quantile_bounds")), found.get("n_bounds", 0))
 
 
 def _numbers(values: Iterable[Any]) -> np.ndarray:
@@ -84,7 +102,10 @@ PathsKind = TypeVar("PathsKind", bound=Paths)
 
 def _paths(kind: type[PathsKind], members: dict[str, Any], n: int) -> PathsKind:
     """@param n samples that running values are kept of"""
-    found = {name: _numbers_in(members[name]) for name in kind.__dataclass_fields__}
+    found = {name: _numbers_in(members[name]) for name in kind.__dataclass_fields__ if name != "groups"}
+    if kind is Ranks:
+        found["groups"] = [PathGroup(**{name: np.array(group[name], float) if isinstance(group[name], list) else group[name]
+                                        for name in PathGroup.__dataclass_fields__}) for group in members["groups"]]
     return kind(**{name: values[:n] if name.startswith("running") else values for name, values in found.items()})
 
 
@@ -98,6 +119,17 @@ class SampleFiles:
 
     def __init__(self, folder: Path) -> None:
         self.files = sample_files(folder)
+        self._regions: dict[int, Optional[Regions]] = {}
+        self.damage: dict[int, str] = {}  # why samples were left out
+
+    def leave_out_damaged(self) -> None:
+        """From now on these are samples without files."""
+        for sample in list(self.files):
+            try:
+                self.crack(sample)
+            except ResultsError as error:
+                self.damage[sample] = str(error)
+                del self.files[sample]
 
     def crack(self, sample: int) -> Optional[CrackSurface]:
         return self._read(sample, _read_crack)
@@ -113,16 +145,22 @@ class SampleFiles:
         return self._read(sample, _members_of(BranchingPoints, "forks"))
 
     def mesh(self, sample: int) -> Optional[Mesh]:
-        return self._read(sample, _read_mesh)
+        return self._read(sample, read_mesh)
+
+    def regions(self, sample: int) -> Optional[Regions]:
+        """The parts of other materials than the first, at mid-thickness; None also of a body of one material."""
+        if sample not in self._regions:
+            self._regions[sample] = self._read(sample, read_regions)
+        return self._regions[sample]
 
     def energy(self, sample: int) -> Optional[Energy]:
         return self._read(sample, _members_of(Energy, "energy"))
 
     def history(self, sample: int) -> Optional[History]:
-        return self._read(sample, _members_of(History, "history"))
+        return self._read(sample, _read_history)
 
     def frames(self, sample: int) -> Optional[Frames]:
-        return self._read(sample, _read_frames)
+        return self._read(sample, read_frames)
 
     def _read(self, sample: int, read: Callable[[h5py.File], Any]) -> Any:
         """Raises ResultsError for a file that is no sample's, is damaged or lacks something."""
@@ -134,8 +172,10 @@ class SampleFiles:
 
 def _read_crack(root: h5py.File) -> CrackSurface:
     group, in_motion = root["crack_surface"], root["energy/time"]
-    notch_of_crack = np.append(group["cracks/notch"][...], -1)
-    return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
+    corners, notch_of_crack = group["corners"][...], np.append(group["cracks/notch"][...], -1)
+    if not np.isfinite(corners).all():
+        raise RuntimeError("corners of its crack are not numbers")
+    return CrackSurface(corners.astype(np.float32), group["time"][...],
                         notch_of_crack[group["crack"][...]], group["tetrahedron"][...], float(in_motion[-1]) if in_motion.size else np.inf)
 
 
@@ -156,10 +196,18 @@ def _read_places(root: h5py.File) -> Optional[Places]:
     return Places(middle, time, centre, float(areas[largest]), float(surface["time"][...][facets].min()))
 
 
-def _read_mesh(root: h5py.File) -> Mesh:
+def read_mesh(root: h5py.File) -> Mesh:
+    """Of a sample's file."""
     group = root["mesh"]
     return Mesh(group["nodes"][...], group["tetrahedra"][...],
-                **{name: group[name][...] for name in ("strength_factor", "youngs_modulus") if name in group})
+                **{name: group[name][...] for name in ("strength_factor", "youngs_modulus", "material") if name in group})
+
+
+def read_regions(root: h5py.File) -> Optional[Regions]:
+    """Of a sample's file, as SampleFiles.regions."""
+    if "material" not in root["mesh"]:
+        return None
+    return read_mesh(root).regions(float(root["specimen/size"][0]) / 2)
 
 
 def _read_lines(root: h5py.File) -> list[CrackLine]:
@@ -179,7 +227,18 @@ def _members_of(kind: type, name: str) -> Callable[[h5py.File], Any]:
     return read
 
 
-def _read_frames(root: h5py.File) -> Frames:
+def _read_history(root: h5py.File) -> Optional[History]:
+    if "history" not in root:
+        return None
+    group = root["history"]
+    found = {name: group[name][...] for name in History.__dataclass_fields__ if name in group}
+    rayleigh = float(group.attrs["rayleigh_speed"])
+    found.setdefault("tip_speed_ratio", found["tip_speed"] / rayleigh)  # version 5 of the format has none
+    return History(**found, rayleigh_speed=rayleigh)
+
+
+def read_frames(root: h5py.File) -> Frames:
+    """Of a sample's file."""
     group = root["frames"]
     broken, cut = root["breaks/tetrahedron"][...], root["breaks/cut"][...]
     n_broken, release_time = group["broken"][...], _of_tetrahedra(root, "release_time", 0)

@@ -2,7 +2,7 @@
 """An ensemble's results in memory, in SI units; `reading` fills them."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Optional
@@ -11,12 +11,14 @@ import numpy as np
 from crackle.files import DONE, PENDING
 from crackle.units import US, Unit, fitting
 
+from .mesh import Regions
 from .plate import Plate
 
 if TYPE_CHECKING:
     from .reading import SampleFiles
 
 N_TIMED = 3  # samples whose durations tell the unit of times
+UNBROKEN = 0  # among the outcomes
 
 
 @dataclass(frozen=True)
@@ -94,8 +96,9 @@ class History:
     crack_area: np.ndarray  # moments x crack starts [m^2]
     crack_length: np.ndarray  # likewise [m]
     tip_speed: np.ndarray  # likewise [m/s]; NaN where no tip runs
+    tip_speed_ratio: np.ndarray  # likewise; to the Rayleigh speed where it runs
     energy_release_rate: np.ndarray  # likewise [J/m^2]
-    rayleigh_speed: float  # [m/s]
+    rayleigh_speed: float  # mean where cracks ran [m/s]
 
     @property
     def in_last_phase(self) -> np.ndarray:
@@ -145,6 +148,9 @@ class Result:
     categories: list[str]  # the words that its numbers stand for, from 0 on; empty for other numbers
     n_any: int  # samples in which a number of things is above 0
     any: Optional[Share]  # of these; None for other results
+    quantiles: tuple[float, ...] = ()  # least, 25 %, median, 75 %, greatest over the samples [SI]; NaN where only a bound is known
+    bounds: tuple[float, ...] = ()  # these bounds; empty without
+    n_bounds: int = 0  # samples of which only a bound is known: they did not break
 
 
 @dataclass
@@ -212,12 +218,42 @@ class Paths:
 
 
 @dataclass
+class PathGroup:
+    """Samples of a row of Ranks whose cracks take one of several ways."""
+
+    row: int
+    n: int  # its samples
+    n_of: int  # of the row
+    share: float
+    lower: float  # of the share's interval
+    upper: float
+    reached: np.ndarray  # by section, as the following ones
+    z_mean: np.ndarray
+    z_std: np.ndarray
+    z_half_width: np.ndarray
+
+    @property
+    def size(self) -> str:
+        return (f"{self.n} of {self.n_of} samples, {100 * self.share:.0f} % ({100 * self.lower:.0f} to {100 * self.upper:.0f} %)")
+
+
+@dataclass
 class Ranks(Paths):
     """Of leading or following cracks in the frame of the leading one, as in /statistics/leader of ensemble.h5."""
 
     leading_notch: np.ndarray  # rows; the reference notch of the class of leading notches
     notch: np.ndarray  # rows; where the crack starts
     counted: np.ndarray  # rows x sections; samples that would count if their crack arrived
+    groups: list[PathGroup]
+    is_divided: np.ndarray  # rows x sections; where the row's groups are apart, and the mean of all is no crack's position
+
+    def groups_of(self, row: int) -> list[PathGroup]:
+        return [group for group in self.groups if group.row == row]
+
+    def ways(self, row: int, name: str) -> list[np.ndarray]:
+        """A statistic of the positions at each section, as `z_mean`: of the row's cracks or, where these are apart, of each group."""
+        of_all, divided = getattr(self, name)[row], self.is_divided[row].astype(bool)
+        return [np.where(divided, getattr(group, name), of_all) for group in self.groups_of(row)] or [of_all]
 
     def row_of(self, reference: int, notch: int) -> Optional[int]:
         """The row of a notch of the frame, in samples of one class of leading notches; None where it has none."""
@@ -271,6 +307,10 @@ class Ensemble:
     files: "SampleFiles"
     inputs: list[dict[str, Any]]  # the random ones: key, units, distribution, values of each sample [SI]
     sensitivities: Optional[dict[str, Any]]  # what the results owe to these; None without
+    warnings: list[str]  # of the program
+    headline: str  # name of the load that says what the samples held
+    materials: list[str]  # names
+    unreadable: list[str] = field(default_factory=list)  # pictures of experiments, each with its reason
 
     @cached_property
     def times(self) -> Unit:
@@ -293,19 +333,38 @@ class Ensemble:
         """Numbers of the samples that are done."""
         return np.flatnonzero(self.samples.status == DONE)
 
+    @property
+    def shown(self) -> list[int]:
+        """Those whose files, if there are any, can be read."""
+        return [int(i) for i in self.done if i not in self.files.damage]
+
     @cached_property
     def places(self) -> dict[int, Places]:
         """Where the samples that are done broke, by number."""
         found = {int(i): self.files.places(int(i)) for i in self.done}
         return {i: place for i, place in found.items() if place is not None}
 
-    def breaking_load(self) -> tuple[str, np.ndarray]:
-        """Name and values [N] of the load that tells when the samples that are done broke: the onset, or where none
-        has one, as when dynamics started from rest, the first break."""
-        force = self.samples.onset_force[self.done]
-        if "first_break_load" in self.samples.numbers and not np.isfinite(force).any():
-            return "load at the first break", self.samples.first_break_load[self.done]
-        return "onset force", force
+    @property
+    def load(self) -> Result:
+        """The load that says what the samples held."""
+        return self.samples.result(self.headline)
+
+    @cached_property
+    def loads(self) -> np.ndarray:
+        """Its values [N], of each sample; NaN of those that did not break."""
+        table = self.samples
+        broke = (table.status == DONE) & (table.outcome != UNBROKEN)
+        return np.where(broke, table.numbers[self.headline], np.nan)
+
+    @property
+    def tinted(self) -> str:
+        """A sentence on the parts of other materials in pictures; empty where there are none."""
+        return f" Tinted: {', '.join(self.materials[1:])}." if len(self.materials) > 1 else ""
+
+    @cached_property
+    def regions(self) -> Optional[Regions]:
+        """The parts of other materials for pictures of all samples: those of the first."""
+        return self.files.regions(int(self.shown[0])) if len(self.shown) else None
 
     def rows_shown(self, group: str) -> list[int]:
         """Rows of /statistics/`group` to draw or print. On a plate cracks may start in many places: those where some did."""
@@ -320,7 +379,7 @@ class Ensemble:
         """The cracks of a row of /statistics/`group`, for people."""
         ranks = self.ranks[group]
         names = {"leader": "leading", "leader/one_crack": "leading, of samples with one crack",
-                 "leader/two_cracks": "leading, of samples with two", "follower": "following"}
+                 "leader/two_cracks": "leading, of samples with two cracks", "follower": "following"}
         of_class = f" where {self.plate.name_of(ranks.leading_notch[row])} leads" if len(set(ranks.leading_notch)) > 1 else ""
         several = not group.startswith("leader") and self.n_notches > 2
         return names[group] + (f", of {self.plate.name_of(ranks.notch[row])}" if several else "") + of_class

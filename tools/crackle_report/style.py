@@ -15,6 +15,7 @@ PAGE_WIDTH = 9.6  # of a picture [inch]
 
 BODY = "#e9ecef"
 OTHER_MATERIAL = "#f3dfb5"
+MATERIAL_BORDER = "#b07d10"
 OUTLINE = "#343a40"
 MUTED = "#6c757d"
 BEFORE_ONSET = "#9aa1a9"

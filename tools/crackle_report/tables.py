@@ -2,6 +2,7 @@
 """The tables of the report, as HTML."""
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from html import escape
@@ -12,7 +13,7 @@ from crackle.files import DONE, FAILED
 from crackle.units import MM, MM2, NEWTON, US, Unit, fitting, named
 
 from . import style
-from .results import Ensemble, Paths, Result, Samples
+from .results import Ensemble, Paths, Ranks, Result, Samples
 
 STATUS_NAMES = ("pending", "done", "failed")
 MISSING = "–"
@@ -20,6 +21,8 @@ TEXT = ' class="text"'
 # Results measured along cracks that start at notches, holes or outlines.
 OF_PATHS = ("pattern", "leading_notch", "overlap", "bifurcations", "bifurcations_projected", "kinks", "crack_speed_max", "crack_speed_ratio",
             "traced_area", "effective_toughness")
+OF_PLACES = ("first_break_x", "first_break_y", "first_break_z")  # the others begin at these
+OF_HOLES = ("hole", "hole_passage")
 
 
 @dataclass(frozen=True)
@@ -56,8 +59,10 @@ def samples(ensemble: Ensemble) -> str:
     done = table.status == DONE
     columns = [Column("sample", "", lambda s, i: i, "d"),
                Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])])]
+    meets_holes = "hole" in table.numbers and bool((table.numbers["hole"][done] >= 0).any())
     columns += [_column(result, table) for result in table.results
-                if not (result.name in OF_PATHS and not ensemble.n_notches) and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
+                if result.name not in (OF_PLACES if ensemble.n_notches else OF_PATHS) and not (result.name in OF_HOLES and not meets_holes)
+                and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
     head = "".join(_head(column) for column in columns)
     body = []
     for i in range(len(table)):
@@ -81,26 +86,69 @@ def sections(ensemble: Ensemble) -> str:
               (interval, f"± {unit}"), ("standard deviation", unit),
               ("spread through the thickness", f"mean over the samples, {unit}"))
     rows = [row for group, paths in ensemble.ranks.items() for shown in ensemble.rows_shown(group)
-            for row in _positions(ensemble, ensemble.rank_name(group, shown), paths, shown, paths.counted[shown])]
+            for row in [*_positions(ensemble, ensemble.rank_name(group, shown), paths, shown, paths.counted[shown]),
+                        *_groups(ensemble, ensemble.rank_name(group, shown), paths, shown)]]
     rows += [row for notch in range(ensemble.n_notches)
              for row in _positions(ensemble, f"all of {ensemble.plate.name_of(notch)}, leading and following", ensemble.statistics, notch)]
-    return f"<p>{escape(_about_ranks(ensemble))}</p>" + _table(titles, rows)
+    return f"<p>{escape(_about_ranks(ensemble))}{escape(_unreached(ensemble))}</p>" + _table(titles, _without_repetitions(rows))
+
+
+def _unreached(ensemble: Ensemble) -> str:
+    names = [section.name for section, n in zip(ensemble.sections, ensemble.statistics.reached.sum(axis=0)) if n == 0]
+    return f" No crack reaches {', '.join(names)}." if names else ""
+
+
+def _without_repetitions(rows: Iterable[list[str]]) -> Iterator[list[str]]:
+    """Those of sections that any crack reached; without cracks that are the same as those of a name before, as where all lead."""
+    seen: list[list[list[str]]] = []
+    for _, of_name in itertools.groupby(rows, key=lambda row: row[0]):
+        block = [row for row in of_name if not row[2].startswith("0")]
+        content = [[section, arrived.partition(" ")[0], *others] for _, section, arrived, *others in block]
+        if content not in seen:
+            yield from block
+        seen.append(content)
+
+
+def _groups(ensemble: Ensemble, name: str, ranks: Ranks, row: int) -> Iterator[list[str]]:
+    """Each group of the row's cracks at the sections where they are apart."""
+    groups = ranks.groups_of(row)
+    for number, group in enumerate(groups, 1):
+        for k in np.flatnonzero(ranks.is_divided[row]):
+            section = ensemble.sections[k]
+            mean, *others = (_number(ensemble.plate.lengths.of(float(values[k])), ".2f") for values in (
+                group.z_mean, group.z_half_width, group.z_std))
+            yield [f"{name}: way {number} of {len(groups)}, {group.size}", section.name, str(int(group.reached[k])),
+                   mean if mean == MISSING else f"{section.along} = {mean}", *others, MISSING]
 
 
 def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, counted: Optional[np.ndarray] = None) -> Iterator[list[str]]:
     for k, section in enumerate(ensemble.sections):
         mean, *others = (_number(ensemble.plate.lengths.of(float(value)), ".2f") for value in (
             paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], paths.spread_mean[row, k]))
+        if isinstance(paths, Ranks) and paths.is_divided[row, k]:
+            mean, others = "several ways", [MISSING, MISSING, others[2]]
         yield [name, section.name, str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else ""),
-               mean if mean == MISSING else f"{section.along} = {mean}", *others]
+               mean if mean in (MISSING, "several ways") else f"{section.along} = {mean}", *others]
 
 
-def _table(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], kind: str = "") -> str:
+def linked(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], links: dict[str, str]) -> str:
+    """A table as wide as the window allows.
+
+    @param links where cells with these texts lead
+    """
+    return _table(titles, rows, links=links, is_wide=True)
+
+
+def _table(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], kind: str = "", links: Optional[dict[str, str]] = None,
+           is_wide: bool = False) -> str:
     """Of cells without markup; the titles have a second line, and the first column has text where it is no number."""
+    def shown(cell: str) -> str:
+        return f'<a href="{escape(links[cell])}">{escape(cell)}</a>' if links and cell in links else escape(cell)
+
     head = "".join(f"<th>{title}<small>{below}</small></th>" for title, below in titles)
-    body = "\n".join("<tr>" + "".join(f'<td{TEXT if k == 0 and not cell.isdigit() else str()}>{escape(cell)}</td>'
+    body = "\n".join("<tr>" + "".join(f'<td{TEXT if k == 0 and not cell.isdigit() else str()}>{shown(cell)}</td>'
                                       for k, cell in enumerate(row)) + "</tr>" for row in rows)
-    return f'<div class="scroll"><table{kind}><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
+    return f'<div class="scroll{" wide" * is_wide}"><table{kind}><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
 
 
 def _about_ranks(ensemble: Ensemble) -> str:
@@ -123,7 +171,7 @@ def places(ensemble: Ensemble) -> str:
     lengths, times, areas = ensemble.plate.lengths, ensemble.times, fitting([place.largest_area for place in ensemble.places.values()], MM2, 1e-3)
     titles = (("sample", ""), *((f"first break, {axis}", lengths.name) for axis in "xyz"), ("first break", "s"),
               *((f"largest crack, {axis}", lengths.name) for axis in "xyz"), ("its area", areas.name), ("it began", f"{times.name} since onset"))
-    rows = [[str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ".6f"),
+    rows = [[str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ensemble.samples.result("first_break_time").format),
              *(_number(lengths.of(value), ".2f") for value in place.largest), _number(areas.of(place.largest_area), ".3f"),
              _start(times, place.largest_start)] for number, place in ensemble.places.items()]
     return _table(titles, rows, ' class="sortable"')
@@ -183,13 +231,8 @@ def tiles(ensemble: Ensemble) -> str:
     table = ensemble.samples
     done = table.status == DONE
     entries = [(f"{done.sum()} of {len(table)}", _others(table) + _stopped(ensemble))]
-    name, force = ensemble.breaking_load()
-    force = force[np.isfinite(force)]
-    if force.size:
-        unit = fitting(force, NEWTON, least=10)
-        low, median, high = (f"{unit.of(value):.0f}" if unit == NEWTON else f"{unit.of(value):.3g}"
-                             for value in (force.min(), np.median(force), force.max()))
-        entries.append((f"{median} {unit.name}", f"median {name} ({low} to {high} {unit.name})"))
+    if ensemble.load.quantiles:
+        entries.append(_load(ensemble.load))
     for pattern in (1, 2) if ensemble.n_notches else ():
         if done.any():
             found = ensemble.statistics.pattern(pattern)
@@ -201,6 +244,19 @@ def tiles(ensemble: Ensemble) -> str:
     return '<div class="tiles">' + "".join(
         f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'
         for value, label in entries) + "</div>"
+
+
+def _load(load: Result) -> tuple[str, str]:
+    """Median of the load that says what the samples held, and between which values it lies."""
+    bounds = load.bounds or (math.nan,) * len(load.quantiles)
+    unit = fitting([*load.quantiles, *bounds], NEWTON, least=10)
+
+    def shown(k: int) -> str:
+        value, above = (bounds[k], "over ") if math.isnan(load.quantiles[k]) else (load.quantiles[k], "")
+        return above + (f"{unit.of(value):.0f}" if unit == NEWTON else f"{unit.of(value):.3g}")
+
+    unbroken = f"; {load.n_bounds} unbroken" if load.n_bounds else ""
+    return f"{shown(2)} {unit.name}", f"median {load.label} ({shown(0)} to {shown(4)} {unit.name}{unbroken})"
 
 
 def provenance(ensemble: Ensemble) -> str:

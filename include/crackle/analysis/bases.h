@@ -30,7 +30,7 @@ struct BasesStatistics {
   double confidence = default_confidence;
   std::vector<std::uint64_t> seeds = {};
   std::vector<int> n_done = {};  ///< of each base
-  int n_failed = 0, n_pending = 0, n_undecided = 0;
+  int n_failed = 0, n_pending = 0, n_undecided = 0, n_unbroken = 0;
   std::vector<MeanOverBases> results = {};
 };
 

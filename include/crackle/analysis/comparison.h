@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/censored_values.h"
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/input/parameters.h"
@@ -42,6 +43,12 @@ Difference difference_of_means(const TwoSamples& samples, double confidence);
 /// Difference of the medians or, for pairs, median of the differences, with intervals from median_interval:
 /// exact for pairs; combined by Zou and Donner (2008, Stat. Med. 27, 1693) for two lists.
 Difference difference_of_medians(const TwoSamples& samples, double confidence);
+
+/// Difference of the medians of values that are partly known by a bound only, not as pairs: as above, from
+/// censored_quantile and censored_median_interval. Ends are infinite where those are unknown; NaN if a median
+/// is.
+Difference difference_of_medians(const CensoredValues& first, const CensoredValues& second,
+                                 double confidence);
 
 /// Difference of the shares of values equal to 1, all being 0 or 1: Newcombe's intervals from Wilson's, for
 /// independent (Newcombe 1998, Stat. Med. 17, 873, method 10) and for paired shares (Newcombe 1998, Stat.
@@ -95,6 +102,10 @@ struct ComparedResult {
                          ///< number itself
   int n_first = 0, n_second = 0;
   double mean_first = not_a_number, mean_second = not_a_number;  ///< or shares
+  /// Values that are bounds, of samples that did not break. With any, medians are compared, not means, and p
+  /// is of censored_scores.
+  int n_bounds_first = 0, n_bounds_second = 0;
+  Observation median_first = {}, median_second = {};  ///< of these results only
   Difference of_means = {};
   Difference of_medians = {};  ///< not for shares
   double probability = 1, adjusted = 1;
@@ -115,6 +126,7 @@ struct ComparedPaths {
 struct SampleCounts {
   int done = 0;
   int undecided = 0;  ///< of those done: still breaking when they ended
+  int unbroken = 0;   ///< of those done: nothing broke
   int failed = 0;
   int pending = 0;
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/analysis/crack_surface.h"
+#include "crackle/common/real.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/geometry/body.h"
 
@@ -16,7 +17,9 @@ struct CrackHistory {
   std::vector<double> area;    ///< of all open facets of the start's cracks [m^2]
   std::vector<double> length;  ///< from the crack start to the tip, along the way of the longest crack [m]
   std::vector<double> speed;   ///< of that tip [m/s]; NaN if it is not moving
-  std::vector<double> release_rate;  ///< released energy per area of tip advance [J/m^2]; NaN likewise
+  std::vector<double> speed_ratio;       ///< of this speed to the Rayleigh speed there; NaN likewise
+  std::vector<double> release_rate;      ///< released energy per area of tip advance [J/m^2]; NaN likewise
+  double rayleigh_speed = not_a_number;  ///< where all cracks ran, by mean_slowness [m/s]
 };
 
 /// Growth of the cracks of each crack start.
@@ -28,9 +31,12 @@ struct CrackHistory {
 /// truncated at the ends of the way. The speed is the inverse slope of a straight line fitted to time over
 /// place; the rate is the slope of one fitted to the energy that the tetrahedra of all the start's cracks had
 /// released when the tip came there, divided by the thickness. Both are given for the last dynamic phase,
-/// while the tip is on its way.
-/// @param rayleigh_speed see max_crack_speed [m/s]
+/// while the tip is on its way. Where it meets what opened earlier (see max_crack_speed) it jumps, and
+/// neither is given. Behind a hole (Crack::hole) a crack goes on along another way: the lengths of its ways
+/// add up, and of two moving tips the faster one counts.
+/// @param rayleigh_speed see rayleigh_speeds
 CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
-                           const dynamics::SampleResult& result, double rayleigh_speed);
+                           const dynamics::SampleResult& result,
+                           const mechanics::TetrahedronField<double>& rayleigh_speed);
 
 }  // namespace crackle::analysis

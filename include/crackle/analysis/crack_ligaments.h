@@ -17,13 +17,14 @@ inline constexpr double root_gap = 2;
 
 /// A straight line along which the extent of a start's cracks is measured.
 struct CrackLigament {
-  std::int32_t start;  ///< number of the crack start
+  std::int32_t start;   ///< number of the crack start to which the cracks belong
+  std::int32_t origin;  ///< number of the start that they touched first, see Crack
   /// In the form of a start with a ligament: its tip is the root.
   geometry::CrackStart line;
   std::vector<std::size_t> facets;  ///< of its cracks, in order of breaking
 };
 
-/// The ligaments of one crack start.
+/// The ligaments of the cracks that touched one crack start first (Crack::origin).
 ///
 /// A straight start (CrackStart::is_straight) has its own ligament, with the facets of all its cracks.
 ///
@@ -40,6 +41,10 @@ std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const Cra
 
 /// The ligaments of all crack starts, in their order.
 std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface);
+
+/// The same for whole cracks: a crack that runs into a hole has one ligament with those that continue it
+/// behind the hole (Crack::hole), along the straight line from its root to where the last of them ends.
+std::vector<CrackLigament> ligaments_through_holes(const geometry::Body& body, const CrackSurface& surface);
 
 /// The straight lines from the roots of all cracks to where these end: as the ligaments of starts that are
 /// not straight, and from the tip of those that are. A slot's crack need not run along the slot.

@@ -3,6 +3,8 @@
 
 #include "crackle/analysis/branching.h"
 #include "crackle/analysis/crack_surface.h"
+#include "crackle/common/real.h"
+#include "crackle/mechanics/tetrahedron_field.h"
 
 #include <cstdint>
 #include <vector>
@@ -75,13 +77,24 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
 
 /// Share of its ligament that the crack from each start crosses, up to the farthest station where it covers
 /// min_thickness_share of the thickness; in steps of 0.02. The largest value over the start's ligaments
-/// (crack_ligaments).
+/// (ligaments_through_holes).
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface);
 
 /// The start of the leading crack: the one that crosses the largest share of its ligament (crossed_shares).
 /// Among equals, the one where the first facet at the farthest station opened first; then the one with the
 /// lowest number. -1 if no crack has started.
 int leading_start(const geometry::Body& body, const CrackSurface& surface);
+
+/// How the leading crack met with holes.
+enum class HolePassage : std::int32_t { none = 0, ends = 1, passes = 2 };
+
+/// The first hole that the leading crack ran into, see HoleEntry; not one that it touched in passing.
+struct LeadersHole {
+  std::int32_t hole = -1;  ///< number of the crack start; -1 for none
+  /// `passes` if a crack of at least min_crack_length goes on from the hole, away from where the leader came.
+  HolePassage passage = HolePassage::none;
+};
+LeadersHole leaders_hole(const geometry::Body& body, const CrackSurface& surface, int leading);
 
 /// The crack pattern of a sample, as stored in /samples/pattern.
 enum class Pattern : std::int32_t { none = 0, one_crack = 1, two_cracks = 2, other = 3 };
@@ -99,38 +112,48 @@ double path_overlap(const geometry::Body& body, const CrackSurface& surface, int
 /// fewer than two.
 double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
 
-/// Pattern by how far cracks run along their ligaments (crack_ligaments): one_crack if exactly one is
+/// Pattern by how far cracks run along their ligaments (ligaments_through_holes): one_crack if exactly one is
 /// developed and it is a main crack; two_cracks if exactly two are developed and their pattern_overlap is at
 /// least min_overlap, or NaN because they are not those of straight starts; none if no crack has started;
 /// other in all other cases, and if a crack that belongs to no start covers developed_share of the width.
 Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 
-/// Largest speed of the crack fronts along their own ways over a window [m/s].
+/// How fast the fastest crack front ran; NaN if none advances by a window in the last dynamic phase.
+struct CrackSpeed {
+  double largest = not_a_number;  ///< [m/s]
+  /// Largest ratio of the speed over a window to the Rayleigh speed there, that of a wave in the tetrahedra
+  /// that broke on it. It need not be where the speed is largest.
+  double largest_ratio = not_a_number;
+};
+
+/// Largest speeds of the crack fronts along their own ways over a window.
 ///
 /// A way is the crack's path in the plane of the plate, in any direction, curved or kinked; that of the main
 /// branch (find_branches) along the straight line from the root to the crack's farthest end (crack_chords).
 /// It is the longest chain of connected pieces (as in crack_lines) across that line, with a smoothed path,
 /// and the tetrahedra of the chain have the arc length of the nearest point of the path. Side branches and
 /// splinters do not count, nor do the chain's steps from one branch to another beside it, which are faster
-/// than rayleigh_speed, the material's [m/s]. A window is a share of the ligament from which the crack
+/// than the Rayleigh speed. A window is a share of the ligament from which the crack
 /// starts (speed_window_share), measured along the way.
 ///
 /// The front of a start's crack is divided into columns through the thickness, two mean spacings wide. A
 /// column advances when a tetrahedron opens ahead of all earlier ones, to the mean position of its facets; in
 /// between it moves linearly in time. The course of the front is the mean time at which the columns pass a
-/// position. Facets that open in the dynamic phase more than a window ahead of the front count once the front
-/// reaches them, and no speed is taken over such a jump.
+/// position. Facets that open in the dynamic phase more than three spacings ahead of the front, such as those
+/// of another crack on its way, and what opens next to these, count once the front reaches them, and no speed
+/// is taken over such a jump.
 ///
 /// The maximum of many noisy speeds is biased upwards, increasingly so for shorter windows. Therefore a
 /// window's time is taken from a line or a parabola, fitted by least squares to a stretch of at least one
 /// window (two for a parabola). A longer stretch is accepted as long as the polynomial fits within its
 /// scatter: the next higher polynomial adds no more than two standard errors, and every window in the stretch
 /// agrees within speed_standard_errors. Among all stretches, and windows at their ends, the one with the
-/// smallest time plus speed_standard_errors is the fastest; its speed, without the errors, is returned. Thus
+/// smallest time plus speed_standard_errors is the fastest, and likewise in proportion to the time of a
+/// Rayleigh wave; its speed, without the errors, is returned. Thus
 /// a front at constant speed is measured over most of its way, and one with changing speed over a
 /// window. Where two cracks meet, or the way passes between branches side by side, the speed is
 /// overestimated: of 200 samples of the paper's model four have 0.95 to 1.23 times the Rayleigh speed, all
-/// others at most 0.83. NaN if no front advances by a window in the last dynamic phase.
+/// others at most 0.83.
 ///
 /// Error of the measured speed for synthetic fronts, in meshes of 0.2 to 0.6 mm and a ligament of 19 mm, 24
 /// each: bias and standard deviation [%], range over the meshes. The scatter is that of each tetrahedron's
@@ -143,6 +166,8 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 /// | 0.3 | 0.1 to 1.5, 0.1 to 5.6 | 0.0 to 0.2, 0.1 to 0.4 | -0.4 to 2.7, 0.5 to 4.3 |
 ///
 /// The largest errors are at a spacing of 0.6 mm in a thickness of 1 mm, where the front is a single column.
-double max_crack_speed(const geometry::Body& body, const CrackSurface& surface, double rayleigh_speed);
+/// @param rayleigh_speed see rayleigh_speeds
+CrackSpeed max_crack_speed(const geometry::Body& body, const CrackSurface& surface,
+                           const mechanics::TetrahedronField<double>& rayleigh_speed);
 
 }  // namespace crackle::analysis

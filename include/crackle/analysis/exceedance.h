@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/censored_values.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/input/parameters.h"
@@ -11,20 +12,19 @@
 namespace crackle::analysis {
 
 /// The share of samples in which a result exceeds a limit, over the completed samples with this result, and
-/// the samples that this share says nothing of.
+/// the samples that this share says nothing of. A load of an unbroken sample is known by a lower bound.
 struct Exceedance {
   ResultInfo info{};
   bool is_above = true;         ///< above the limit, rather than below
   double limit = not_a_number;  ///< [SI]
-  int n_hits = 0;
-  int n_values = 0;  ///< samples with this result
+  CensoredShare share{};        ///< of n_values, by whole draws
+  int n_values = 0;             ///< samples with this result
+  int n_bounds = 0;             ///< of these, unbroken ones, of which only a lower bound is known
   int n_planned = 0;
   int n_failed = 0;
-  int n_missing = 0;                              ///< not run yet
-  int n_without = 0;                              ///< completed without this result
-  int n_undecided = 0;                            ///< of those with it, still breaking when they ended
-  double share = not_a_number;                    ///< n_hits of n_values
-  Interval interval{not_a_number, not_a_number};  ///< of the share, by whole draws (share_interval)
+  int n_missing = 0;    ///< not run yet
+  int n_without = 0;    ///< completed without this result
+  int n_undecided = 0;  ///< of those with it, still breaking when they ended
 };
 
 /// @param condition such as "peak_load > 500 N": a result, > or <, and a value with its unit
@@ -33,7 +33,8 @@ struct Exceedance {
 Exceedance exceedance(const std::string& condition, const input::Parameters& parameters,
                       std::span<const SampleSummary> rows, double confidence = default_confidence);
 
-/// "peak_load > 500 N: 12 of 64 samples, 18.8 % (11.1 to 30.0 %)", and what the share leaves out.
+/// "peak_load > 500 N: 12 of 64 samples, 18.8 % (11.1 to 30.0 %)", and what the share estimates or leaves
+/// out.
 std::string to_text(const Exceedance& exceedance);
 
 }  // namespace crackle::analysis

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace crackle::analysis {
@@ -42,6 +43,9 @@ public:
   int n_starts() const { return static_cast<int>(reference_.size()); }
   int n_sections() const { return n_sections_; }
 
+  /// For people, such as "notch 0" or "free surface"; numbers without a body.
+  const std::vector<std::string>& start_names() const { return start_names_; }
+
   /// The reference start of each start's class.
   const std::vector<std::int32_t>& reference() const { return reference_; }
 
@@ -72,6 +76,7 @@ private:
 
   int n_sections_;
   std::vector<std::int32_t> reference_;
+  std::vector<std::string> start_names_;
   std::vector<Mapping> symmetries_;  ///< by leading start of the sample
 };
 

@@ -46,7 +46,13 @@ public:
   /// Mean over the leading cracks of the class (see LeaderFrame) with most arrivals at the section [m]; NaN
   /// if none arrived yet.
   double mean_leader_position(int section) const;
-  double median_onset_force() const;  ///< [N]; NaN while no sample broke
+  /// Median of the headline_load of the samples so far; NaN while none has one.
+  struct MedianLoad {
+    std::string name;  ///< of the result
+    Observation median;
+    int n_unbroken = 0;
+  };
+  MedianLoad median_load() const;
 
   /// The smallest number n for which the samples 0 to n - 1 are enough, see StopRule; empty while undecided.
   /// Never changed by rows added later.

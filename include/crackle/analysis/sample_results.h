@@ -24,6 +24,13 @@ enum class Reduction {
   shares,     ///< number of samples in each category
 };
 
+/// What a sample that did not break says of a result.
+enum class OfUnbroken {
+  value,    ///< its value, like any other sample's
+  bound,    ///< that it lies above the largest load applied, the sample's peak load (right-censored)
+  nothing,  ///< the result describes how samples break
+};
+
 /// Metadata of a result.
 struct ResultInfo {
   const char* name;     ///< /summary/<name> of a sample file, /samples/<name> of the ensemble's
@@ -37,6 +44,7 @@ struct ResultInfo {
   const char* categories = "";  ///< for a number that encodes a word: "0 none, 1 ..."
   std::int64_t since =
       4;  ///< first version of the file format with this result, from the oldest that is read
+  OfUnbroken of_unbroken = OfUnbroken::value;
 
   /// The display unit for values up to this size; the same for bodies of millimetres.
   ShownUnit unit_for(double largest) const { return shown_unit({shown_units, shown_factor}, units, largest); }
@@ -50,7 +58,8 @@ inline bool is_of_the_body(const ResultInfo& info) {
 
 /// True for numbers that stand for a word or a crack start: these have shares, no mean.
 inline bool is_nominal(const ResultInfo& info) {
-  return *info.categories != 0 || std::string_view(info.name) == "leading_notch";
+  const std::string_view name = info.name;
+  return *info.categories != 0 || name == "leading_notch" || name == "hole";
 }
 
 /// Words for SampleStatus, as stored in the files.
@@ -59,55 +68,58 @@ inline constexpr const char* status_categories = "0 pending, 1 done, 2 failed";
 /// Names of the values of Pattern.
 inline constexpr const char* pattern_categories = "0 none, 1 one crack, 2 two cracks, 3 other";
 
+/// Names of the values of HolePassage.
+inline constexpr const char* passage_categories = "0 no hole, 1 ends there, 2 goes on";
+
 /// Calls visit(info, member) for every scalar result of a sample, in the order of tables and messages.
 template <class Visit>
 void for_each_result(Visit&& visit) {
   using Row = SampleSummary;
   using enum Reduction;
-  visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break", "s", 1,
-                   ".6f"},
+  visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break time",
+                   "s", 1, ".6f", "", 4, OfUnbroken::nothing},
         &Row::first_break_time);
   visit(ResultInfo{"first_break_x", "m", "position of the first break across the thickness", places,
-                   "first break at x", "mm", 1e3, ".3f", "", 5},
+                   "first break at x", "mm", 1e3, ".3f", "", 5, OfUnbroken::nothing},
         &Row::first_break_x);
   visit(ResultInfo{"first_break_y", "m", "position of the first break along the width", places,
-                   "first break at y", "mm", 1e3, ".3f", "", 5},
+                   "first break at y", "mm", 1e3, ".3f", "", 5, OfUnbroken::nothing},
         &Row::first_break_y);
   visit(ResultInfo{"first_break_z", "m", "position of the first break along the length", places,
-                   "first break at z", "mm", 1e3, ".3f", "", 5},
+                   "first break at z", "mm", 1e3, ".3f", "", 5, OfUnbroken::nothing},
         &Row::first_break_z);
   visit(ResultInfo{"first_break_load", "N", "load of the testing machine at the first break", quantiles,
-                   "first break", "N", 1, ".3f"},
+                   "first break load", "N", 1, ".3f", "", 4, OfUnbroken::bound},
         &Row::first_break_load);
   visit(
       ResultInfo{
           "onset_time", "s",
           "load time at the start of the last dynamic phase; NaN if no quasi-static loading preceded it",
-          quantiles, "onset time", "s", 1, ".6f"},
+          quantiles, "onset time", "s", 1, ".6f", "", 4, OfUnbroken::nothing},
       &Row::onset_time);
   visit(ResultInfo{"onset_force", "N", "load of the testing machine at that time", quantiles, "onset force",
-                   "N", 1, ".3f"},
+                   "N", 1, ".3f", "", 4, OfUnbroken::bound},
         &Row::onset_force);
   visit(ResultInfo{"peak_load", "N", "largest load of the testing machine up to separation", quantiles,
-                   "peak load", "N", 1, ".3f"},
+                   "peak load", "N", 1, ".3f", "", 4, OfUnbroken::bound},
         &Row::peak_load);
   visit(
       ResultInfo{
           "displacement_at_peak", "m",
           "displacement of the machine along its drive when that load first comes within 0.1 % of its peak: "
           "the prescribed one, or the mean over the loaded area",
-          quantiles, "displacement at peak", "mm", 1e3, ".5f"},
+          quantiles, "displacement at peak", "mm", 1e3, ".5f", "", 4, OfUnbroken::nothing},
       &Row::displacement_at_peak);
   visit(
       ResultInfo{"work_of_fracture", "J",
                  "external work up to separation: the area below the load-displacement curve, and the energy "
                  "of stress and velocity at the start",
-                 quantiles, "work of fracture", "mJ", 1e3, ".3f"},
+                 quantiles, "work of fracture", "mJ", 1e3, ".3f", "", 4, OfUnbroken::nothing},
       &Row::work_of_fracture);
   visit(ResultInfo{"dynamic_phases", "", "number of dynamic phases", none, "dynamic phases", "", 1, "d"},
         &Row::dynamic_phases);
   visit(ResultInfo{"crack_area_before_onset", "m^2", "crack area before the last dynamic phase", quantiles,
-                   "crack area before onset", "mm^2", 1e6, ".2f"},
+                   "rough crack area before onset", "mm^2", 1e6, ".2f"},
         &Row::crack_area_before_onset);
   visit(
       ResultInfo{
@@ -124,6 +136,12 @@ void for_each_result(Visit&& visit) {
           "crack start whose crack crosses the largest share of its ligament; -1 where none has started",
           none, "leading start", "", 1, "d"},
       &Row::leading_start);
+  visit(ResultInfo{"hole", "", "crack start of the first hole that the leading crack runs into; -1 for none",
+                   none, "hole", "", 1, "d", "", 6},
+        &Row::hole);
+  visit(ResultInfo{"hole_passage", "", "whether that crack ends in the hole or goes on from it", none,
+                   "at the hole", "", 1, "d", passage_categories, 6},
+        &Row::hole_passage);
   visit(ResultInfo{"overlap", "1",
                    "share of the two cracks' paths in which one lies over the other turned by 180 degrees",
                    none, "overlap", "%", 100, ".0f"},
@@ -141,22 +159,25 @@ void for_each_result(Visit&& visit) {
                    counts, "kinks", "", 1, "d"},
         &Row::kinks);
   visit(ResultInfo{"breaks", "", "number of broken tetrahedra", none, "breaks", "", 1, "d"}, &Row::breaks);
-  visit(ResultInfo{"crack_area", "m^2", "area of all opened dual facets", quantiles, "crack area", "mm^2",
-                   1e6, ".1f"},
+  visit(ResultInfo{"crack_area", "m^2",
+                   "area of all opened dual facets: of a rough surface, about twice its projection",
+                   quantiles, "rough crack area", "mm^2", 1e6, ".1f"},
         &Row::crack_area);
   visit(ResultInfo{"crack_speed_max", "m/s",
                    "largest speed along the crack in the last dynamic phase, over a tenth of the ligament or "
                    "more; NaN if it advances by less",
                    quantiles, "crack speed", "m/s", 1, ".1f"},
         &Row::crack_speed_max);
-  visit(ResultInfo{"crack_speed_ratio", "1", "ratio of the largest crack speed to the Rayleigh speed",
-                   quantiles, "over Rayleigh's", "", 1, ".3f"},
+  visit(ResultInfo{"crack_speed_ratio", "1",
+                   "largest ratio of that speed to the Rayleigh speed of what breaks there", quantiles,
+                   "crack speed / Rayleigh speed", "", 1, ".3f"},
         &Row::crack_speed_ratio);
-  visit(ResultInfo{"traced_area", "m^2", "length of the crack lines times the thickness", none, "traced area",
-                   "mm^2", 1e6, ".1f"},
+  visit(ResultInfo{"traced_area", "m^2", "length of the crack lines times the thickness", quantiles,
+                   "traced area", "mm^2", 1e6, ".1f"},
         &Row::traced_area);
-  visit(ResultInfo{"effective_toughness", "J/m^2", "released energy over the traced area", quantiles,
-                   "toughness", "J/m^2", 1, ".3f"},
+  visit(ResultInfo{"effective_toughness", "J/m^2",
+                   "released energy over the traced area, also that of breaks beside the crack", quantiles,
+                   "energy per traced area", "J/m^2", 1, ".3f"},
         &Row::effective_toughness);
   visit(ResultInfo{"energy_error", "1", "largest imbalance of the energy account relative to the work done",
                    quantiles, "energy error", "", 1, ".1e"},
@@ -187,7 +208,7 @@ void for_each_position_result(Visit&& visit) {
   visit(
       ResultInfo{"arrival_time", "s",
                  "through-thickness mean of when the crack opened there, since the start of the last dynamic "
-                 "phase; NaN where it did not arrive",
+                 "phase, negative where it had run before; NaN where it did not arrive",
                  quantiles, "arrival", "us", 1e6, ".2f"},
       &Row::arrival_time);
   visit(ResultInfo{"branches", "", "number of separate crossings there, of all branches", none, "crossings",
@@ -195,12 +216,26 @@ void for_each_position_result(Visit&& visit) {
         &Row::branches);
 }
 
+/// The area of the cracks in each of the crack_parts: /summary/crack_area_in of a sample file,
+/// /samples/crack_area_in of the ensemble's, with the parts as an attribute.
+inline constexpr ResultInfo crack_area_in_info{
+    "crack_area_in",
+    "m^2",
+    "crack_area in each material, except at its interfaces, and at each [[interface]]; of several materials",
+    Reduction::none,
+    "crack area",
+    "mm^2",
+    1e6,
+    ".1f",
+    "",
+    6};
+
 /// Visits every field of a row, for a Packer: messages between ranks of the same architecture.
 void for_each_field(std::derived_from<SampleSummary> auto& row, const auto& visit) {
   visit(row.status, row.error, row.note, row.inputs);
   for_each_result([&](const ResultInfo&, auto member) { visit(row.*member); });
   for_each_position_result([&](const ResultInfo&, auto member) { visit(row.*member); });
-  visit(row.wall_time);
+  visit(row.crack_area_in, row.wall_time);
 }
 
 /// A result as a number; NaN for a negative integer, which means that there is none.
@@ -210,6 +245,27 @@ double number_or_nan(Number value) {
     return value < 0 ? not_a_number : static_cast<double>(value);
   else
     return value;
+}
+
+/// A number, or a lower bound of it.
+struct Observation {
+  double value = not_a_number;  ///< NaN if there is none
+  bool is_bound = false;        ///< the number lies above it
+};
+
+/// What a sample says of a result: nothing unless it is done.
+template <class Member>
+Observation observed(const ResultInfo& info, Member member, const SampleSummary& row) {
+  if (row.status != SampleStatus::done) return {};
+  if (!is_unbroken(row) || info.of_unbroken == OfUnbroken::value) return {number_or_nan(row.*member)};
+  return info.of_unbroken == OfUnbroken::bound ? Observation{row.peak_load, true} : Observation{};
+}
+
+/// The value, NaN if there is at most a bound.
+template <class Member>
+double known(const ResultInfo& info, Member member, const SampleSummary& row) {
+  const Observation one = observed(info, member, row);
+  return one.is_bound ? not_a_number : one.value;
 }
 
 /// The word of a category: category_name("0 none, 1 one crack", 1) is "one crack"; the number itself if it

@@ -5,6 +5,8 @@
 #include "crackle/analysis/crack_path.h"
 #include "crackle/common/real.h"
 #include "crackle/dynamics/sample_result.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/mechanics/tetrahedron_field.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
@@ -41,12 +43,15 @@ struct SampleSummary {
   std::int32_t outcome = -1;        ///< dynamics::Outcome; -1 without results
   std::int32_t pattern = 0;         ///< see Pattern
   std::int32_t leading_start = -1;  ///< see analysis::leading_start
+  std::int32_t hole = -1;           ///< see LeadersHole
+  std::int32_t hole_passage = 0;    ///< likewise
   double overlap = none;            ///< see pattern_overlap
   std::int32_t branching_points = 0;
   std::int32_t branching_points_projected = 0;
   std::int32_t kinks = 0;
   std::int64_t breaks = 0;
   double crack_area = none;
+  std::vector<double> crack_area_in;  ///< of the parts of a body, see crack_parts [m^2]; may be empty
   double crack_speed_max = none;
   double crack_speed_ratio = none;
   double traced_area = none;
@@ -66,16 +71,32 @@ inline bool is_undecided(const SampleSummary& row) {
          row.outcome == static_cast<std::int32_t>(dynamics::Outcome::undecided);
 }
 
+/// True for a completed sample in which nothing broke: it is stronger than its loads, by how much is unknown.
+inline bool is_unbroken(const SampleSummary& row) {
+  return row.status == SampleStatus::done &&
+         row.outcome == static_cast<std::int32_t>(dynamics::Outcome::unbroken);
+}
+
 /// A row for a sample without results: NaN and 0 in the right shape.
 SampleSummary empty_summary(int n_starts, int n_sections, SampleStatus status, std::string error = {});
 
 /// @param lines crack_lines of the same surface
 /// @param branches find_branches of it
 /// @param crossings section_crossings of it
+/// @param rayleigh_speed rayleigh_speeds of the same surface
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
                         const CrackBranches& branches, const std::vector<SectionCrossing>& crossings,
-                        const input::Material& material);
+                        const mechanics::TetrahedronField<double>& rayleigh_speed);
+
+/// The parts of a body of several materials among which the area of its cracks is divided: the materials by
+/// name, then "interface A-B" of each [[interface]]. Empty if there is only one material.
+std::vector<std::string> crack_parts(const input::Parameters& parameters);
+
+/// The area of a crack surface in each of these parts [m^2]. At an interface are the tetrahedra that have its
+/// toughness or strength: those that touch it.
+std::vector<double> crack_area_in_parts(const CrackSurface& surface, const geometry::Realization& realization,
+                                        const input::Parameters& parameters);
 
 /// Replaces the row's crossings by those at other sections.
 void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
@@ -86,13 +107,22 @@ void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
 std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
                                           std::span<const SampleSummary> rows);
 
+/// Cracks hardly ever run faster, relative to the Rayleigh speed where they run.
+inline constexpr double usual_speed_ratio = 0.85;
+
 /// "warning: sample 3: ..." for a sample whose crack exceeded the Rayleigh speed; empty otherwise.
 std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary);
 
 /// Those of all samples, which start at number 0.
 std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples);
 
-/// Those of the samples, then that of onsets below the peak load.
+/// Those of the samples, then of cracks between usual_speed_ratio and the Rayleigh speed, and of onsets below
+/// the peak load.
 std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> samples);
+
+/// Name of the result that tells what the samples held: onset_force; peak_load if a sample's load was clearly
+/// higher before its onset, of which ensemble_warnings warn, or if none broke; first_break_load if none has
+/// an onset.
+const char* headline_load(std::span<const SampleSummary> samples);
 
 }  // namespace crackle::analysis

@@ -42,6 +42,16 @@ struct PathStatistics {
   std::vector<double> spread_mean;  ///< mean over the samples of SampleSummary::z_spread [m]
 };
 
+/// Samples of one row of RankStatistics whose cracks take one of several ways (path_groups.h), with the
+/// statistics of their positions at each section. Not stored in the ensemble file.
+struct PathGroup : PathStatistics {
+  std::size_t row = 0;
+  int n = 0;     ///< its samples
+  int n_of = 0;  ///< samples of the row with a position
+  double share = not_a_number;
+  double share_lower = not_a_number, share_upper = not_a_number;  ///< confidence interval, by whole draws
+};
+
 /// Positions of the leading or the following cracks, in the frame of the leading crack (LeaderFrame): each
 /// row is one start of the frame, for one class of leading starts.
 struct RankStatistics : PathStatistics {
@@ -50,6 +60,9 @@ struct RankStatistics : PathStatistics {
   /// rows x sections: completed samples that would count if their crack arrived; fewer than the whole class
   /// if transformed samples have no such section
   std::vector<std::int32_t> counted;
+  std::vector<PathGroup> groups;  ///< none for rows whose samples take one way
+  /// rows x sections: 1 where the groups of the row are apart, so that the mean of all is no crack's position
+  std::vector<std::uint8_t> is_divided;
 };
 
 /// Statistics over all completed samples, bitwise independent of the order in which they were added. For an
@@ -71,6 +84,8 @@ struct Statistics : PathStatistics {
   std::array<double, n_patterns> pattern_lower{};       ///< its ends: it is not centred on the share
   std::array<double, n_patterns> pattern_upper{};
   std::vector<std::int32_t> reference_start;  ///< for each start, see LeaderFrame
+  std::vector<std::string> start_names;       ///< likewise
+  std::vector<std::string> crack_parts;       ///< see analysis::crack_parts
   RankStatistics leader;                      ///< a row for each class
   RankStatistics leader_one_crack;            ///< the same over samples with Pattern::one_crack
   RankStatistics leader_two_cracks;           ///< and Pattern::two_cracks
@@ -114,8 +129,8 @@ struct WilsonInterval {
   double half_width;
 };
 
-/// Interval for a share observed in n trials.
-WilsonInterval wilson_interval(double share, int n, double confidence);
+/// Interval for a share observed in n trials, or as if in so many.
+WilsonInterval wilson_interval(double share, double n, double confidence);
 
 /// The wilson_interval of n_hits in n > 0 trials, clipped to [0, 1].
 struct Interval {
@@ -152,13 +167,14 @@ inline bool lacks(const Origin& origin, const std::string& result) {
 struct ResultStatistics {
   ResultInfo info{};
   int n_values = 0;  ///< 0: the other members are undefined
+  int n_bounds = 0;  ///< of the values: unbroken samples, of which only a lower bound is known
   // By the result's Reduction:
-  std::array<double, quantile_shares.size()> quantiles{};
-  std::vector<int> counts;  ///< of each category
+  std::array<Observation, quantile_shares.size()> quantiles{};  ///< censored_quantile
+  std::vector<int> counts;                                      ///< of each category
   double mean = 0;
-  Interval of_median{not_a_number, not_a_number};  ///< see median_interval
-  int n_any = 0;                                   ///< number of samples with a value above 0
-  Interval share_any{};                            ///< confidence interval of the share of these samples
+  std::array<Observation, 2> of_median{};  ///< censored_median_interval
+  int n_any = 0;                           ///< number of samples with a value above 0
+  Interval share_any{};                    ///< confidence interval of the share of these samples
 };
 
 /// For all results except those missing from the files, in table order.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/sample_results.h"
+
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +17,14 @@ std::string aligned(const TextTable& table, std::size_t n_left = 1, bool is_last
 
 /// A number in the syntax of fmt, such as ".3f", times a factor; "-" for NaN.
 std::string shown(double value, const std::string& format, double factor = 1);
+
+/// The same, with "> " before a bound.
+std::string shown(const Observation& one, const std::string& format, double factor = 1);
+
+/// The format with as many decimals as the numbers that it shows deserve: three digits of their scatter or,
+/// without scatter, five of their size; never more decimals than it has.
+/// @param values in SI; NaN counts as none
+std::string fitting_format(const std::string& format, std::span<const Observation> values, double factor = 1);
 
 /// "lower to upper", likewise.
 std::string shown_range(double lower, double upper, const std::string& format, double factor = 1);

@@ -28,7 +28,8 @@ struct MotionCheckpoint {
   std::vector<parallel::NumberedRows> reaction_work;  ///< per prescribed motion, at its nodes
   std::vector<parallel::NumberedRows>
       remainder;  ///< per force pattern: accumulated rounding remainder at its nodes
-  /// Per damped node: accumulated rounding remainder of the velocity (three words) and the dissipated energy.
+  /// Per damped or viscous node: accumulated rounding remainder of the velocity (three words) and the
+  /// dissipated energy.
   parallel::NumberedRows damped;
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;

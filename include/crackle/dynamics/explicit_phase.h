@@ -48,7 +48,7 @@ struct PhaseResult {
   std::string note;          ///< reason for an unplanned early end
   double kinetic = 0;        ///< kinetic energy at the end [J]
   double external_work = 0;  ///< external work in the phase [J]
-  double dissipated = 0;     ///< dissipated in the phase by damping and absorbing faces [J]
+  double dissipated = 0;     ///< dissipated in the phase by damping, viscosity and absorbing faces [J]
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
   std::vector<EnergyRow> energy;
@@ -61,6 +61,9 @@ struct PhaseOptions {
   /// phase in which breaking continues after the duration goes on without outputs, for at most
   /// max_phase_durations durations.
   std::optional<double> arrest_window = {};
+  /// The window counts from the first break of the phase on; without one the phase arrests after its
+  /// duration.
+  bool awaits_break = false;
   /// Over which the stiffness of a breaking tetrahedron falls [s]; 0: it is lost at once.
   mechanics::TetrahedronField<double> release_time{0.0};
   std::optional<double> after_separation = {};  ///< a phase ends this long after separation of the body [s]

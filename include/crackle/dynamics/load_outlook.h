@@ -4,9 +4,11 @@
 #include "crackle/common/real.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/quasi_static.h"
+#include "crackle/dynamics/wave_outlook.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -23,26 +25,42 @@ struct StressState {
 StressState stress_state(const parallel::Communicator& group, const fracture::BreakableBody& body,
                          std::span<const double> displacement);
 
+/// Strain up to which its square, which the program neglects, is below a few percent of it.
+inline constexpr double small_strain = 0.05;
+
 /// Static prediction of the first break under the loads.
 struct LoadOutlook {
   bool breaks = true;      ///< the loads break the body
   bool grows = false;      ///< without a break: the loads grow without bound
   double time = infinity;  ///< of the first break, from the start of loading; infinite without one [s]
   double load = 0;         ///< of the machine at the first break, or its maximum without one [N]
+  double transit = 0;      ///< of a wave along the body, see wave_transit; 0: not known [s]
   double share = 1;        ///< without a break: the largest ratio of stress to strength
+  double strained = 0;     ///< share of the volume strained beyond small_strain then
 };
 
 /// Loads an unbroken body up to its first break and through the equilibrium after it. Collective.
 LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLoads& loads,
                         EnergyAccount& account);
 
-/// The same for a realization, for any `start`; an unsupported body, and one at rest that is struck so fast
-/// that the wave may break it, are taken to break. Not collective (runs on one rank).
-/// @throws std::runtime_error when there is no equilibrium
-LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::Realization& realization);
+/// Warning that the loads do not break the body in equilibrium, with the margin and advice; empty if they do.
+std::string weak_load_warning(const LoadOutlook& outlook);
 
-/// Warning that the loads of the input do not break the body, with the margin and advice; empty if they do.
-/// With start = "rest" only a large margin counts, since waves may superpose.
-std::string weak_load_warning(const input::Parameters& parameters, const LoadOutlook& outlook);
+/// Warning that a body is strained beyond small strains at the first break; empty if it is not.
+std::string large_strain_warning(const LoadOutlook& outlook);
+
+/// Predictions for a start from rest.
+struct RestOutlook {
+  WaveOutlook waves;
+  std::optional<LoadOutlook> equilibrium;  ///< if the waves hardly break the body, and it is supported
+};
+
+/// Not collective (runs on one rank).
+/// @param solves for the equilibrium too, which takes longer; none is given where there is none
+RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Realization& realization,
+                         bool solves);
+
+/// Warning that neither waves nor equilibrium come near a break; only a large margin counts.
+std::string weak_load_warning(const input::Parameters& parameters, const RestOutlook& outlook);
 
 }  // namespace crackle::dynamics

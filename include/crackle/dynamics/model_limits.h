@@ -28,6 +28,12 @@ std::vector<std::string> model_warnings(const input::Parameters& parameters, con
 /// The same for quasi-static loading that reaches the first break within a few wave transits, so that inertia
 /// matters; empty otherwise.
 /// @param first_break_time since the loading began [s]
-std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time);
+/// @param transit of a wave along the body, see wave_transit; 0: not known [s]
+std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time,
+                                 double transit);
+
+/// The same for quasi-static loading that moves the body beyond small strains; empty otherwise.
+/// @param displacement of the machine at the peak load [m]; may be NaN
+std::string large_displacement_warning(const input::Parameters& parameters, double displacement);
 
 }  // namespace crackle::dynamics

@@ -36,8 +36,9 @@ class MovingBody {
 public:
   virtual ~MovingBody() = default;
 
-  /// The stages of one step of the splitting. With damping or an absorbing face the splitting must be Verlet,
-  /// as others have backward substeps. Collective; a rank throws only after its communication is complete.
+  /// The stages of one step of the splitting. With mass damping or an absorbing face the splitting must be
+  /// Verlet, as others have backward substeps. Collective; a rank throws only after its communication is
+  /// complete.
   /// @param time of the load curves at the beginning of the step [s]
   virtual void step(std::span<const Stage> stages, double time_step, double time) = 0;
 
@@ -80,7 +81,7 @@ public:
   virtual void end_loads(double time, const mechanics::NodesOfConditions& nodes,
                          const MotionState& state) = 0;
 
-  /// Dissipated by damping and absorbing faces since the start [J]. Collective.
+  /// Dissipated by damping, bulk viscosity and absorbing faces since the start [J]. Collective.
   virtual double dissipated_energy() const { return 0; }
 
   /// Why the state on this rank is no longer valid, for example a number out of range; empty if it is valid.
@@ -114,6 +115,7 @@ struct MotionContext {
   fracture::CrackVicinity* vicinity = nullptr;  ///< if strengths depend on where cracks are
   /// Stiffness or initial strain differs between tetrahedra, on any rank.
   bool material_varies = false;
+  input::BulkViscosity bulk_viscosity = {};
 };
 
 /// The reference implementation: all operations in double precision, in sequence, with the plain loop over

@@ -61,6 +61,10 @@ public:
   /// Collective.
   double stress_share() const;
 
+  /// Share of the body's volume with a principal strain beyond a limit, in the current equilibrium.
+  /// Collective.
+  double strained_share(double limit) const;
+
   /// Continues loading until instability or the end of the curve. Collective.
   /// @param must_suspend this rank's request, polled after each break; may be empty
   /// @param on_equilibrium called on every rank with the loads before and after each increment, up to a break

@@ -14,7 +14,7 @@ namespace crackle::dynamics {
 
 /// The energy balance at one time of the last dynamic phase [J]: external = kinetic + strain + released +
 /// dissipated, each counted from the unloaded body. `dissipated` includes the residual motion of arrested
-/// phases and quasi-static breaks, damping and absorbing faces.
+/// phases and quasi-static breaks, damping, bulk viscosity and absorbing faces.
 struct EnergyRow {
   double time;  ///< since the start of the phase [s]
   double kinetic;
@@ -135,6 +135,7 @@ struct SampleResult {
   bool load_is_reaction = false;  ///< the machine's load is, at least in part, a reaction
   double time_step = 0;           ///< used in the run [s]
   double stable_step = 0;         ///< of the integrator on the intact body [s]
+  double wave_transit = none;     ///< see dynamics::wave_transit [s]
   double energy_error = 0;        ///< largest imbalance over the outputs, relative to the work done
   double equilibrium_residual =
       none;  ///< largest residual of the static solves, relative to the load; NaN without any

@@ -3,6 +3,7 @@
 
 #include "crackle/common/real.h"
 #include "crackle/dynamics/sample_result.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
@@ -39,9 +40,12 @@ struct SampleControl {
 };
 
 /// Time without a break after which a dynamic phase counts as arrested [s]: from the input, or the time that
-/// a longitudinal bar wave takes along the body's longest extent. By then a crack half-way along has received
-/// the response of both ends to its last break; later arrivals have been reflected again.
-double arrest_window(const input::Parameters& parameters);
+/// a bar wave in the slowest material takes along the body's longest extent. By then a crack half-way along
+/// has received the response of both ends to its last break; later arrivals have been reflected again.
+double arrest_window(const input::Parameters& parameters, const fracture::BodyWaves& waves);
+
+/// Time that a plane dilatational wave in the slowest material takes along the body's longest extent [s].
+double wave_transit(const input::Parameters& parameters, const fracture::BodyWaves& waves);
 
 /// Computes one sample from the unloaded state to its end: quasi-static loading, instability, dynamic
 /// fracture, arrest. Collective over the group; a failure on one rank is thrown on all.

@@ -6,6 +6,7 @@
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/fracture/stress_average.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
@@ -40,6 +41,7 @@ struct SampleSetup {
   const input::Parameters& parameters;
   const geometry::Subdomain& subdomain;
   fracture::BreakableBody body;
+  fracture::BodyWaves waves;
   mechanics::BoundaryLoads loads;
   const Splitting& splitting;
   double stable_step;  ///< [s]

@@ -17,12 +17,14 @@ inline constexpr double separated_share = 0.01;
 // Body forces act on all pieces, so they do not count among the loads below.
 
 /// True if two loads or motions act on no common face-connected piece: only hinges could transfer a load
-/// between them. With fewer than two of them, as is_separated. Equal on every rank. Collective.
+/// between them; or if none acts on the largest piece, as below. With fewer than two of them, as
+/// is_separated. Equal on every rank. Collective.
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
                  const mechanics::BoundaryLoads& loads);
 
 /// True if the body has separated: two loads or motions act on no common piece, or there is a second piece of
-/// at least separated_share of the volume. Equal on every rank. Collective.
+/// at least separated_share of the volume, or the largest piece has come off the prescribed motions, of which
+/// there are some, and no load acts on it either. Equal on every rank. Collective.
 /// @param labels of the pieces, see fracture::piece_labels()
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);

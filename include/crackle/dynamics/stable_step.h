@@ -16,8 +16,13 @@ namespace crackle::dynamics {
 double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                          const mechanics::PdsOperators& operators, const mechanics::InternalForce& force);
 
-/// Largest stable time step of the input's integrator on a realization [s]. Not collective (runs on one
-/// rank).
+/// Largest stable time step of the input's integrator on the intact body, with its bulk viscosity [s].
+/// Collective, as above.
+double stable_step(const parallel::Communicator& group, const input::Parameters& parameters,
+                   const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
+                   const mechanics::MaterialField& material, const mechanics::InternalForce& force);
+
+/// The same on a realization. Not collective (runs on one rank).
 double stable_step(const input::Parameters& parameters, const geometry::Realization& realization);
 
 /// The time step of a run and its number of steps.

@@ -11,6 +11,7 @@
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/parameters.h"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -130,9 +131,9 @@ private:
   std::optional<FolderLock> lock_;
   RunLog* log_ = nullptr;
   std::optional<Progress> progress_;
-  std::set<std::uint64_t> pending_;  ///< subset of the samples to compute
-  int n_warnings_ = 0;               ///< over samples done in this run or an earlier one
-  bool has_warned_of_fast_loading_ = false;
+  std::set<std::uint64_t> pending_;   ///< subset of the samples to compute
+  int n_warnings_ = 0;                ///< over samples done in this run or an earlier one
+  std::array<bool, 2> has_warned_{};  ///< of limits_passed()
   /// Failures not recorded in any sample file; completes the rows of the results.
   std::map<std::uint64_t, analysis::SampleSummary> unstored_;
   std::optional<SampleReport> single_;  ///< of a run of a single sample

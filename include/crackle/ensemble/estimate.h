@@ -14,6 +14,16 @@ namespace crackle::ensemble {
 /// on average.
 inline constexpr int usual_phases = 2;
 
+/// The smallest and the largest number of dynamic phases to expect.
+struct PhaseRange {
+  int least = usual_phases, most = usual_phases;
+};
+
+/// More than the usual number where a growing crack relieves the load, so that it arrests and starts again:
+/// between moved grips, up to 10, and under a stress that changes with time, such as a thermal one, up to 60
+/// (a disc shrunk into a ring: 34 to 57).
+PhaseRange expected_phases(const input::Parameters& parameters);
+
 /// Work of one dynamic phase of full duration.
 struct PhaseWork {
   dynamics::TimeGrid grid{};
@@ -27,12 +37,14 @@ PhaseWork phase_work(const input::Parameters& parameters, double stable_step);
 /// Expected dynamic phases and static solves of a sample.
 struct SampleWork {
   int phases = 1;             ///< the last one runs for the full duration
+  int phases_unbroken = 0;    ///< the same of a body that does not break
   double full_durations = 1;  ///< total dynamic time, in units of the full duration
   int solves = 0;             ///< equilibria after the first; 0 with start = "rest"
 };
 
+/// @param arrest_window see dynamics::arrest_window [s]
 /// @param phases of a sample with start = "quasi-static"; ignored with start = "rest", which has one
-SampleWork sample_work(const input::Parameters& parameters, int phases = usual_phases);
+SampleWork sample_work(const input::Parameters& parameters, double arrest_window, int phases = usual_phases);
 
 /// One-core time of a sample [s].
 struct SampleCost {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/dynamics/load_outlook.h"
+#include "crackle/fracture/material_field.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
@@ -19,6 +20,8 @@ struct MeasuredCost {
   double next_solve = 0;   ///< equilibrium after a break [s]; 0 if no load breaks the body
   /// Stresses and energy of the first equilibrium, with [[initial.stress]].
   std::optional<dynamics::StressState> initial = {};
+  double share_at_start = 0;      ///< of stress in strength at time 0, the largest; for quasi-static loading
+  fracture::BodyWaves waves{};    ///< see fracture::slowest_waves
   dynamics::LoadOutlook outlook;  ///< for start = "rest": assumed to break
   double phase_start = 0;         ///< overhead of a dynamic phase before its first step [s]
   double step = 0;                ///< one step of a dynamic phase: forces, breaking, energies and output [s]

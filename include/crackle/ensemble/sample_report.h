@@ -22,13 +22,14 @@ struct SampleReport {
                                  ///< usually empty
   int mesh_attempt = 0;          ///< attempt that gave the realization; shown unless 0
   std::int64_t n_tetrahedra = 0;
-  double seconds = 0;  ///< wall time from receiving the realization to writing the file
+  double wave_transit = 0;  ///< see dynamics::wave_transit; 0: not known [s]
+  double seconds = 0;       ///< wall time from receiving the realization to writing the file
 };
 
 /// For a Packer: messages between ranks of the same architecture.
 void for_each_field(std::derived_from<SampleReport> auto& report, const auto& visit) {
   visit(report.sample, report.stored, report.suspended, report.checkpoint_error, report.mesh_attempt,
-        report.n_tetrahedra, report.seconds, report.summary);
+        report.n_tetrahedra, report.wave_transit, report.seconds, report.summary);
 }
 
 /// One line for the log: sample number, onset force, pattern, crack area, breaks, energy error, seconds; or

@@ -41,4 +41,7 @@ std::string sweep_csv(std::span<const CaseRows> cases);
 /// A selection of these results as a readable table.
 std::string sweep_text(std::span<const CaseRows> cases);
 
+/// Those that say how samples broke as one JSON document, with how each is shown; NaN is null.
+std::string sweep_json(std::span<const CaseRows> cases);
+
 }  // namespace crackle::ensemble

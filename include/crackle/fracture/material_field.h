@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/variation.h"
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/elasticity.h"
+#include "crackle/parallel/communicator.h"
 
 #include <cstdint>
 
@@ -13,6 +15,17 @@ namespace crackle::fracture {
 /// Equal for any number of ranks. Local.
 mechanics::MaterialField make_material_field(const input::Parameters& parameters, std::uint64_t sample,
                                              const TetrahedronSpan& tetrahedra);
+
+/// Speeds of waves in the slowest of a body's materials, each the mean over its volume of what one wave takes
+/// to cross it: with rasters and variations [m/s].
+struct BodyWaves {
+  double bar;           ///< longitudinal, in a thin bar
+  double dilatational;  ///< plane, in an unbounded body
+};
+
+/// Collective; equal for any number of ranks.
+BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parameters& parameters,
+                        const BreakableBody& body);
 
 /// A key of [fracture] for each tetrahedron, such as the impulse: that of its material.
 mechanics::TetrahedronField<double> fracture_field(const input::Parameters& parameters,

@@ -19,14 +19,16 @@ namespace crackle::fracture {
 /// The weight of a tetrahedron with volume V at the distance r is V (1 - r^2 / l^2)^2 (Bazant and Jirasek,
 /// Nonlocal integral formulations of plasticity and damage, J. Eng. Mech. 128, 2002). The ball contains the
 /// unbroken tetrahedra that can be reached from its centre through common faces inside it, so that no stress
-/// is averaged across a free surface or a crack. Broken tetrahedra at its boundary count as stress-free.
+/// is averaged across a free surface or a crack. Broken tetrahedra at its boundary count as stress-free. It
+/// ends where the material or the interface does: the average over a thin weak bond and its stronger
+/// neighbours would exceed the strength at a higher load only.
 ///
 /// An average can only exceed the strength if some tetrahedron in the ball exceeds its own, since the
 /// equivalent stress is convex.
 ///
-/// Averages vary little over a fraction of the radius, so one ball represents each cell of a grid with a cell
-/// size of a third of the radius: beyond that resolution the number of balls does not grow with mesh
-/// refinement.
+/// Averages vary little over a fraction of the radius, so one ball represents what a cell of a grid contains
+/// of one material or interface; with a cell size of a third of the radius, beyond that resolution the number
+/// of balls does not grow with mesh refinement.
 class StressAverage {
 public:
   struct Share {
@@ -48,8 +50,8 @@ public:
   /// @param length radius of the ball [m]
   StressAverage(const BreakableBody& body, std::span<const double> strengths, double length);
 
-  /// The centre of the ball that represents the cell of a tetrahedron: the unbroken tetrahedron whose
-  /// centroid is nearest to the centre of the cell.
+  /// The centre of the ball that represents the cell of a tetrahedron: the unbroken tetrahedron of the same
+  /// material and interface whose centroid is nearest to the centre of the cell.
   /// @pre unbroken, and the rank counts a tetrahedron in the same cell
   std::int32_t centre(std::int32_t tetrahedron);
 
@@ -116,6 +118,8 @@ private:
   template <class Ball>
   void forget_in(Cache<Ball>& cache, std::span<const std::int32_t> tetrahedra) const;
 
+  /// Number of a tetrahedron's material and interface.
+  std::int32_t kind(std::int32_t tetrahedron) const;
   void find_cells();
   void forget_broken();
   std::vector<Share> find_ball(std::int32_t centre);

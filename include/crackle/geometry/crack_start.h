@@ -76,6 +76,8 @@ struct CrackStart {
   /// True if all cracks that touch no other start belong to it, including those that begin inside the body.
   /// Its faces claim nothing. @pre !is_straight
   bool is_free_surface = false;
+  /// True for a hole: cracks can run into it and go on from its other sides. @pre !is_straight
+  bool is_hole = false;
 
   /// Distance of a point ahead of the tip, along the ligament [m].
   double advance(const Point& p) const { return direction * (dot(p, along) - dot(tip, along)); }

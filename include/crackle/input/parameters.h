@@ -395,8 +395,17 @@ struct Time {
       0;  ///< a dynamic phase ends this long after separation of the body [s]; 0: it does not
 };
 
+/// Coefficients of bulk viscosity, see dynamics::ViscousForce.
+struct BulkViscosity {
+  double linear = 0;
+  double quadratic = 0;
+
+  bool acts() const { return linear > 0 || quadratic > 0; }
+};
+
 struct Damping {
   double mass = 0;  ///< damping force / (mass * velocity) [1/s]
+  BulkViscosity bulk = {};
 };
 
 /// A straight line in the y-z plane.
@@ -530,6 +539,7 @@ struct Parameters {
   /// True if the stress of one displacement may differ between tetrahedra.
   bool stress_varies() const { return stiffness_varies() || !initial_stresses.empty(); }
   double damping_rate() const { return damping ? damping->mass : 0; }  ///< [1/s]
+  BulkViscosity bulk_viscosity() const { return damping ? damping->bulk : BulkViscosity{}; }
   /// The loads that are forces. Their conditions are numbered after those of the boundaries.
   std::vector<BodyLoad> body_forces() const;
   std::vector<BodyLoad> initial_velocities() const;

@@ -12,4 +12,7 @@ namespace crackle::input {
 /// with the probable mistake.
 std::vector<std::string> plausibility_warnings(const Parameters& parameters);
 
+/// Largest speed of the body at the start [m/s]; of a free body relative to its middle.
+double initial_speed(const Parameters& parameters, bool is_free = false);
+
 }  // namespace crackle::input

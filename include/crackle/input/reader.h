@@ -67,7 +67,9 @@ struct Case {
 /// All combinations of the sweeps' values; the last sweep varies fastest.
 /// @param name used as the file name in messages
 /// @throws InputError with every error of the first invalid case, naming the case
-std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesystem::path& name);
+/// @param are_stored of results, whose rasters need not be there any more
+std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesystem::path& name,
+                              bool are_stored = false);
 
 /// One line for each group of identical cases: equal values of all keys give equal samples.
 std::vector<std::string> sweep_warnings(const std::vector<Case>& cases);

@@ -32,7 +32,7 @@
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
 /// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |
 /// | /crack_surface/branch | f | see analysis::CrackBranches |
-/// | /crack_surface/cracks/notch, area, first_time, last_time | c | see analysis::Crack |
+/// | /crack_surface/cracks/notch, hole, area, first_time, last_time | c | see analysis::Crack |
 /// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see analysis::LinePoint |
 /// | /crack_lines/lines/first, count | l | the points of each line |
 /// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
@@ -48,13 +48,14 @@
 /// | /history/condition_on, condition_kind | c | the input's boundary conditions, then its body forces |
 /// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |
 /// | /history/probes/NAME/at | 3 | place of the probe |
-/// | attribute rayleigh_speed [m/s] of /history | | of the material |
+/// | attribute rayleigh_speed [m/s] of /history | | of the material in which the cracks ran |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
 /// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | for computing the stress; of broken
 /// tetrahedra also from /breaks/cut, /bridge_releases and the input |
 /// | attribute release_time [s] of /frames | | of what falls at the time of a frame |
 /// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
+/// | /summary/crack_area_in | p | analysis::crack_area_in_info; attribute parts: analysis::crack_parts |
 /// | /summary/phase_start | | load time at time zero of cracks and frames |
 /// | /summary/time_step, stable_step | | steps |
 /// | /counts/... | | dynamics::SampleCounts |
@@ -68,7 +69,7 @@
 namespace crackle::io {
 
 /// Incremented with every change of the file's contents.
-inline constexpr std::int64_t sample_schema_version = 5;
+inline constexpr std::int64_t sample_schema_version = 6;
 
 /// Oldest version of sample and ensemble files whose results can still be read, that of version 1.0.0 of the
 /// program; samples cannot continue from them.
@@ -76,7 +77,7 @@ inline constexpr std::int64_t oldest_schema_version = 4;
 
 /// Incremented with every change that affects the results of some inputs: samples of different models cannot
 /// belong to one ensemble. Files without it are of model 1.
-inline constexpr std::int64_t model_version = 5;
+inline constexpr std::int64_t model_version = 6;
 
 /// The first model in which samples have base points of their own if the input does not say; before, they
 /// shared one set.
@@ -121,19 +122,8 @@ void write_failed_sample(const std::filesystem::path& file, const input::Paramet
 analysis::SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                                      std::uint64_t sample);
 
-/// As read_summary, for oldest_schema_version and above. Results missing from an older file are as in a row
-/// without results, and an older file's input is not compared.
-analysis::SampleSummary read_any_summary(const std::filesystem::path& file,
-                                         const input::Parameters& parameters, std::uint64_t sample);
-
-/// The text of the input from which a sample was computed. @throws std::runtime_error as read_any_summary
+/// The text of the input from which a sample was computed. @throws std::runtime_error naming the file
 std::string read_input_text(const std::filesystem::path& file);
-
-/// The rows of samples first, first + 1, ... first + count - 1 of an ensemble's folder. A sample without a
-/// file is pending; so is one with an unusable file, with the reason in `error`. Not collective.
-std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path& folder,
-                                                    const input::Parameters& parameters, std::uint64_t first,
-                                                    std::size_t count);
 
 /// A sample as stored in its file.
 struct StoredSample {
@@ -142,16 +132,40 @@ struct StoredSample {
   std::vector<analysis::BranchingPoint> branching;  ///< without `parent`
 };
 
-/// As read_summaries, for one sample with its crack surface, bitwise as computed. Not collective.
-StoredSample read_stored_sample(const std::filesystem::path& folder, const input::Parameters& parameters,
-                                std::uint64_t sample);
+/// Reads the samples of an ensemble's folder, also those of an older format, down to oldest_schema_version:
+/// their inputs are not compared, and results that they lack are as in a row without results. Not collective.
+///
+/// A sample without a file is pending; so is one with an unusable file, with the reason in `error`. A file of
+/// another model than the first whole one is unusable: its results are not of this ensemble.
+class SampleReader {
+public:
+  /// `parameters` must outlive the object.
+  SampleReader(std::filesystem::path folder, const input::Parameters& parameters);
+
+  analysis::SampleSummary row(std::uint64_t sample) const;
+  /// With its crack surface, bitwise as computed.
+  StoredSample whole(std::uint64_t sample) const;
+
+private:
+  template <class Read>
+  analysis::SampleSummary row_or_reason(std::uint64_t sample, const Read& read) const;
+
+  std::filesystem::path folder_;
+  const input::Parameters* parameters_;
+  std::int64_t model_;
+};
+
+/// The rows of samples first, first + 1, ... first + count - 1 of an ensemble's folder, as SampleReader.
+std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path& folder,
+                                                    const input::Parameters& parameters, std::uint64_t first,
+                                                    std::size_t count);
 
 /// The oldest version of the files in an ensemble's folder; the current one if there are none. Not
 /// collective.
 std::int64_t format_version(const std::filesystem::path& folder);
 
-/// The model of the samples in an ensemble's folder: that of one file, as runs never mix them. Without
-/// samples that of this program, or 0 for an ensemble file of an older version. Not collective.
+/// The model of the samples in an ensemble's folder: that of the first whole file, as runs never mix them.
+/// Without samples that of this program, or 0 for an ensemble file of an older version. Not collective.
 std::int64_t stored_model(const std::filesystem::path& folder);
 
 /// Refuses a folder with samples of an older format or another model. Checks a single file, as runs never mix

@@ -3,6 +3,7 @@
 
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
+#include "crackle/mechanics/elasticity.h"
 #include "crackle/mechanics/governing_condition.h"
 #include "crackle/mechanics/load_curve.h"
 #include "crackle/mechanics/operators.h"
@@ -111,7 +112,11 @@ struct BoundaryLoads {
 };
 
 /// Collective (total areas are summed over the group).
+/// @param material of each tetrahedron, which absorbing faces match
 /// @throws parallel::AgreedError when a condition applies to no node or no area of the body
+BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                                  const geometry::Subdomain& subdomain, const MaterialField& material);
+/// With the materials of the input as they are, without rasters and variations.
 BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain);
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/real.h"
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/tensor.h"
 #include "crackle/mechanics/tetrahedron_field.h"
 
-#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -53,6 +53,11 @@ struct MaterialField {
 };
 using ElasticityField = TetrahedronField<IsotropicElasticity>;
 
+/// The field of several materials.
+/// @param number of the material of each tetrahedron; empty: the only one
+MaterialField material_field(const std::vector<input::Material>& materials,
+                             std::span<const std::uint8_t> number);
+
 /// Speed of plane dilatational waves in an unbounded body [m/s].
 inline double dilatational_speed(const IsotropicElasticity& elasticity, double density) {
   return std::sqrt((elasticity.lambda + 2 * elasticity.mu) / density);
@@ -61,23 +66,23 @@ inline double dilatational_speed(const input::Material& material) {
   return dilatational_speed(IsotropicElasticity(material), material.density);
 }
 
-/// The slowest dilatational speed of several materials [m/s].
-inline double slowest_dilatational_speed(const std::vector<input::Material>& materials) {
-  double slowest = infinity;
-  for (const auto& material : materials) slowest = std::min(slowest, dilatational_speed(material));
-  return slowest;
+/// Speed of longitudinal waves in thin bars [m/s].
+inline double bar_speed(const IsotropicElasticity& elasticity, double density) {
+  return std::sqrt(elasticity.youngs_modulus() / density);
 }
 
 /// Speed of plane shear waves [m/s].
+inline double shear_speed(const IsotropicElasticity& elasticity, double density) {
+  return std::sqrt(elasticity.mu / density);
+}
 inline double shear_speed(const input::Material& material) {
-  return std::sqrt(IsotropicElasticity(material).mu / material.density);
+  return shear_speed(IsotropicElasticity(material), material.density);
 }
 
 /// Speed of Rayleigh waves [m/s].
-inline double rayleigh_speed(const input::Material& material) {
-  const double nu = material.poisson_ratio;
-  const double ratio =
-      (1 - 2 * nu) / (2 * (1 - nu));  // squared ratio of the shear and the pressure wave speed
+inline double rayleigh_speed(const IsotropicElasticity& elasticity, double density) {
+  // Squared ratio of the shear and the pressure wave speed.
+  const double ratio = elasticity.mu / (elasticity.lambda + 2 * elasticity.mu);
   const auto excess = [&](double c) {
     return (2 - c * c) * (2 - c * c) - 4 * std::sqrt(1 - c * c) * std::sqrt(1 - ratio * c * c);
   };
@@ -86,7 +91,10 @@ inline double rayleigh_speed(const input::Material& material) {
     const double middle = 0.5 * (lower + upper);
     (excess(middle) < 0 ? lower : upper) = middle;
   }
-  return lower * shear_speed(material);
+  return lower * shear_speed(elasticity, density);
+}
+inline double rayleigh_speed(const input::Material& material) {
+  return rayleigh_speed(IsotropicElasticity(material), material.density);
 }
 
 }  // namespace crackle::mechanics

@@ -26,6 +26,12 @@ MPI_Datatype mpi_type() {
   if constexpr (std::is_same_v<Number, double>) return MPI_DOUBLE;
 }
 
+/// MPI_Bcast of values on rank `from`; none in a group of one. Collective.
+void broadcast(const Communicator& group, void* values, int n, MPI_Datatype type, int from = 0);
+
+/// MPI_Allreduce in place; none in a group of one. Collective.
+void reduce_on_all(const Communicator& group, void* values, int n, MPI_Datatype type, MPI_Op operation);
+
 /// Element-wise reduction of the numbers of all ranks, in place on every rank. Collective; does not agree()
 /// before.
 template <class Numbers>
@@ -33,10 +39,8 @@ requires requires {
   typename Numbers::value_type;
 }
 void all_reduce(const Communicator& group, Numbers& numbers, MPI_Op operation) {
-  const auto type = mpi_type<typename Numbers::value_type>();
-  check_mpi(MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(numbers.size()), type, operation,
-                          group.get()),
-            "MPI_Allreduce");
+  reduce_on_all(group, numbers.data(), static_cast<int>(numbers.size()),
+                mpi_type<typename Numbers::value_type>(), operation);
 }
 
 /// The same for one number. Collective; does not agree() before.
@@ -62,7 +66,7 @@ inline bool any_of_all(const Communicator& group, bool is_so) {
 template <class Value>
 requires(std::is_trivially_copyable_v<Value> && !std::is_pointer_v<Value>) Value
     share(const Communicator& group, Value value) {
-  check_mpi(MPI_Bcast(&value, sizeof value, MPI_BYTE, 0, group.get()), "MPI_Bcast");
+  broadcast(group, &value, sizeof value, MPI_BYTE);
   return value;
 }
 
@@ -76,7 +80,7 @@ List share(const Communicator& group, List list) {
   const auto bytes = std::as_writable_bytes(std::span(list));
   for (std::size_t begin = 0; begin < bytes.size(); begin += largest_message) {
     const auto part = static_cast<int>(std::min(largest_message, bytes.size() - begin));
-    check_mpi(MPI_Bcast(bytes.data() + begin, part, MPI_BYTE, 0, group.get()), "MPI_Bcast");
+    broadcast(group, bytes.data() + begin, part, MPI_BYTE);
   }
   return list;
 }
@@ -84,6 +88,7 @@ List share(const Communicator& group, List list) {
 /// MPI datatype of a single value, so that counts of values, rather than bytes, need to fit an int.
 class ValueType {
 public:
+  ValueType() = default;  ///< for no messages
   explicit ValueType(std::size_t n_bytes) {
     check_mpi(MPI_Type_contiguous(static_cast<int>(n_bytes), MPI_BYTE, &type_), "MPI_Type_contiguous");
     check_mpi(MPI_Type_commit(&type_), "MPI_Type_commit");
@@ -113,6 +118,7 @@ struct GatherBuffers {
 template <class Value>
 std::vector<Value> gather_all(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
+  if (group.size() == 1) return agree(group, [&] { return std::vector<Value>(mine.begin(), mine.end()); });
   const int count = static_cast<int>(mine.size());
   auto buffers = agree(group, [&] { return GatherBuffers(sizeof(Value), group.size()); });
   check_mpi(MPI_Allgather(&count, 1, MPI_INT, buffers.counts.data(), 1, MPI_INT, group.get()),
@@ -142,7 +148,7 @@ std::vector<Value> gather_found(const Communicator& group, const Find& find) {
   } catch (...) {
     error = std::current_exception();
   }
-  if (group.size() > 1) found = all_reduce(group, found, MPI_MAX);
+  found = all_reduce(group, found, MPI_MAX);
   if (error) std::rethrow_exception(error);
   if (found != something) return {};
   return group.size() > 1 ? gather_all<Value>(group, mine) : mine;
@@ -154,6 +160,7 @@ std::vector<Value> gather_found(const Communicator& group, const Find& find) {
 template <class Value>
 std::vector<Value> gather_on_root(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
+  if (group.size() == 1) return gather_all(group, mine);
   const int count = static_cast<int>(mine.size());
   auto buffers = agree(group, [&] { return GatherBuffers(sizeof(Value), group.size()); });
   check_mpi(MPI_Gather(&count, 1, MPI_INT, buffers.counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");

@@ -12,10 +12,10 @@ namespace crackle::parallel {
 /// @throws std::runtime_error with MPI's message unless `code` is MPI_SUCCESS
 void check_mpi(int code, const char* call);
 
-/// Move-only owner of a duplicated or split MPI communicator. Errors are returned, not fatal.
+/// Move-only owner of a duplicated or split MPI communicator. Errors are returned. One rank needs no MPI.
 class Communicator {
 public:
-  /// Duplicates `communicator`. Collective over it.
+  /// Duplicates `communicator`; where MPI is not started, this process alone. Collective over it.
   explicit Communicator(MPI_Comm communicator);
   ~Communicator();
   Communicator(Communicator&& other) noexcept { *this = std::move(other); }

@@ -15,7 +15,8 @@
 
 namespace crackle::parallel {
 
-/// The owned nodes sent to other ranks, and the star forest (PETSc) that transfers them to their ghosts.
+/// The owned nodes sent to other ranks, and the star forest (PETSc) that transfers them to their ghosts; none
+/// of these in a group of one.
 class GhostForest {
 public:
   /// Collective; agrees before its messages.
@@ -40,7 +41,7 @@ class GhostExchange {
 public:
   /// Collective; agrees before its messages.
   GhostExchange(const Communicator& group, const NodeLayout& layout)
-      : type_(sizeof(Value)), forest_(group, layout) {
+      : type_(group.size() > 1 ? ValueType(sizeof(Value)) : ValueType()), forest_(group, layout) {
     agree(group, [&] {
       sent_.resize(forest_.sent_nodes().size());
       received_.resize(forest_.n_ghosts());

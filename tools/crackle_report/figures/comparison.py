@@ -40,7 +40,22 @@ def _label(entry: dict[str, Any]) -> str:
     """With units, as the time and the load of an event have one label."""
     if entry["share_of"]:
         return f"{entry['label']}: {entry['share_of']}"
+    if _is_bounded(entry):
+        return f"{entry['label']}, median [{entry['shown_units']}]"
     return f"{entry['label']} [{entry['shown_units']}]" if entry["shown_units"] else entry["label"]
+
+
+def _difference(entry: dict[str, Any]) -> dict[str, Any]:
+    """Of medians, where samples that did not break bound a load."""
+    return entry["difference_of_medians" if _is_bounded(entry) else "difference_of_means"]
+
+
+def _first(entry: dict[str, Any]) -> Optional[float]:
+    return entry["median_first" if _is_bounded(entry) else "mean_first"]
+
+
+def _is_bounded(entry: dict[str, Any]) -> bool:
+    return entry["n_bounds_first"] + entry["n_bounds_second"] > 0
 
 
 def _is_sure(entry: dict[str, Any]) -> bool:
@@ -56,21 +71,23 @@ def _answer(name: str, comparison: dict[str, Any]) -> str:
 
 
 def _shown(entry: dict[str, Any]) -> str:
-    """The difference as people read it: "+12 %" of a number's mean, "+12 points" of a share."""
-    difference = entry["difference_of_means"]["value"]
+    """The difference as people read it: "+12 %" of a number's mean or median, "+12 points" of a share."""
+    difference = _difference(entry)["value"]
+    if difference is None:
+        return "by an unknown amount"
     if entry["share_of"]:
         return f"{100 * difference:+.0f} points"
-    if not entry["mean_first"]:
+    if not _first(entry):
         return f"{entry['shown_factor'] * difference:+.3g} {entry['shown_units']}".strip()
-    return f"{100 * difference / abs(entry['mean_first']):+.1f} %"
+    return f"{100 * difference / abs(_first(entry)):+.1f} %"
 
 
 def _figure(comparison: dict[str, Any], sections: list[str], lengths: Unit) -> Figure:
     # Without a value where only one of the ensembles has the result.
-    known = [entry for entry in comparison["results"] if entry["difference_of_means"]["value"] is not None]
-    numbers = [entry for entry in known if not entry["share_of"] and entry["mean_first"]]
+    known = [entry for entry in comparison["results"] if _difference(entry)["value"] is not None]
+    numbers = [entry for entry in known if not entry["share_of"] and _first(entry)]
     shares = [entry for entry in known if entry["share_of"]]
-    panels = [("percent of this ensemble's mean", [(_label(entry), entry["difference_of_means"], 100 / abs(entry["mean_first"]), _is_sure(entry))
+    panels = [("percent of this ensemble's mean", [(_label(entry), _difference(entry), 100 / abs(_first(entry)), _is_sure(entry))
                                                    for entry in numbers]),
               ("percentage points of the samples", [(_label(entry), entry["difference_of_means"], 100, _is_sure(entry)) for entry in shares]),
               (lengths.label("mean position"), [(f"start {paths['leading_notch']} leads, {where}", difference, 1 / lengths.size, _is_sure(paths))
@@ -88,7 +105,7 @@ def _draw(axes: Axes, unit: str, rows: list[tuple[str, dict[str, Any], float, bo
     axes.axvline(0, color=style.OUTLINE, linewidth=0.8)
     for place, (_, difference, factor, is_sure) in enumerate(rows):
         colour = SURE if is_sure else UNSURE
-        if difference["lower"] is not None:
+        if None not in (difference["lower"], difference["upper"]):
             axes.plot([factor * difference["lower"], factor * difference["upper"]], [place, place], color=colour, linewidth=1.6)
         axes.plot(factor * difference["value"], place, "o", color=colour, markersize=4)
     axes.set_yticks(range(len(rows)), [label for label, *_ in rows])

@@ -45,7 +45,7 @@ def _verdict(ensemble: Ensemble) -> str:
     lengths = ensemble.plate.lengths
     half_width, target = precision["half_width"], precision["half_width_wanted"]
     known = (f"the mean position of the leading crack is known to ±{lengths.of(half_width):.2g} {lengths.name} at its least "
-             f"certain section ({_of_class(ensemble, precision['row'])}{ensemble.sections[precision['section']].name})")
+             f"certain section ({_of_class(ensemble, precision['row'])}{ensemble.sections[precision['section']].name}{_of_group(ensemble)})")
     wanted = f"±{lengths.of(target):.2g} {lengths.name} ({reason})"
     if half_width <= target:
         return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
@@ -59,6 +59,14 @@ def _of_class(ensemble: Ensemble, row: int) -> str:
     return f"{ensemble.plate.name_of(leading[row])} leads, " if len(leading) > 1 else ""
 
 
+def _of_group(ensemble: Ensemble) -> str:
+    """Of which group the mean is, where the leading cracks take several ways; smaller groups have no say."""
+    if "group" not in ensemble.precision:
+        return ""
+    group = ensemble.ranks["leader"].groups[ensemble.precision["group"]]
+    return f", of the {group.n} of {group.n_of} samples that take one way"
+
+
 def _draw(ensemble: Ensemble) -> Figure:
     leaders = ensemble.ranks["leader"]
     rows, n_columns = ensemble.rows_shown("leader") or [0], len(ensemble.sections)
@@ -67,7 +75,9 @@ def _draw(ensemble: Ensemble) -> Figure:
     last = done[-1] + 1 if done.size else 0
     number = np.arange(1, n_samples + 1)
     lengths = ensemble.plate.lengths
-    mean, band, deviation = map(lengths.of, (leaders.running_mean, leaders.running_half_width, leaders.z_std))
+    apart = leaders.is_divided.astype(bool)
+    mean, band, deviation = (lengths.of(np.where(apart, np.nan, values)) for values in
+                             (leaders.running_mean, leaders.running_half_width, leaders.z_std))
     span = _span(mean, band, deviation, lengths.of(LEAST_SPAN * ensemble.plate.size[1]))
 
     figure = Figure(figsize=(style.PAGE_WIDTH, 0.75 + 1.75 * len(rows)), layout="constrained")
@@ -92,7 +102,7 @@ def _draw(ensemble: Ensemble) -> Figure:
                 axes.set_ylim(centre - span / 2, centre + span / 2)
             else:
                 axes.set_yticks([])
-                axes.text(0.5, 0.5, "not reached", transform=axes.transAxes, ha="center", color=style.MUTED)
+                axes.text(0.5, 0.5, "several ways" if apart[row, column] else "not reached", transform=axes.transAxes, ha="center", color=style.MUTED)
             if column == 0:
                 axes.set_ylabel(lengths.label(f"mean {along(ensemble.sections)}"))
             if row == rows[-1]:

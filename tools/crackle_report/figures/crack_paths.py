@@ -25,9 +25,9 @@ TITLE_ROOM = {False: 1.15, True: 0.62}  # what a panel's title takes in large an
 DIGIT = 5.8  # width of one in a title [point]
 MOST_PANELS = 240  # a page with thousands is neither read nor quickly drawn
 
-EXPLANATION = ("The opened dual facets, projected on the YZ plane and coloured by the time they opened, counted "
-               "from the onset of the last dynamic phase. Grey facets opened before it. Rings are round the branching points that are "
-               "counted: whole ones show in this projection, dotted ones only in a window through the thickness.")
+EXPLANATION = ("The opened dual facets, projected on the YZ plane and coloured by the time at which they opened, counted from the onset of "
+               "the last dynamic phase; grey facets opened before it. Rings mark the branching points that count: solid where this projection "
+               "shows them, dotted where only a window through the thickness does.")
 
 
 def typical(ensemble: Ensemble, _: Options) -> Section:
@@ -37,7 +37,7 @@ def typical(ensemble: Ensemble, _: Options) -> Section:
     chosen = typical_samples(ensemble, N_TYPICAL)
     result = _section(
         ensemble, "Typical crack paths", "The most typical sample of each pattern, then those that differ most from "
-        "the ones shown; numbers of panels in proportion to the patterns' shares. " + EXPLANATION, [chosen] if chosen else [])
+        "the ones shown; each pattern has panels in proportion to its share. " + EXPLANATION, [chosen] if chosen else [])
     for picture in result.pictures:
         picture.name = "typical-paths"
     return result
@@ -59,7 +59,7 @@ def every(ensemble: Ensemble, _: Options) -> Section | None:
 
 
 def _section(ensemble: Ensemble, title: str, text: str, sheets: list[list[int]]) -> Section:
-    result = Section(title, text)
+    result = Section(title, text + ensemble.tinted)
     cracks = {i: ensemble.files.crack(i) for sheet in sheets for i in sheet}
     cracks = {i: crack for i, crack in cracks.items() if crack is not None and crack.time.size}
     latest = max((crack.last_opening for crack in cracks.values()), default=0.0)
@@ -136,7 +136,7 @@ def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | No
            z_range: tuple[float, float]) -> None:
     samples = ensemble.samples
     done = samples.status[number] == DONE
-    draw_plate(axes, ensemble.plate, z_range, faint=not done)
+    draw_plate(axes, ensemble.plate, z_range, faint=not done, regions=ensemble.files.regions(number))
     if not done:
         label = "failed" if samples.status[number] == FAILED else "pending"
         axes.text(0.5, 0.5, label, transform=axes.transAxes, ha="center", va="center", color=style.MUTED,

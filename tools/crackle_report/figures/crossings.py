@@ -27,7 +27,8 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
         "Through-thickness means of the leading and of the following cracks, with their branches; samples are mapped "
         "by the body's symmetry, if it has one, so that the leading cracks start at the same notch (numbered from 0, "
         "in the order of the input). Mean, interval and deviation at the cross-sections (dotted) are over the "
-        "samples whose crack arrived there; the numbers at their ends count these.")
+        "samples whose crack arrived there, or over each group of them where cracks take several ways; the numbers at "
+        f"their ends count all that arrived.{ensemble.tinted}")
     if ensemble.sections and any(ensemble.rows_shown(group) for group in ("leader", "follower")):
         result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
                                        _draw(ensemble)))
@@ -41,13 +42,13 @@ def _draw(ensemble: Ensemble) -> Figure:
     n_columns = min(len(panels), 3)
     n_rows = -(-len(panels) // n_columns)
     left, right, top, bottom, gap_x, gap_y = 0.6, 0.15, 0.75, 0.5, 0.5, 0.9
-    room = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 4.2)
+    room = (style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns
     panel_width, panel_height = panel_size(ensemble.plate, z_range, room, 6.0)
     gap_x = max(gap_x, min(room, TITLE_ROOM) - panel_width)
     figure = Sheet((panel_width, panel_height), n_rows, n_columns, (left, right, top, bottom), (gap_x, gap_y), LEGEND_ROOM)
     for number, panel in enumerate(panels):
         axes = figure.panel(*divmod(number, n_columns))
-        draw_plate(axes, ensemble.plate, z_range)
+        draw_plate(axes, ensemble.plate, z_range, regions=ensemble.regions)
         axes.set_xlabel(ensemble.plate.lengths.label("y"))
         axes.set_ylabel(ensemble.plate.lengths.label("z"))
         _panel(axes, ensemble, *panel, lines[panel])
@@ -100,18 +101,21 @@ def _lines(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int) -> None:
         if section.ends is None:
             continue
         axes.plot(*lengths.of(section.ends).T, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)
-        mean = statistics.z_mean[row, k]
-        if not np.isfinite(mean):
-            continue
-        for extent, kind in ((statistics.z_half_width[row, k], {"linewidth": 3.0, "alpha": 0.2}),
-                             (statistics.z_std[row, k], {"linewidth": 0.8, "linestyle": "--"})):
-            if np.isfinite(extent):
-                axes.plot(*lengths.of(section.places([mean - extent, mean + extent])).T, color="black", zorder=4,
-                          **kind)
-        place = lengths.of(section.places(mean))
-        axes.plot(*place, color="black", marker="o", markersize=2.5, zorder=5)
-        axes.annotate(str(statistics.reached[row, k]), place, (3, 3), textcoords="offset points", fontsize=7,
-                      color=style.MUTED)
+        for mean, std, half_width, reached in {tuple(float(values[k]) for values in way) for way in _ways(statistics, row)}:
+            if not np.isfinite(mean):
+                continue
+            for extent, kind in ((half_width, {"linewidth": 3.0, "alpha": 0.2}), (std, {"linewidth": 0.8, "linestyle": "--"})):
+                if np.isfinite(extent):
+                    axes.plot(*lengths.of(section.places([mean - extent, mean + extent])).T, color="black", zorder=4,
+                              **kind)
+            place = lengths.of(section.places(mean))
+            axes.plot(*place, color="black", marker="o", markersize=2.5, zorder=5)
+            axes.annotate(f"{reached:.0f}", place, (3, 3), textcoords="offset points", fontsize=7, color=style.MUTED)
+
+
+def _ways(statistics: Ranks, row: int) -> list[tuple[np.ndarray, ...]]:
+    """Mean, standard deviation, half width of the interval and number of samples, of each way that the row's cracks take."""
+    return list(zip(*(statistics.ways(row, name) for name in ("z_mean", "z_std", "z_half_width", "reached"))))
 
 
 def _sections(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int, axis: int) -> None:
@@ -119,8 +123,6 @@ def _sections(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int, axis:
     is_y, lengths = axis == 1, ensemble.plate.lengths
     chosen = [k for k, section in enumerate(ensemble.sections) if section.axis == axis]
     at = lengths.of(np.array([ensemble.sections[k].position for k in chosen]))
-    mean, std, half_width = (lengths.of(values[row, chosen]) for values in
-                             (statistics.z_mean, statistics.z_std, statistics.z_half_width))
 
     def plot(position: np.ndarray, **kind: object) -> None:
         axes.plot(*((at, position) if is_y else (position, at)), color="black", **kind)
@@ -134,10 +136,12 @@ def _sections(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int, axis:
                   transform=axes.get_xaxis_transform() if is_y else axes.get_yaxis_transform(),
                   ha="center" if is_y else "left", va="bottom" if is_y else "center", fontsize=7, color=style.MUTED,
                   clip_on=False)
-    if not np.isfinite(mean).any():
-        return
-    plot(mean, linewidth=1.0, marker="o", markersize=2.5, zorder=5)
-    for side in (-1, 1):
-        plot(mean + side * std, linewidth=0.8, linestyle="--", zorder=4)
-    (axes.fill_between if is_y else axes.fill_betweenx)(at, mean - half_width, mean + half_width, color="black",
-                                                        alpha=0.2, linewidth=0, zorder=4)
+    for way in _ways(statistics, row):
+        mean, std, half_width = (lengths.of(values[chosen]) for values in way[:3])
+        if not np.isfinite(mean).any():
+            continue
+        plot(mean, linewidth=1.0, marker="o", markersize=2.5, zorder=5)
+        for side in (-1, 1):
+            plot(mean + side * std, linewidth=0.8, linestyle="--", zorder=4)
+        (axes.fill_between if is_y else axes.fill_betweenx)(at, mean - half_width, mean + half_width, color="black",
+                                                            alpha=0.2, linewidth=0, zorder=4)

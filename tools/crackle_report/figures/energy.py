@@ -28,7 +28,8 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
         "Energy",
         "The energy account of the samples shown in detail over the last dynamic phase. Work of the load = "
         "strain + kinetic + released + dissipated, each counted from the unloaded body. Dissipated energy is the kinetic "
-        "energy left by arrested phases and static breaks, and the energy removed by damping and absorbing faces.")
+        "energy left by arrested phases and static breaks, and the energy removed by damping and absorbing faces. A force that stays "
+        "pulls the halves apart after the break, and its work goes on growing; the work of fracture in the table ends at separation.")
     result.pictures.append(Picture("energy", f"Energy over time of samples {', '.join(map(str, histories))}",
                                    _draw(histories, ensemble.times)))
     return result

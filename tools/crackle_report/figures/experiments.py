@@ -77,7 +77,7 @@ class _Frame:
     """Panels that show the same part of the body."""
 
     def __init__(self, ensemble: Ensemble, photographs: Sequence[Photograph]) -> None:
-        self._plate, self._lengths = ensemble.plate, ensemble.plate.lengths
+        self._plate, self._lengths, self._regions = ensemble.plate, ensemble.plate.lengths, ensemble.regions
         self._window = window(photographs, self._plate, BEYOND * self._plate.size[1])
         self._grid = Grid.over(*self._window, np.ptp(self._window, axis=1).max() / PIXELS)
         self.body_grid = Grid.over(*window(photographs, self._plate), self._grid.pixel)
@@ -88,7 +88,7 @@ class _Frame:
         return width, width * proportion
 
     def body(self, axes: Axes, faint: bool = False) -> None:
-        draw_plate(axes, self._plate, tuple(map(self._lengths.of, self._window[1])), faint)
+        draw_plate(axes, self._plate, tuple(map(self._lengths.of, self._window[1])), faint, None if faint else self._regions)
         axes.set_xlim(*map(self._lengths.of, self._window[0]))
 
     def photograph(self, axes: Axes, photograph: Photograph) -> None:
@@ -119,14 +119,14 @@ def _growth(ensemble: Ensemble, experiment: dict[str, Any], photographs: list[Ph
     frames, crack = ensemble.files.frames(number), ensemble.files.crack(number)
     if frames is None or crack is None or frames.time.size == 0:
         return None
-    frame, times, n = _Frame(ensemble, photographs), ensemble.times, len(photographs)
+    frame, times, n, optics = _Frame(ensemble, photographs), ensemble.times, len(photographs), options.optics(frames)
     left, right, top, bottom, gap = 0.75, 0.1, 0.85, 0.45, 0.12
-    rows = ["photograph", "fringes", "cracks"] if options.fringes else ["photograph", "cracks"]
+    rows = ["photograph", "fringes", "cracks"] if optics else ["photograph", "cracks"]
     size = frame.size(min((style.PAGE_WIDTH - left - right - (n - 1) * gap) / n, PANEL_ROOM), MOST_HEIGHT)
     figure = Sheet(size, len(rows), n, (left, right, top, bottom), (max(gap, 0.85 - size[0]), 0.28), 6.4)
     colours = time_colours(crack.last_opening, times)
     chosen = nearest_frames(frames, photographs)
-    made = fringes_at(frames, chosen, frame.body_grid, options.optics) if options.fringes else []
+    made = fringes_at(frames, chosen, frame.body_grid, optics) if optics else []
     for k, photograph in enumerate(photographs):
         moment = float(frames.time[chosen[k]])
         for row, what in enumerate(rows):
@@ -192,7 +192,8 @@ def _path(ensemble: Ensemble, experiment: dict[str, Any]) -> Figure:
     seen = np.concatenate([place[:, 1], *(np.array(line)[:, 1] for line in experiment["observed"]["lines"])])
     room = 0.25 * ensemble.plate.size[1]
     bottom, top = ensemble.plate.ends(2)
-    draw_plate(body, ensemble.plate, (lengths.of(max(bottom, seen.min() - room)), lengths.of(min(top, seen.max() + room))))
+    draw_plate(body, ensemble.plate, (lengths.of(max(bottom, seen.min() - room)), lengths.of(min(top, seen.max() + room))),
+               regions=ensemble.regions)
 
     def curve(of: np.ndarray) -> np.ndarray:
         return lengths.of(place + of[:, None] * normal).T

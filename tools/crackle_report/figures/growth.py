@@ -13,9 +13,10 @@ from PIL import Image
 
 from .. import style
 from ..choosing import samples_in_detail
-from ..drawing import Sheet, draw_facets, draw_plate, panel_size, time_bar, time_colours
+from ..drawing import Sheet, draw_borders, draw_facets, draw_plate, draw_regions, panel_size, time_bar, time_colours
+from ..mesh import Mesh, Regions
 from ..options import Options
-from ..photoelasticity import Grid, make_series
+from ..photoelasticity import NO_FRINGES, STRESS_OPTIC, Grid, make_series
 from ..results import CrackSurface, Ensemble, Frames
 from ..stress import frame_stresses
 from .picture import Animation, Picture, Section
@@ -29,32 +30,38 @@ ANIMATION_WIDTH, ANIMATION_DPI = 4.6, 110  # [inch]
 
 
 def section(ensemble: Ensemble, options: Options) -> Section | None:
-    what = "Fringes and crack growth" if options.fringes else "Crack growth"
-    result = Section(what, _explain(options))
+    views = []
     for number in options.samples or samples_in_detail(ensemble):
         frames, crack = ensemble.files.frames(number), ensemble.files.crack(number)
-        if frames is None or crack is None or frames.time.size == 0:
-            continue
-        view = _View(ensemble, number, frames, crack, options)
-        result.pictures.append(Picture(
-            f"growth-{number:04d}", f"{what} of sample {number}",
-            view.rows(_chosen_frames(frames, crack, options.times))))
-        if options.animation and frames.time.size > 1:
+        if frames is not None and crack is not None and frames.time.size:
+            views.append(_View(ensemble, number, frames, crack, options))
+    if not views:
+        return None
+    result = Section("Fringes and crack growth" if views[0].optics else "Crack growth", _explain(views[0], options) + ensemble.tinted)
+    for view in views:
+        result.pictures.append(Picture(f"growth-{view.number:04d}", f"{result.title} of sample {view.number}", view.rows(options.times)))
+        if options.animation and view.n_frames > 1:
             result.animations.append(view.animation())
-    return result if result.pictures else None
+    return result
 
 
-def _explain(options: Options) -> str:
-    growth = "the cracks opened by then. t₀ is the start of the last dynamic phase."
-    if not options.fringes:
-        return growth[0].upper() + growth[1:]
+def _explain(view: "_View", options: Options) -> str:
+    growth = "The cracks that have opened by then; t₀ is the start of the last dynamic phase."
+    if view.optics is None:
+        return growth + (f" Fringes are not drawn: {NO_FRINGES}." if options.fringes else "")
     field = "light" if options.light_field else "dark"
     way = ("the product of the Jones matrices along each ray" if options.product else
            "the integrated stress along each ray")
-    return (f"View in a circular polariscope ({field} field{', colours reversed' * options.reverse}), by {way}; "
-            f"stress-optic coefficient {options.optics.stress_optic:.3g} 1/Pa, wavelength "
-            f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra show the stress that they "
-            f"still carry: none, or that of uncut edges and of contact. Below, {growth}")
+    return (f"Above, what a circular polariscope would show ({field} field{', colours reversed' * options.reverse}), by {way}; "
+            f"wavelength {options.wavelength * 1e9:g} nm, {_coefficient(options)}. Broken tetrahedra show the stress that they "
+            f"still carry: none, or that of uncut edges and of contact.{view.unknown_note} Below: {growth[0].lower() + growth[1:]}")
+
+
+def _coefficient(options: Options) -> str:
+    if options.stress_optic:
+        return f"stress-optic coefficient {', '.join(f'{value:.3g}' for value in options.stress_optic)} 1/Pa"
+    return (f"stress-optic coefficient assumed: {STRESS_OPTIC:.3g} 1/Pa, typical of epoxy (that of PMMA is some ten times smaller and "
+            "of the other sign; --stress-optic sets it)")
 
 
 def _chosen_frames(frames: Frames, crack: CrackSurface, times: tuple[float, ...]) -> list[int]:
@@ -88,7 +95,9 @@ class _View:
     """One sample's cracks round the notches, and its fringes where they are wanted."""
 
     def __init__(self, ensemble: Ensemble, number: int, frames: Frames, crack: CrackSurface, options: Options):
-        self._plate, self._number, self._frames, self._crack = ensemble.plate, number, frames, crack
+        self.number, self.optics = number, options.optics(frames)
+        self._plate, self._frames, self._crack = ensemble.plate, frames, crack
+        self._regions = ensemble.files.regions(number)
         self._onset = float(ensemble.samples.onset_time[number])
         left, right = ensemble.plate.ends(1)
         self._z = self._shown_length()
@@ -97,9 +106,19 @@ class _View:
         self._lengths, self._times = ensemble.plate.lengths, ensemble.times
         self._colours = time_colours(crack.last_opening, self._times)
         self._options = options
-        self._draws = [self._draw_fringes, self._draw_cracks] if options.fringes else [self._draw_cracks]
-        if options.fringes:
-            self._fringes = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), self._grid, options.optics)
+        self._draws = [self._draw_fringes, self._draw_cracks] if self.optics else [self._draw_cracks]
+        if self.optics:
+            self._fringes = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), self._grid, self.optics)
+            is_unknown = np.broadcast_to(self.optics.stress_optic == 0, len(frames.tetrahedra))
+            self._unknown = Regions(Mesh(frames.nodes, frames.tetrahedra[is_unknown]).cut(0, self._plate.size[0] / 2)[0], np.empty((0, 2, 2)))
+
+    @property
+    def n_frames(self) -> int:
+        return self._frames.time.size
+
+    @property
+    def unknown_note(self) -> str:
+        return " Materials stiffer than 10 GPa show no fringes, as their coefficient is not known." if self._unknown.polygons else ""
 
     def _shown_length(self) -> tuple[float, float]:
         """The range of z [m] round all notches and cracks, stray breaks far away left out."""
@@ -113,8 +132,9 @@ class _View:
         ends = ends or [bottom, top]
         return max(bottom, min(ends)), min(top, max(ends))
 
-    def rows(self, chosen: list[int]) -> Figure:
-        """Fringes above, cracks below, or cracks alone; a column for each time."""
+    def rows(self, times: tuple[float, ...]) -> Figure:
+        """Fringes above, cracks below, or cracks alone; a column for each of these times, or for times that suit the growth."""
+        chosen = _chosen_frames(self._frames, self._crack, times)
         n_rows = len(self._draws)
         n_columns = len(chosen)
         left, right, top, bottom, gap_x, gap_y = 0.55, 0.1, 0.85, 0.45, 0.12, 0.12
@@ -135,9 +155,9 @@ class _View:
                 if row == 0:
                     axes.set_title(self._time_text(frame), pad=4)
         time_bar(figure, self._colours, left, 2.0, self._times)
-        figure.text((left + 2.3) / width, 1 - 0.22 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
+        figure.text((left + 2.3) / width, 1 - 0.22 / height, f"sample {self.number}", fontweight="bold", fontsize=9)
         if np.isfinite(self._onset):
-            figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.6f} s", fontsize=8)
+            figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.4g} s", fontsize=8)
         return figure
 
     def animation(self) -> Animation:
@@ -155,17 +175,17 @@ class _View:
                 axes.set_xlabel(self._lengths.label("y"))
                 if k == 0:
                     axes.set_ylabel(self._lengths.label("z"))
-            figure.text(left / width, 1 - 0.25 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
+            figure.text(left / width, 1 - 0.25 / height, f"sample {self.number}", fontweight="bold", fontsize=9)
             figure.text((left + 1.2) / width, 1 - 0.25 / height, self._time_text(frame), fontsize=9)
             canvas = FigureCanvasAgg(figure)
             canvas.draw()
             images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3]))
         images = [_to_palette(image) for image in images]
         durations = [round(1000 * FRAME_SECONDS)] * (len(images) - 1) + [round(1000 * LAST_SECONDS)]
-        what = "Fringes and cracks" if self._options.fringes else "Cracks"
+        what = "Fringes and cracks" if self.optics else "Cracks"
         gif = io.BytesIO()
         images[0].save(gif, "GIF", save_all=True, append_images=images[1:], duration=durations, loop=0)
-        return Animation(f"growth-{self._number:04d}", f"{what} of sample {self._number} over time",
+        return Animation(f"growth-{self.number:04d}", f"{what} of sample {self.number} over time",
                          gif.getvalue(), images[0].width)
 
     def _panel_size(self, room: float) -> tuple[float, float]:
@@ -182,6 +202,9 @@ class _View:
         self._draw_frame(axes)
         axes.imshow(image, cmap="gray", norm=Normalize(0, 1), origin="lower", interpolation="nearest", zorder=1,
                     extent=(*map(self._lengths.of, self._plate.ends(1)), low, high))
+        draw_regions(axes, self._unknown, self._lengths, above=1)
+        if self._regions is not None:
+            draw_borders(axes, self._regions, self._lengths, above=1)
 
     def _draw_cracks(self, axes: Axes, frame: int) -> None:
         self._draw_frame(axes)
@@ -189,4 +212,4 @@ class _View:
                     times=self._times)
 
     def _draw_frame(self, axes: Axes) -> None:
-        draw_plate(axes, self._plate, tuple(map(self._lengths.of, self._z)))
+        draw_plate(axes, self._plate, tuple(map(self._lengths.of, self._z)), regions=self._regions)

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from crackle.curves import load_limits, while_held
 from crackle.units import MM, NEWTON, US, Unit, fitting
 
 from .. import style
@@ -19,7 +20,7 @@ from .picture import Picture, Section
 
 BAND = (10, 90)  # per cent of the samples
 BAND_POINTS = 200
-PEAK = 0.999  # the load is at its peak when it first comes so near to its largest value
+MOST_OVER = 2.5  # times the Rayleigh speed, up to which speeds are drawn
 MIN_BAND = 4  # samples from which on a band is drawn
 
 
@@ -35,7 +36,9 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
         result.pictures.append(Picture("crack-speed", "Crack length and tip speed over time",
                                        _growth(ensemble, histories, detailed)))
     if np.isfinite(ensemble.samples.arrival[ensemble.done]).any():
-        result.pictures.append(Picture("arrival", "When the cracks arrive at the sections", _arrivals(ensemble)))
+        n_before = int((ensemble.samples.arrival[ensemble.done] <= _earliest(ensemble)).sum())
+        left_out = f"; without {n_before} arrivals before the last dynamic phase, whose times are negative" if n_before else ""
+        result.pictures.append(Picture("arrival", f"When the cracks arrive at the sections{left_out}", _arrivals(ensemble)))
     return result
 
 
@@ -67,14 +70,9 @@ def _values(history: History, what: str) -> np.ndarray:
 def _units(histories: dict[int, History]) -> dict[str, Unit]:
     """Of load, displacement and time."""
     usual = {"load": (NEWTON, 0.1), "displacement": (MM, 1e-3), "time": (US, 0.5)}
-    shown = {what: [np.abs(_values(history, what)[_until_peak(history) if what != "time" else slice(None)]).max()
+    shown = {what: [np.abs(_values(history, what)[while_held(history.governing_load, history.phase) if what != "time" else slice(None)]).max()
                     for history in histories.values()] for what in usual}
     return {what: fitting(shown[what], *unit_and_least) for what, unit_and_least in usual.items()}
-
-
-def _until_peak(history: History) -> slice:
-    """The moments up to the peak of the load: what flies apart moves on without end."""
-    return slice(int(np.argmax(history.governing_load >= PEAK * history.governing_load.max())) + 1)
 
 
 def _curves(histories: dict[int, History], of: str, units: dict[str, Unit]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
@@ -87,7 +85,7 @@ def _load(histories: dict[int, History], detailed: list[int]) -> Figure:
     """Load over displacement; where everything happens within waves' times, both over time."""
     over, units = _abscissa(histories), _units(histories)
     panels = ["load over displacement"] if over == "displacement" else ["load over time", "displacement over time"]
-    figure = Figure(figsize=(style.PAGE_WIDTH * (0.72 if len(panels) == 1 else 1), 3.4), layout="constrained")
+    figure = Figure(figsize=(style.PAGE_WIDTH, 3.4), layout="constrained")
     for axes, of in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels):
         curves = _curves(histories, of, units)
         for i, curve in curves.items():
@@ -96,13 +94,11 @@ def _load(histories: dict[int, History], detailed: list[int]) -> Figure:
         _band(axes, list(curves.values()))
         for k, i in enumerate(detailed):
             axes.plot(*curves[i], color=style.notch_colour(k), linewidth=1.1, label=f"sample {i}")
-        # What flies apart moves on without end.
-        if of == "load over displacement":
-            at_peak = [0.0, *(float(x[np.argmax(load >= PEAK * load.max())]) for x, load in curves.values())]
-            if any(at_peak):
-                axes.set_xlim(2 * min(at_peak), 2 * max(at_peak))
         if of.startswith("load"):
-            axes.set_ylim(0, 1.08 * max(float(load.max()) for _, load in curves.values()) or None)
+            of_displacement, of_load = load_limits((*curves[i], history.phase) for i, history in histories.items())
+            axes.set_ylim(of_load)
+            if over == "displacement":
+                axes.set_xlim(of_displacement)
         axes.set_xlabel(units[over].label(over))
         what = of.split()[0]
         axes.set_ylabel(units[what].label(what))
@@ -135,10 +131,21 @@ def _last_motion(time: np.ndarray, tip_speed: np.ndarray) -> float:
     return float(time[np.isfinite(tip_speed)].max(initial=0))
 
 
+def _common_rayleigh_speed(histories: dict[int, History]) -> float:
+    """That of all tips in all samples; NaN where it differs [m/s]."""
+    speeds = np.concatenate([(history.tip_speed / history.tip_speed_ratio).ravel() for history in histories.values()])
+    speeds = speeds[np.isfinite(speeds)]
+    if speeds.size == 0:
+        return next(iter(histories.values())).rayleigh_speed
+    return float(speeds[0]) if np.ptp(speeds) < 1e-6 * speeds[0] else np.nan
+
+
 def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[int]) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH, 3.3), layout="constrained")
     length_axes, speed_axes = figure.subplots(1, 2)
     leaders, times, lengths, latest = [], ensemble.times, ensemble.plate.lengths, 0.0
+    rayleigh = _common_rayleigh_speed(histories)
+    speeds = {i: history.tip_speed if np.isfinite(rayleigh) else history.tip_speed_ratio for i, history in histories.items()}
     for i, history in histories.items():
         rows, leader = history.in_last_phase, int(ensemble.leading[i])
         if leader < 0 or not rows.any():
@@ -148,7 +155,7 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
         latest = max(latest, _last_motion(time, history.tip_speed[rows, leader]))
         if i not in detailed:
             length_axes.plot(*leaders[-1], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
-            speed_axes.plot(time, history.tip_speed[rows, leader], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.5)
+            speed_axes.plot(time, speeds[i][rows, leader], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.5)
     _band(length_axes, leaders)
     lines = ("-", "--", ":", "-.")
     for k, i in enumerate(detailed):
@@ -161,13 +168,15 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
             label = f"sample {i}, {ensemble.plate.name_of(notch)}"
             length_axes.plot(time, lengths.of(history.crack_length[rows, notch]), style_of, color=style.notch_colour(k),
                              linewidth=1.1, label=label)
-            speed_axes.plot(time, history.tip_speed[rows, notch], style_of, color=style.notch_colour(k), linewidth=1.1)
+            speed_axes.plot(time, speeds[i][rows, notch], style_of, color=style.notch_colour(k), linewidth=1.1)
             latest = max(latest, _last_motion(time, history.tip_speed[rows, notch]))
-    rayleigh = next(iter(histories.values())).rayleigh_speed
-    speed_axes.axhline(rayleigh, color=style.BRANCHING, linewidth=0.8)
-    speed_axes.annotate(f"Rayleigh speed, {rayleigh:.0f} m/s", (1, rayleigh), xycoords=("axes fraction", "data"), xytext=(0, -3),
+    limit, name, speed_label = (rayleigh, f"Rayleigh speed, {rayleigh:.0f} m/s", "tip speed [m/s]") if np.isfinite(rayleigh) else (
+        1.0, "Rayleigh speed of what breaks there", "tip speed / Rayleigh speed")
+    speed_axes.axhline(limit, color=style.BRANCHING, linewidth=0.8)
+    speed_axes.annotate(name, (1, limit), xycoords=("axes fraction", "data"), xytext=(0, -3),
                         textcoords="offset points", ha="right", va="top", fontsize=7, color=style.BRANCHING)
-    for axes, label, top in ((length_axes, lengths.label("crack length"), None), (speed_axes, "tip speed [m/s]", 1.08 * rayleigh)):
+    top = _top(speed_axes, limit)
+    for axes, label, top in ((length_axes, lengths.label("crack length"), None), (speed_axes, speed_label, top)):
         axes.set_xlim(0, 1.15 * latest if latest > 0 else None)
         axes.set_ylim(0, top)
         axes.set_xlabel(times.label("time since onset"))
@@ -178,15 +187,23 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
     return figure
 
 
+def _top(axes: Axes, rayleigh: float) -> float:
+    """Of the axes of speeds: shows them all, or where some are far above the others says how far they go."""
+    fastest = max((float(np.nanmax(line.get_ydata(), initial=0.0)) for line in axes.lines), default=0.0)
+    if fastest > MOST_OVER * rayleigh:
+        axes.annotate("↑ up to " + (f"{fastest:,.0f}" if fastest >= 100 else f"{fastest:.3g}"), (0.01, 0.99), xycoords="axes fraction", va="top", fontsize=7)
+    return 1.08 * max(rayleigh, min(fastest, MOST_OVER * rayleigh))
+
+
 def _arrivals(ensemble: Ensemble) -> Figure:
     """Of the leading cracks, and of all others, at each section."""
-    figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 3.2), layout="constrained")
+    figure = Figure(figsize=(style.PAGE_WIDTH, 3.2), layout="constrained")
     axes = figure.subplots()
     shown = []
-    for name, colour, shift in (("leading", "#0072b2", -0.13), ("following", "#d55e00", 0.13)):
-        times = _times_of(ensemble, name == "leading")
-        if not any(t.size for t in times):
-            continue
+    groups = [(name, colour, _times_of(ensemble, name == "leading")) for name, colour in (("leading", "#0072b2"), ("following", "#d55e00"))]
+    groups = [group for group in groups if any(t.size for t in group[-1])]
+    for row, (name, colour, times) in enumerate(groups):
+        shift = 0.26 * (row - (len(groups) - 1) / 2)
         shown.append(Line2D([], [], color=colour, marker="o", linestyle="none", markersize=3, label=f"{name} cracks"))
         for k, t in enumerate(times):
             axes.plot(np.full(t.size, k + shift), t, "o", color=colour, markersize=2.2, alpha=0.45, markeredgewidth=0)
@@ -195,6 +212,7 @@ def _arrivals(ensemble: Ensemble) -> Figure:
                 axes.vlines(k + shift, low, high, color=colour, linewidth=3, alpha=0.3)
                 axes.hlines(median, k + shift - 0.08, k + shift + 0.08, color=colour, linewidth=1.4)
     axes.axhline(0, color=style.MUTED, linewidth=0.6)
+    axes.set_xlim(-0.5, len(ensemble.sections) - 0.5)
     axes.set_xticks(range(len(ensemble.sections)), [section.name for section in ensemble.sections])
     axes.tick_params(axis="x", labelrotation=30 if len(ensemble.sections) > 5 else 0)
     axes.set_ylabel(ensemble.times.label("arrival after onset"))
@@ -206,11 +224,15 @@ def _arrivals(ensemble: Ensemble) -> Figure:
     return figure
 
 
+def _earliest(ensemble: Ensemble) -> float:
+    """Arrivals up to this time are before the last dynamic phase [s]."""
+    return -min(1e-6, ensemble.times.size)
+
+
 def _times_of(ensemble: Ensemble, leading: bool) -> list[np.ndarray]:
     """Arrival times at each section, in the ensemble's unit; those long before the last dynamic phase are left out."""
     table = ensemble.samples.arrival[ensemble.done]
     leads = ensemble.leading[ensemble.done][:, None] == np.arange(table.shape[1])
     chosen = leads if leading else ~leads
     times = [table[:, :, k][chosen] for k in range(table.shape[2])]
-    early = -min(1e-6, ensemble.times.size)
-    return [ensemble.times.of(t[np.isfinite(t) & (t > early)]) for t in times]
+    return [ensemble.times.of(t[np.isfinite(t) & (t > _earliest(ensemble))]) for t in times]

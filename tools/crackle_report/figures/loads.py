@@ -60,7 +60,7 @@ def _figure(what: str, groups: list[tuple[str, str, np.ndarray]]) -> Figure:
     straight.set_ylabel("broken [%], Weibull's scale")
     straight.grid(color=style.BODY, linewidth=0.6)
     straight.set_axisbelow(True)
-    straight.legend(loc="upper left")
+    straight.legend(loc="upper left", title=f"Weibull's modulus of the {what}")
     return figure
 
 
@@ -93,5 +93,5 @@ def _weibull(axes: Axes, values: np.ndarray, title: str, colour: str) -> None:
         return
     height = _height(found.probability)
     axes.plot(found.quantile, height, color=colour, linewidth=1.2,
-              label=f"{title}: modulus {found.modulus:.3g} ({found.lower:.3g} to {found.upper:.3g})")
+              label=f"{title}: {found.modulus:.3g} ({found.lower:.3g} to {found.upper:.3g})")
     axes.fill_betweenx(height, found.quantile_lower, found.quantile_upper, color=colour, alpha=0.15, linewidth=0)

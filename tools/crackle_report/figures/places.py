@@ -48,7 +48,7 @@ def _draw(ensemble: Ensemble, places: dict[int, Places]) -> Figure:
     z_range = whole_length(plate)
     figure = Sheet(panel_size(plate, z_range, 4.2, 5.0), 1, 1, (0.6, 0.15 + KEY_ROOM, 0.15, 0.5), (0.0, 0.0))
     axes = figure.panel(0, 0)
-    draw_plate(axes, plate, z_range)
+    draw_plate(axes, plate, z_range, regions=ensemble.regions)
     for name, marker, colour, label in (("largest", "x", style.NOTCH_COLOURS[0], "middle of the largest crack"),
                                         ("first", "o", style.NOTCH_COLOURS[1], "first break")):
         points = lengths.of(np.array([getattr(place, name) for place in places.values()]))

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from .. import style
 from ..drawing import show_units
 from ..options import Options
-from ..results import Ensemble
+from ..results import UNBROKEN, Ensemble
 from .picture import Picture, Section
 
 # What a reader asks for first; the positions at the sections follow.
@@ -32,11 +32,18 @@ def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
                      f"Shares of each result's variance, from {found['n_draws']} draws and {found['n_samples']} samples: Sobol' indices of first "
                      "order of the random inputs, by a polynomial chaos expansion"
                      + (", and differences between samples with the same draw on different meshes" if found["replicates"] > 1 else "")
-                     + ". The rest is due to interactions of the inputs, or not explained. crackle stats prints intervals and rank correlations.")
+                     + ". The rest is due to interactions of the inputs, or not explained. crackle stats prints intervals and rank correlations."
+                     + _fewer(rows, found["n_draws"]) + (f" T{found['failures'][1:]}." if found["failures"] else ""))
     result.answer = _answer(rows, ensemble)
     result.pictures = [Picture("sensitivities", "Shares of the variance of results that random inputs and the mesh explain", _bars(rows, ensemble)),
                        Picture("random-inputs", "Results over the values of the random inputs", _scatter(rows, ensemble))]
     return result
+
+
+def _fewer(rows: list[dict[str, Any]], n_draws: int) -> str:
+    """Which results not all draws have."""
+    fewer = [f"{one['label']} ({one['n_draws']})" for one in rows if one["n_draws"] < n_draws]
+    return f" Of fewer draws, as of those that broke: {', '.join(dict.fromkeys(fewer))}." if fewer else ""
 
 
 def _rows(results: list[dict[str, Any]], n_sections: int) -> list[dict[str, Any]]:
@@ -107,10 +114,11 @@ def _scatter(rows: list[dict[str, Any]], ensemble: Ensemble) -> Figure:
     done = samples.status == DONE
     for row, one in enumerate(chosen):
         result = samples.result(one["result"])
+        shown = done if one["n_draws"] == ensemble.sensitivities["n_draws"] else done & (samples.outcome != UNBROKEN)
         for column, (given, effect) in enumerate(zip(ensemble.inputs, one["inputs"])):
             axes = grid[row, column]
             drawn = np.array(given["values"][:len(samples)], float)
-            axes.plot(drawn[done], result.factor * samples.numbers[result.name][done], ".", color=style.notch_colour(column), markersize=3)
+            axes.plot(drawn[shown], result.factor * samples.numbers[result.name][shown], ".", color=style.notch_colour(column), markersize=3)
             axes.set_title(f"total index {100 * _value(effect['total']):.0f} %, rank correlation {effect['rank_correlation']['value'] or 0:+.2f}",
                            fontsize=6, pad=2)
             show_units(axes.xaxis, given["units"])

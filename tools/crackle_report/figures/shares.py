@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How often the patterns occur, and at which load the cracks run."""
+"""How often the patterns occur, and which load the samples held."""
 from __future__ import annotations
 
 import numpy as np
@@ -13,24 +13,37 @@ from ..options import Options
 from ..results import Ensemble
 from .picture import Picture, Section
 
+ABOUT = {"onset_force": "The onset is the load at the start of the last dynamic phase.",
+         "first_break_load": "The samples start from rest; the load is that at their first break.",
+         "peak_load": "The peak load is the largest that a sample held: cracks had run and stopped before the last dynamic phase, so that its "
+                      "onset says little."}
+OUTLIER = 3.0  # times the interquartile range beyond the quartiles
+
 
 def section(ensemble: Ensemble, _: Options) -> Section:
-    onset = "The onset is the load at the start of the last dynamic phase; a tick for each sample."
+    load = ensemble.load.label
+    text = f"{ABOUT[ensemble.headline]} There is a tick for each sample.{_unbroken(ensemble)}"
+    title = load[0].upper() + load[1:]
     if not ensemble.n_notches:
         figure = Figure(figsize=(style.PAGE_WIDTH * 0.5, 2.9), layout="constrained")
-        _onset(figure.subplots(), ensemble)
-        return Section("Onset", onset, pictures=[Picture("shares", "Histogram of the onset force", figure)] if ensemble.done.size else [])
+        _loads(figure.subplots(), ensemble)
+        return Section(title, text, pictures=[Picture("shares", f"Histogram of the {load}", figure)] if ensemble.done.size else [])
     result = Section(
-        "Patterns and onset",
+        f"Patterns and {load}",
         "Shares of the samples done, with Wilson's "
-        f"{100 * ensemble.confidence:g} % intervals. {_meaning(ensemble)} {onset}")
+        f"{100 * ensemble.confidence:g} % intervals. {_meaning(ensemble)} {text}")
     if ensemble.done.size:
         figure = Figure(figsize=(style.PAGE_WIDTH, 2.9), layout="constrained")
         left, right = figure.subplots(1, 2)
         _patterns(left, ensemble)
-        _onset(right, ensemble)
-        result.pictures.append(Picture("shares", "Shares of the patterns and histogram of the onset force", figure))
+        _loads(right, ensemble)
+        result.pictures.append(Picture("shares", f"Shares of the patterns and histogram of the {load}", figure))
     return result
+
+
+def _unbroken(ensemble: Ensemble) -> str:
+    n = ensemble.load.n_bounds
+    return f" {n} of {ensemble.done.size} samples did not break and have none." if n else ""
 
 
 def _meaning(ensemble: Ensemble) -> str:
@@ -64,8 +77,17 @@ def _patterns(axes: Axes, ensemble: Ensemble) -> None:
     axes.tick_params(axis="y", length=0)
 
 
-def _onset(axes: Axes, ensemble: Ensemble) -> None:
-    name, force = ensemble.breaking_load()
+def _bins(values: np.ndarray) -> np.ndarray:
+    """Edges at round numbers; about the square root of the number of values, at least five. Values far from the middle half have no
+    bin, so that they do not stretch the others'."""
+    quarters = np.quantile(values, (0.25, 0.75))
+    reach = np.array([-OUTLIER, OUTLIER]) * np.ptp(quarters)
+    least, most = np.clip((values.min(), values.max()), *(quarters + reach))
+    return MaxNLocator(max(5, int(np.sqrt(values.size))), steps=[1, 2, 2.5, 5, 10]).tick_values(least, most if most > least else least + 1)
+
+
+def _loads(axes: Axes, ensemble: Ensemble) -> None:
+    name, force = ensemble.load.label, ensemble.loads[ensemble.done]
     pattern = ensemble.samples.pattern[ensemble.done][np.isfinite(force)]
     if not ensemble.n_notches:
         pattern = np.full_like(pattern, 3)  # all alike
@@ -78,15 +100,21 @@ def _onset(axes: Axes, ensemble: Ensemble) -> None:
     if force.size == 0:
         axes.text(0.5, 0.5, "no sample broke", transform=axes.transAxes, ha="center", color=style.MUTED)
         return
-    least, most = float(force.min()), float(force.max())
-    # At round numbers; about the square root of the number of values, at least five bins.
-    edges = MaxNLocator(max(5, int(np.sqrt(force.size))), steps=[1, 2, 2.5, 5, 10]).tick_values(least, most if most > least else least + 1)
+    edges = _bins(force)
+    outside = force[(force < edges[0]) | (force > edges[-1])]
+    if outside.size:
+        values = f"{outside[0]:.3g}" if outside.size == 1 else f"{outside.min():.3g} to {outside.max():.3g}"
+        axes.annotate(f"not shown: {outside.size} of {force.size}, {values} {forces.name}", (0.01, 0.99), xycoords="axes fraction", va="top",
+                      fontsize=7)
     kinds = [p for p in (1, 2, 3, 0) if (pattern == p).any()]
     axes.hist([force[pattern == p] for p in kinds], edges, stacked=True, edgecolor="white", linewidth=0.5,
               color=[style.PATTERN_COLOURS[p] for p in kinds], label=[style.PATTERN_NAMES[p] if ensemble.n_notches else "samples" for p in kinds])
-    axes.plot(force, np.full(force.size, -0.025), "|", color="black", markersize=4, markeredgewidth=0.5,
+    axes.set_xlim(edges[0], edges[-1])
+    shown = force[(force >= edges[0]) & (force <= edges[-1])]
+    axes.plot(shown, np.full(shown.size, -0.025), "|", color="black", markersize=4, markeredgewidth=0.5,
               transform=axes.get_xaxis_transform(), clip_on=False, zorder=5)
-    axes.axvline(float(np.median(force)), color="black", linewidth=0.9, linestyle="--",
-                 label=f"median {np.median(force):.1f} {forces.name}")
+    median = forces.of(ensemble.load.quantiles[2]) if ensemble.load.quantiles else np.nan
+    if np.isfinite(median):  # of all samples, unbroken ones included
+        axes.axvline(median, color="black", linewidth=0.9, linestyle="--", label=f"median {median:.1f} {forces.name}")
     axes.tick_params(axis="x", pad=6)
     axes.legend(loc="lower right", ncol=len(kinds) + 1, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)

@@ -16,12 +16,15 @@ from ..plate import Plate
 from ..results import CrackSurface, Ensemble
 from .picture import Picture, Section, View
 
+AT_THICKNESS = np.array([1e-6, 0.5, 1 - 1e-6])  # where the borders of materials are drawn
+
 
 def section(ensemble: Ensemble, options: Options) -> Section | None:
     result = Section(
         "Crack surfaces in space",
         "The opened facets of the samples shown in detail, coloured by the time at which they opened; grey ones were open "
-        "before the last dynamic phase. Drag to rotate and scroll or pinch to zoom; the slider moves through time.")
+        "before the last dynamic phase. Drag to rotate and scroll or pinch to zoom; the slider moves through time."
+        + " Inner lines show where materials meet." * (ensemble.regions is not None))
     for number in options.samples or samples_in_detail(ensemble):
         crack = ensemble.files.crack(number)
         if crack is not None and crack.time.size:
@@ -35,7 +38,7 @@ def _view(ensemble: Ensemble, number: int, crack: CrackSurface) -> View:
     corner, time = lengths.of(crack.corner[order]), times.of(crack.time[order])
     colours = time_colours(crack.last_opening, times)
     rgb = facet_colours(time, colours)
-    lines = _edges(ensemble.plate)
+    lines = np.concatenate([_edges(ensemble.plate), *_borders(ensemble, number)])
     return View(Picture(f"surface-{number:04d}", f"Crack surface of sample {number} in space", _still(number, corner, rgb, lines, colours, times)),
                 corner.astype("<f4").tobytes(), np.clip(time, 0, times.of(crack.last_opening)).astype("<f4").tobytes(),
                 np.round(255 * rgb).astype(np.uint8).tobytes(), lines.astype("<f4").tobytes(), times.name)
@@ -55,6 +58,14 @@ def _edges(plate: Plate) -> np.ndarray:
             np.linalg.norm(polygon - before, axis=1) * np.linalg.norm(after - polygon, axis=1))
         lines += [((0.0, *p), (plate.size[0], *p)) for p, sharp in zip(polygon, turn > 0.5) if sharp]
     return plate.lengths.of(np.array(lines))
+
+
+def _borders(ensemble: Ensemble, number: int) -> list[np.ndarray]:
+    """Where materials meet on both faces and at mid-thickness, in the form of the edges."""
+    if ensemble.files.regions(number) is None:
+        return []
+    mesh, places = ensemble.files.mesh(number), ensemble.plate.size[0] * AT_THICKNESS
+    return [ensemble.plate.lengths.of(np.insert(mesh.regions(x).borders, 0, x, axis=2)) for x in places]
 
 
 def _still(number: int, corner: np.ndarray, rgb: np.ndarray, lines: np.ndarray, colours: Normalize,

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The kinds of keys.
+#include "schema.h"
+
+namespace crackle::input {
+
+Key hidden_at_zero(Key key, const Access<double>& access) {
+  key.show = [=, show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (access(parameters, i) == 0) return {};
+    return show(parameters, i);
+  };
+  return key;
+}
+
+Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
+                 Requirement requirement, std::string help) {
+  return value_key(
+      name, name_without_article(dimension), requirement, quantity_form(dimension), help, access,
+      [=](const Source& source) { return read_quantity(source, dimension, range); },
+      [=](double value) { return format_quantity(value, dimension); });
+}
+
+Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
+                          Requirement requirement, std::string help) {
+  return hidden_at_zero(
+      quantity_key(std::move(name), access, dimension, range, std::move(requirement), std::move(help)),
+      access);
+}
+
+Key toughness_key(const Access<double>& access, Requirement requirement, std::string help) {
+  Key key = optional_quantity_key("toughness", access, energy_per_area_dimension, {0, 1e9, true},
+                                  std::move(requirement), std::move(help));
+  key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
+    const Value& value = source.value;
+    if (value.kind == ValueKind::string &&
+        source.context.units.read(value.string, stress_intensity_dimension).error == QuantityError::none)
+      source.report("{} is a stress intensity, K_Ic; give it as {}", value.source,
+                    source.key.substr(0, source.key.rfind('.') + 1) + "fracture_toughness");
+    else
+      read(source, parameters, i);
+  };
+  return key;
+}
+
+Key impulse_key(const Access<double>& access, Requirement requirement, std::string help) {
+  return {"impulse",
+          "stress^exponent time",
+          std::move(requirement),
+          "a stress^exponent times a time, above 0, such as \"1e-8 MPa^2 s\" for exponent = 2",
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            // Without a valid exponent the dimension is unknown. Materials are read before it.
+            if (source.context.findings.faulty("fracture.exponent")) return;
+            const Value* const root = source.context.root;
+            const Value* const exponent = root != nullptr ? find_path(*root, "fracture.exponent") : nullptr;
+            const Dimension dimension =
+                impulse_dimension(exponent != nullptr && exponent->number > 0 ? exponent->number
+                                                                              : parameters.fracture.exponent);
+            if (const auto value = read_quantity(source, dimension, {0, infinity, true}))
+              access(parameters, i) = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) {
+            return format_quantity(access(parameters, i), impulse_dimension(parameters.fracture.exponent));
+          }};
+}
+
+Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
+                       std::string help) {
+  const Dimension dimension = with_example(time_dimension, example);
+  return {std::move(name),
+          "time",
+          by_default("\"auto\""),
+          fmt::format("\"auto\" or {}", quantity_form(dimension)),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const bool text = source.value.kind == ValueKind::string;
+            if (text && source.value.string == "auto") {
+              access(parameters, i).reset();
+            } else if (text && source.value.string.find_first_of("0123456789") == std::string::npos) {
+              source.report("{} is not known; give \"auto\" or a time such as \"{}\"", source.value.source,
+                            example);
+            } else if (const auto value = read_quantity(source, dimension, positive_time)) {
+              access(parameters, i) = *value;
+            }
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::string {
+            const std::optional<double>& value = access(parameters, i);
+            return value ? format_quantity(*value, dimension) : "auto";
+          }};
+}
+
+Key number_key(std::string name, Access<double> access, Range range, Requirement requirement,
+               std::string help) {
+  return value_key(
+      name, "number", requirement, accepted_number(range), help, access,
+      [=](const Source& source) { return read_number(source, range); }, format_number);
+}
+
+Key optional_number_key(std::string name, Access<double> access, Range range, std::string unset,
+                        std::string help) {
+  return hidden_at_zero(
+      number_key(std::move(name), access, range, optional(std::move(unset)), std::move(help)), access);
+}
+
+Key range_key(std::string name, Access<std::pair<double, double>> access,
+              const std::pair<std::string, std::string>& example, std::string whole, std::string help,
+              bool may_be_empty) {
+  const std::string form =
+      fmt::format("two lengths, the smaller first{}, such as [\"{}\", \"{}\"]",
+                  may_be_empty ? " (or the same twice)" : "", example.first, example.second);
+  return {std::move(name),
+          "length",
+          optional(std::move(whole)),
+          form,
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto ends = read_elements(source, 2, form);
+            if (!ends) return;
+            const auto lower = read_quantity((*ends)[0], length_dimension, coordinate);
+            const auto upper = read_quantity((*ends)[1], length_dimension, coordinate);
+            if (!lower || !upper) return;
+            if (*lower > *upper || (*lower == *upper && !may_be_empty)) {
+              source.report("{} is not below {}; give {}", (*ends)[0].value.source, (*ends)[1].value.source,
+                            form);
+              return;
+            }
+            access(parameters, i) = {*lower, *upper};
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const auto [lower, upper] = access(parameters, i);
+            if (lower == -infinity) return {};
+            return bracketed({show(lower), show(upper)});
+          }};
+}
+
+}  // namespace crackle::input
