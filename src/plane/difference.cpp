@@ -1,129 +1,136 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Set operations, by CGAL in exact arithmetic.
 #include "crackle/plane/shape.h"
 
-#include <CGAL/Boolean_set_operations_2.h>
-#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
-#include <CGAL/Polygon_with_holes_2.h>
+#include "crackle/common/index.h"
+#include "crackle/plane/subdivision.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_2_algorithms.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <map>
 #include <stdexcept>
 
 namespace crackle::plane {
 
 namespace {
 
-using Kernel = CGAL::Exact_predicates_exact_constructions_kernel;
-using ExactPolygon = CGAL::Polygon_2<Kernel>;
-using ExactShape = CGAL::Polygon_with_holes_2<Kernel>;
-
-/// Rounding of corners, relative to the largest coordinate.
+/// Corners this close are one, relative to the largest coordinate.
 constexpr double rounding = 1e-13;
 
-ExactPolygon exact(const Polygon& polygon) {
-  ExactPolygon result;
-  for (const Point& p : polygon) result.push_back(Kernel::Point_2(p[0], p[1]));
-  return result;
+double tolerance_of(const Shape& shape, const Polygon& other) {
+  double largest = 0;
+  const auto include = [&](const Polygon& corners) {
+    for (const Point& p : corners) largest = std::max({largest, std::abs(p[0]), std::abs(p[1])});
+  };
+  for (const Loop& loop : shape.loops) include(loop.corners);
+  include(other);
+  return rounding * largest;
 }
 
-ExactShape exact(const Shape& shape) {
-  ExactShape result(exact(shape.loops.front().corners));
-  for (std::size_t i = 1; i < shape.loops.size(); ++i) result.add_hole(exact(shape.loops[i].corners));
-  return result;
-}
+/// A side of what is left, which lies to its left.
+struct Side {
+  int from, to;
+  int part;
+};
 
-Polygon rounded(const ExactPolygon& polygon) {
-  Polygon result;
-  for (const auto& p : polygon.container()) {
-    const Point corner{CGAL::to_double(p.x()), CGAL::to_double(p.y())};
-    if (result.empty() || corner != result.back()) result.push_back(corner);
-  }
-  if (result.size() > 1 && result.front() == result.back()) result.pop_back();
-  return result;
-}
-
-/// Assigns to the sides of new polygons the parts of the old sides on which they lie.
-class Parts {
+/// What is left of a shape beside a cutter.
+class Remainder {
 public:
-  Parts(const Shape& shape, const Loop& cutter) : loops_(shape.loops) {
-    loops_.push_back(cutter);
-    double largest = 0;
-    for (const Loop& loop : loops_)
-      for (const Point& p : loop.corners) largest = std::max({largest, std::abs(p[0]), std::abs(p[1])});
-    near_ = rounding * largest;
+  Remainder(const Shape& shape, const Loop& cutter)
+      : tolerance_(tolerance_of(shape, cutter.corners)),
+        divided_(subdivide(shape, {cutter.corners}, tolerance_)) {
+    std::vector<int> part_of_side;
+    for (const Loop& loop : shape.loops)
+      part_of_side.insert(part_of_side.end(), loop.part.begin(), loop.part.end());
+    for (const auto& line : divided_.lines) {
+      const bool is_cut_left = !line.left.empty(), is_cut_right = !line.right.empty();
+      if (line.side >= 0 && !is_cut_left)
+        add({line.end[0], line.end[1], part_of_side[index(line.side)]});
+      else if (line.side < 0 && is_cut_left != is_cut_right)
+        add({line.end[is_cut_left ? 1 : 0], line.end[is_cut_left ? 0 : 1], part_of(line.end, cutter)});
+    }
   }
 
-  Loop labelled(const Polygon& polygon) const {
-    Loop result;
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Point& from = polygon[i];
-      const Point& to = polygon[(i + 1) % polygon.size()];
-      std::vector<Point> corners = corners_between(from, to);
-      corners.insert(corners.begin(), from);
-      for (std::size_t k = 0; k < corners.size(); ++k) {
-        result.corners.push_back(corners[k]);
-        result.part.push_back(part_of(corners[k], k + 1 < corners.size() ? corners[k + 1] : to));
+  /// The closed lines of sides, each from its first corner on.
+  std::vector<Loop> loops() {
+    std::vector<Loop> result;
+    while (!sides_.empty()) {
+      Loop& loop = result.emplace_back();
+      const int start = sides_.begin()->first;
+      Side side = take(sides_.begin()->second.front());
+      for (;; side = take(next(side))) {
+        loop.corners.push_back(divided_.corners[index(side.from)]);
+        loop.part.push_back(side.part);
+        if (side.to == start) break;
       }
     }
     return result;
   }
 
 private:
-  /// The old corners on a side, in order.
-  std::vector<Point> corners_between(const Point& from, const Point& to) const {
-    std::vector<Point> found;
-    const double length = norm(to - from);
-    for (const Loop& loop : loops_)
-      for (const Point& p : loop.corners) {
-        const double way = dot(p - from, to - from) / length;
-        if (way > near_ && way < length - near_ && distance(p, from, to) <= near_) found.push_back(p);
-      }
-    std::ranges::sort(found, {}, [&](const Point& p) { return dot(p - from, to - from); });
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    return found;
+  void add(const Side& side) { sides_[side.from].push_back(side); }
+
+  Side take(Side side) {
+    auto& here = sides_.at(side.from);
+    std::erase_if(here, [&](const Side& other) { return other.to == side.to; });
+    if (here.empty()) sides_.erase(side.from);
+    return side;
   }
 
-  int part_of(const Point& from, const Point& to) const {
-    for (const Loop& loop : loops_)
-      for (std::size_t i = 0; i < loop.size(); ++i)
-        if (distance(from, loop.from(i), loop.to(i)) <= near_ &&
-            distance(to, loop.from(i), loop.to(i)) <= near_)
-          return loop.part[i];
+  /// Where pieces touch in a corner, the side that stays with the piece: the furthest to the left.
+  Side next(const Side& side) const {
+    const auto found = sides_.find(side.to);
+    if (found == sides_.end()) throw std::logic_error("plane: what is left of a figure is not closed");
+    const Point back = divided_.corners[index(side.from)] - divided_.corners[index(side.to)];
+    return *std::ranges::max_element(found->second, {}, [&](const Side& other) {
+      const Point along = divided_.corners[index(other.to)] - divided_.corners[index(other.from)];
+      return std::atan2(-cross(along, back), -dot(along, back));
+    });
+  }
+
+  int part_of(const std::array<int, 2>& end, const Loop& cutter) const {
+    const Point& from = divided_.corners[index(end[0])];
+    const Point& to = divided_.corners[index(end[1])];
+    for (std::size_t i = 0; i < cutter.size(); ++i)
+      if (distance(from, cutter.from(i), cutter.to(i)) <= 2 * tolerance_ &&
+          distance(to, cutter.from(i), cutter.to(i)) <= 2 * tolerance_)
+        return cutter.part[i];
     throw std::logic_error("plane: a side lies on none of those that it was cut from");
   }
 
-  std::vector<Loop> loops_;
-  double near_;
+  double tolerance_;
+  Subdivision divided_;
+  std::map<int, std::vector<Side>> sides_;  ///< by their first corner
 };
 
 }  // namespace
 
 bool is_simple(const Polygon& polygon) {
-  return polygon.size() >= 3 && exact(polygon).is_simple();
-}
-
-bool overlap(const Polygon& a, const Polygon& b) {
-  const auto counter_clockwise = [](const Polygon& polygon) {
-    ExactPolygon result = exact(polygon);
-    if (result.is_clockwise_oriented()) result.reverse_orientation();
-    return result;
-  };
-  return CGAL::do_intersect(counter_clockwise(a), counter_clockwise(b));
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  std::vector<Kernel::Point_2> corners;
+  for (const Point& p : polygon) corners.emplace_back(p[0], p[1]);
+  return corners.size() >= 3 && CGAL::is_simple_2(corners.begin(), corners.end(), Kernel());
 }
 
 std::vector<Shape> difference(const Shape& shape, const Loop& cutter) {
-  std::vector<ExactShape> pieces;
-  CGAL::difference(exact(shape), exact(cutter.corners), std::back_inserter(pieces));
-  const Parts parts(shape, cutter);
-  std::vector<Shape> result;
-  for (const ExactShape& piece : pieces) {
-    Shape some{{parts.labelled(rounded(piece.outer_boundary()))}, shape.parts};
-    for (const ExactPolygon& hole : piece.holes()) some.loops.push_back(parts.labelled(rounded(hole)));
-    result.push_back(std::move(some));
+  std::vector<Shape> pieces;
+  std::vector<Loop> holes;
+  for (Loop& loop : Remainder(shape, cutter).loops()) {
+    if (signed_area(loop.corners) > 0)
+      pieces.push_back({{std::move(loop)}, shape.parts});
+    else
+      holes.push_back(std::move(loop));
   }
-  return result;
+  for (Loop& hole : holes)
+    for (Shape& piece : pieces) {
+      const Polygon& outline = piece.loops.front().corners;
+      if (!std::ranges::any_of(hole.corners, [&](const Point& p) { return holds(outline, p); })) continue;
+      piece.loops.push_back(std::move(hole));
+      break;
+    }
+  return pieces;
 }
 
 }  // namespace crackle::plane

@@ -99,14 +99,11 @@ Polygon arc(const Point& centre, const Point& first, const Point& second, int n_
 /// True if no two sides intersect, except neighbours in their common corner. Exact.
 bool is_simple(const Polygon& polygon);
 
-/// The connected pieces of a figure after cutting out another one; empty if nothing is left. Exact except for
-/// the rounding of new corners. Sides keep their parts and those of the cutter, which are indices into the
-/// same list; corners of both are kept.
+/// The connected pieces of a figure after cutting out another one; empty if nothing is left. Corners closer
+/// than 1e-13 of the largest coordinate are one. Sides keep their parts and those of the cutter, which are
+/// indices into the same list; corners of both are kept.
 /// @param cutter simple, counter-clockwise
 std::vector<Shape> difference(const Shape& shape, const Loop& cutter);
-
-/// True if the interiors of two simple polygons intersect. Exact.
-bool overlap(const Polygon& a, const Polygon& b);
 
 /// Two close sides that are not neighbours.
 struct Gap {
