@@ -21,7 +21,7 @@ class Option;
 /// command line, `run` is set to its action.
 namespace crackle::apps {
 
-/// What a command does; returns the exit status.
+/// The work of a command; returns the exit status.
 struct Action {
   std::function<int(const parallel::Communicator& world)> work;
   bool needs_mpi = false;  ///< from its beginning on

@@ -84,7 +84,7 @@ std::string chosen_command(const CLI::App& app) {
   return name;
 }
 
-/// What is wrong with the command line. CLI11 names every argument after an unknown command.
+/// The fault of the command line. CLI11 names every argument after an unknown command.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error, const std::string& command) {
   std::vector<std::string> known;
   for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; }))

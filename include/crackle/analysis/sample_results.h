@@ -24,7 +24,7 @@ enum class Reduction {
   shares,     ///< number of samples in each category
 };
 
-/// What a sample that did not break says of a result.
+/// The meaning of a result for a sample that did not break.
 enum class OfUnbroken {
   value,    ///< its value, like any other sample's
   bound,    ///< that it lies above the largest load applied, the sample's peak load (right-censored)
@@ -253,7 +253,7 @@ struct Observation {
   bool is_bound = false;        ///< the number lies above it
 };
 
-/// What a sample says of a result: nothing unless it is done.
+/// The observation of a result by a sample: none unless it is done.
 template <class Member>
 Observation observed(const ResultInfo& info, Member member, const SampleSummary& row) {
   if (row.status != SampleStatus::done) return {};

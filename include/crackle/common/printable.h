@@ -18,7 +18,7 @@ constexpr std::string_view without_mark(std::string_view line) {
   return line.starts_with(mark) ? line.substr(mark.size()) : line;
 }
 
-/// What a failure says of itself; of a failed allocation a sentence.
+/// The message of a failure; of a failed allocation a sentence.
 std::string reason_of(const std::exception& failure);
 
 }  // namespace crackle

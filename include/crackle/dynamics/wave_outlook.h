@@ -10,9 +10,9 @@ namespace crackle::dynamics {
 
 /// An estimate of the waves that the loads of a start from rest send through the body.
 struct WaveOutlook {
-  /// Of the waves together, before any reflection [Pa]: surface tractions, density times dilatational speed
-  /// times velocity, body forces over the body's length, each at its largest within the duration. Infinite
-  /// for loads on lines and points and for displacements imposed at once.
+  /// The stress of the waves together, before any reflection [Pa]: surface tractions, density times
+  /// dilatational speed times velocity, body forces over the body's length, each at its largest within the
+  /// duration. Infinite for loads on lines and points and for displacements imposed at once.
   double stress = 0;
   double strength = 0;     ///< least of the body [Pa]
   bool is_sudden = false;  ///< a load is at half its peak when a wave has passed two spacings
