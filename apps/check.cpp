@@ -54,7 +54,7 @@ void refuse(const std::vector<std::string>& failures) {
 }
 
 /// Why one core cannot measure a sample here; empty if it can.
-std::optional<std::string> measuring_shortage(const Subject& subject,
+std::optional<std::string> measuring_shortage(const FirstSample& subject,
                                               const ensemble::AvailableMemory& available) {
   input::Parameters measured = subject.parameters;
   measured.output.frames = 0;  // no frames are stored
@@ -82,7 +82,7 @@ Estimate print_estimate(const input::Parameters& parameters, const CheckOptions&
   for (const std::string& warning : warnings) fmt::print("Warning: {}\n\n", warning);
   std::fflush(stdout);
   geometry::MotherPoints base;
-  const Subject subject = make_subject(parameters, *body, base);
+  const FirstSample subject = make_subject(parameters, *body, base);
   print_subject(subject, available);
   if (const auto shortage = measuring_shortage(subject, available)) {
     fmt::print("\nNo sample was started and the cost was not measured: {}\n", *shortage);

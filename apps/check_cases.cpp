@@ -26,7 +26,7 @@ double core_hours(const input::Case& one, double seconds) {
   return one.parameters.ensemble.samples * seconds / 3600;
 }
 
-input::Line cost_line(std::size_t number, const Subject& subject, double seconds, double hours) {
+input::Line cost_line(std::size_t number, const FirstSample& subject, double seconds, double hours) {
   return {fmt::format("case {}", number),
           fmt::format("{} tetrahedra, {} steps, {:.0f} MB; sample {}, {:.3g} core-hours",
                       subject.realization.tetrahedra.size(), subject.phase.grid.n_steps,
@@ -61,7 +61,7 @@ std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases
     try {
       const auto body = geometry::make_body(parameters);
       geometry::MotherPoints base;
-      const Subject subject = make_subject(parameters, *body, base);
+      const FirstSample subject = make_subject(parameters, *body, base);
       if (extent.samples > 0) {
         fmt::print("\nCase {}: {}", i, to_string(cases[i].settings));
         for (const std::string& failure : try_samples(subject, base, extent))

@@ -40,7 +40,7 @@ double forces_per_step(const ensemble::PhaseWork& phase) {
 }
 
 /// Recommends the number of ranks per sample, by the cost model.
-std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& measured,
+std::string plan_text(const FirstSample& subject, const ensemble::MeasuredCost& measured,
                       const ensemble::SampleWork& work, const ensemble::SampleCost& cost, double rate,
                       std::int64_t n_ranks) {
   const double forces = measured.outlook.breaks
@@ -80,7 +80,7 @@ std::string loading_text(const dynamics::LoadOutlook& outlook) {
 /// Core-hours above which a slip in the input is likely [h].
 constexpr double unaffordable_hours = 10'000;
 
-std::string unaffordable_text(const Subject& subject, double hours) {
+std::string unaffordable_text(const FirstSample& subject, double hours) {
   if (hours < unaffordable_hours) return {};
   const geometry::SpacingField spacing(subject.body, subject.parameters.mesh);
   return fmt::format(
@@ -99,7 +99,7 @@ std::string up_to_text(const ensemble::PhaseRange& phases, double seconds, const
 }
 
 /// @param time receives the cost of a sample, and the stress at time 0
-std::string cost_text(const Subject& subject, int phases, std::int64_t n_ranks, SampleTime& time) {
+std::string cost_text(const FirstSample& subject, int phases, std::int64_t n_ranks, SampleTime& time) {
   const auto& parameters = subject.parameters;
   const auto measured = ensemble::measure_cost(parameters, subject.realization, measured_seconds);
   const auto range =
@@ -173,13 +173,13 @@ double solve_ratio(double n_tetrahedra, double n_measured) {
 }
 
 /// Time of two static solves, for a notice only [s].
-double solving_seconds(const Subject& subject) {
+double solving_seconds(const FirstSample& subject) {
   return solves_of_a_million * solve_ratio(subject.n_tetrahedra(), 1e6);
 }
 
 }  // namespace
 
-std::optional<SampleTime> print_cost(const Subject& subject, int phases, std::int64_t n_ranks) {
+std::optional<SampleTime> print_cost(const FirstSample& subject, int phases, std::int64_t n_ranks) {
   const auto& parameters = subject.parameters;
   const bool solves = parameters.time.start != input::Start::rest;
   const double wait = solves ? solving_seconds(subject) : 0;
@@ -203,7 +203,7 @@ std::optional<SampleTime> print_cost(const Subject& subject, int phases, std::in
   return {};
 }
 
-double scaled_seconds(const SampleTime& measured, const Subject& subject) {
+double scaled_seconds(const SampleTime& measured, const FirstSample& subject) {
   const double updates = subject.n_tetrahedra() * static_cast<double>(subject.phase.force_evaluations);
   const double measured_updates = measured.n_tetrahedra * static_cast<double>(measured.force_evaluations);
   return measured.cost.dynamic * updates / measured_updates +
@@ -211,7 +211,7 @@ double scaled_seconds(const SampleTime& measured, const Subject& subject) {
          subject.rest_seconds;
 }
 
-void print_rest_outlook(const Subject& subject) {
+void print_rest_outlook(const FirstSample& subject) {
   const auto& parameters = subject.parameters;
   if (parameters.time.start != input::Start::rest) return;
   Heartbeat heartbeat(notify);

@@ -23,13 +23,13 @@ struct SampleTime {
 /// @param n_ranks number of ranks to plan for; 0: no plan
 /// @return nothing if it could not be measured
 /// @throws std::runtime_error with the reason if the sample will fail
-std::optional<SampleTime> print_cost(const Subject& subject, int phases, std::int64_t n_ranks);
+std::optional<SampleTime> print_cost(const FirstSample& subject, int phases, std::int64_t n_ranks);
 
 /// One-core time of a sample that differs from the measured one in its mesh, expected number of dynamic
 /// phases and equilibria excepted [s].
-double scaled_seconds(const SampleTime& measured, const Subject& subject);
+double scaled_seconds(const SampleTime& measured, const FirstSample& subject);
 
 /// Warns if loads from rest are far from breaking the body.
-void print_rest_outlook(const Subject& subject);
+void print_rest_outlook(const FirstSample& subject);
 
 }  // namespace crackle::apps

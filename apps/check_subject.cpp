@@ -38,7 +38,7 @@ namespace {
 using Rows = std::vector<input::Line>;
 
 /// Lists the refined regions of the mesh and their contents.
-void add_regions(Rows& rows, const Subject& subject) {
+void add_regions(Rows& rows, const FirstSample& subject) {
   const auto& mesh = subject.parameters.mesh;
   if (mesh.regions.empty()) return;
   const auto contents = geometry::region_contents(subject.realization, subject.body, mesh);
@@ -82,7 +82,7 @@ void add_curves(Rows& rows, const input::Specimen& specimen) {
 }
 
 /// The criterion on this mesh: strength and toughness are related by the local spacing.
-void add_criterion(Rows& rows, const Subject& subject, const fracture::BreakableBody& body) {
+void add_criterion(Rows& rows, const FirstSample& subject, const fracture::BreakableBody& body) {
   const auto& parameters = subject.parameters;
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto tetrahedra = fracture::span_of(body.subdomain());
@@ -172,7 +172,7 @@ void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::
 }
 
 /// All quantities of sample 0 that need no measurement.
-Rows subject_rows(const Subject& subject, double available) {
+Rows subject_rows(const FirstSample& subject, double available) {
   const auto& parameters = subject.parameters;
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const double file = ensemble::sample_file_size(parameters, subject.n_nodes(), subject.n_tetrahedra());
@@ -235,15 +235,15 @@ void check_mesh_size(const input::Parameters& parameters, const geometry::Body& 
 
 }  // namespace
 
-double Subject::memory() const {
+double FirstSample::memory() const {
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const auto demand =
       ensemble::memory_demand(parameters, n_nodes(), n_tetrahedra(), ensemble::one_group(n_ranks));
   return demand.master + (n_ranks - 1) * demand.member;
 }
 
-Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
-                     geometry::MotherPoints& base) {
+FirstSample make_subject(const input::Parameters& parameters, const geometry::Body& body,
+                         geometry::MotherPoints& base) {
   {
     Heartbeat heartbeat(notify);
     heartbeat.begin("counting the mother points");
@@ -262,7 +262,7 @@ Subject make_subject(const input::Parameters& parameters, const geometry::Body& 
   return {parameters, body, std::move(realization), stable_step, phase, clock.seconds() + analysis};
 }
 
-void print_subject(const Subject& subject, const ensemble::AvailableMemory& available) {
+void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available) {
   const auto& parameters = subject.parameters;
   fmt::print("{}{}", input::aligned(subject_rows(subject, available.bytes)),
              refining_regions_text(parameters));

@@ -16,7 +16,7 @@
 namespace crackle::apps {
 
 /// Sample 0 and its properties.
-struct Subject {
+struct FirstSample {
   const input::Parameters& parameters;
   const geometry::Body& body;
   geometry::Realization realization;
@@ -35,10 +35,10 @@ struct Subject {
 
 /// @param base receives the shared mother points
 /// @throws std::runtime_error when there is too little memory for the mesh, or no mesh can be made
-Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
-                     geometry::MotherPoints& base);
+FirstSample make_subject(const input::Parameters& parameters, const geometry::Body& body,
+                         geometry::MotherPoints& base);
 
 /// Prints what is known of sample 0 without computing it.
-void print_subject(const Subject& subject, const ensemble::AvailableMemory& available);
+void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available);
 
 }  // namespace crackle::apps

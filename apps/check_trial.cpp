@@ -22,7 +22,7 @@ constexpr double most_seconds = 10;
 
 }  // namespace
 
-std::vector<std::string> try_samples(const Subject& subject, const geometry::MotherPoints& base,
+std::vector<std::string> try_samples(const FirstSample& subject, const geometry::MotherPoints& base,
                                      const TrialExtent& extent) {
   const input::Parameters& parameters = subject.parameters;
   Heartbeat heartbeat(notify);
@@ -43,7 +43,7 @@ std::vector<std::string> try_samples(const Subject& subject, const geometry::Mot
   return failures;
 }
 
-std::vector<std::string> try_scatter_at_start(const Subject& subject, const geometry::MotherPoints& base,
+std::vector<std::string> try_scatter_at_start(const FirstSample& subject, const geometry::MotherPoints& base,
                                               double share) {
   const input::Parameters& parameters = subject.parameters;
   const int n_others = std::min(parameters.ensemble.samples - 1, most_samples);

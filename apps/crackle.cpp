@@ -1,80 +1,44 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The program: parse the command line, start MPI and PETSc where they are needed, run one command, turn
-// failures into exit statuses.
-#include "commands.h"
+// Parse the command line, run one command, turn failures into exit statuses.
+#include "crackle.h"
+
 #include "crackle/common/nearest_name.h"
 #include "crackle/common/printable.h"
-#include "crackle/ensemble/stop_request.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/version.h"
 #include "parallel_command.h"
 
 #include <fmt/format.h>
-#include <petscsys.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <array>
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <functional>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
+
+namespace crackle::apps {
 
 namespace {
 
-using namespace crackle;
-
-/// Initializes and finalizes PETSc, and with it MPI.
-class Runtime {
-public:
-  /// @throws std::runtime_error
-  Runtime() {
-    if (!start()) throw std::runtime_error("MPI or PETSc could not be started");
-  }
-  ~Runtime() { PetscFinalize(); }
-  Runtime(const Runtime&) = delete;
-  Runtime& operator=(const Runtime&) = delete;
-
-private:
-  bool start() {
-    // A stray .petscrc or options in the environment must not change results; signals are handled by the
-    // program itself; errors are returned as codes, which callers turn into a single message.
-    ::unsetenv("PETSC_OPTIONS");
-    ::unsetenv("PETSC_OPTIONS_YAML");
-    return PetscInitialize(&n_arguments_, &arguments_, nullptr, nullptr) == 0 &&
-           PetscPopSignalHandler() == 0 && PetscPushErrorHandler(PetscReturnErrorHandler, nullptr) == 0;
-  }
-
-  // PETSc keeps pointers to these; it must not see the program's own arguments.
-  std::string name_ = "crackle";
-  std::string skip_option_ = "-skip_petscrc";
-  std::array<char*, 3> argument_list_{name_.data(), skip_option_.data(), nullptr};
-  char** arguments_ = argument_list_.data();
-  int n_arguments_ = 2;
-};
-
-void add_commands(CLI::App& app, const apps::CommandLine& typed, const std::function<void()>& start_mpi,
-                  apps::Action& run) {
+void add_commands(CLI::App& app, const CommandLine& typed, const std::function<void()>& start_mpi,
+                  Action& run) {
   app.require_subcommand(0, 1);
   app.set_version_flag("--version", [] { return version_text(); });
-  apps::add_init_command(app, run);
-  apps::add_check_command(app, start_mpi, run);
-  apps::add_mesh_command(app, run);
-  apps::add_sample_command(app, typed, run);
-  apps::add_run_command(app, typed, run);
-  apps::add_watch_command(app, run);
-  apps::add_stats_command(app, run);
-  apps::add_compare_command(app, run);
-  apps::add_match_command(app, run);
-  apps::add_calibrate_command(app, run);
+  add_init_command(app, run);
+  add_check_command(app, start_mpi, run);
+  add_mesh_command(app, run);
+  add_sample_command(app, typed, run);
+  add_run_command(app, typed, run);
+  add_watch_command(app, run);
+  add_stats_command(app, run);
+  add_compare_command(app, run);
+  add_match_command(app, run);
+  add_calibrate_command(app, run);
 }
 
 /// "crackle run" when that command was named on the command line.
@@ -98,16 +62,16 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error, const s
 
 /// The action that the command line asks for; of a wrong one, of --help and of --version, to print what there
 /// is to say.
-apps::Action parse(CLI::App& app, int argc, char** argv, const apps::Action& chosen) {
+Action parse(CLI::App& app, const CommandLine& words, const Action& chosen) {
   const auto print_and_end = [](FILE* stream, const std::string& text, int status) {
-    return apps::Action{[=](const parallel::Communicator& world) {
+    return Action{[=](const parallel::Communicator& world) {
       if (world.is_root()) fmt::print(stream, "{}", text);
       return status;
     }};
   };
-  if (argc <= 1) return print_and_end(stdout, app.help(), apps::input_error);
+  if (words.size() <= 1) return print_and_end(stdout, app.help(), input_error);
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector(words.rbegin(), words.rend() - 1));  // CLI11 takes them from the last to the first
     if (app.get_subcommands().empty()) throw CLI::RequiredError("a command");
     return chosen;
   } catch (const CLI::ParseError& outcome) {
@@ -115,16 +79,16 @@ apps::Action parse(CLI::App& app, int argc, char** argv, const apps::Action& cho
     if (outcome.get_exit_code() == 0) {
       std::ostringstream text;
       app.exit(outcome, text, text);
-      return print_and_end(stdout, text.str(), apps::success);
+      return print_and_end(stdout, text.str(), success);
     }
     return print_and_end(
         stderr,
-        fmt::format("crackle: {}; see {} --help\n", complaint(app, outcome, argv[1]), chosen_command(app)),
-        apps::input_error);
+        fmt::format("crackle: {}; see {} --help\n", complaint(app, outcome, words[1]), chosen_command(app)),
+        input_error);
   }
 }
 
-int run_command(const apps::Action& run, const parallel::Communicator& world) {
+int run_command(const Action& run, const parallel::Communicator& world) {
   try {
     return run.work(world);
   } catch (const input::InputError& error) {
@@ -139,42 +103,32 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
       // The other ranks may not know of this failure and would wait forever.
       fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), printable(reason_of(error)));
       std::fflush(nullptr);
-      MPI_Abort(world.get(), apps::internal_failure);
+      MPI_Abort(world.get(), internal_failure);
     }
   }
-  return apps::input_error;
+  return input_error;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  // Exceeding a file size limit becomes a write error, like a full disk.
-  std::signal(SIGXFSZ, SIG_IGN);
-  // From the start, since the launcher forwards signals as soon as the ranks exist.
-  const std::string_view command = argc > 1 ? argv[1] : "";
-  const bool can_suspend = command == "run" || command == "sample";
-  if (can_suspend) ensemble::watch_stop_signals();
+int crackle(MPI_Comm ranks, const CommandLine& words, const std::function<void()>& start_mpi) {
   CLI::App app{"crackle: Monte-Carlo ensembles of dynamic brittle fracture by PDS-FEM", "crackle"};
-  std::optional<Runtime> runtime;
-  const auto start_mpi = [&runtime] {
-    if (!runtime) runtime.emplace();
-  };
-  apps::Action chosen;
-  const apps::CommandLine typed(argv, argv + argc);
-  add_commands(app, typed, start_mpi, chosen);
-  const apps::Action run = parse(app, argc, argv, chosen);
+  Action chosen;
+  add_commands(app, words, start_mpi, chosen);
+  const Action run = parse(app, words, chosen);
   try {
-    if (run.needs_mpi || apps::has_other_ranks()) start_mpi();
+    if (run.needs_mpi || has_other_ranks()) start_mpi();
   } catch (const std::runtime_error& error) {
     fmt::print(stderr, "crackle: {}\n", error.what());
-    return apps::input_error;
+    return input_error;
   }
-  if (can_suspend) ensemble::watch_stop_signals();  // MPI has installed its own handlers
-  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator world(ranks);
   int status = run_command(run, world);
-  if (world.is_root() && (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && status == apps::success) {
+  if (world.is_root() && (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && status == success) {
     fmt::print(stderr, "crackle: standard output cannot be written\n");
-    status = apps::input_error;
+    status = input_error;
   }
   return status;
 }
+
+}  // namespace crackle::apps
