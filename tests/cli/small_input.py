@@ -2,10 +2,9 @@
 """Inputs of small plates whose samples take a tenth of a second each, and their ensembles."""
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
-from crackle_launch import environment
+import command_lines
 
 NOTCH = """[[specimen.notch]]
 face = "y-min"
@@ -64,8 +63,7 @@ def run(program: Path, text: str, folder: Path, *options: str, may_fail: bool = 
     """Computes the input's ensemble into a folder, which is returned; some samples may fail where it is said so."""
     source = folder.with_name(folder.name + ".toml")
     source.write_text(text)
-    done = subprocess.run([str(program), "run", str(source), "-o", str(folder), *options], capture_output=True, text=True,
-                          check=False, env=environment())
+    done = command_lines.crackle(program, "run", source, "-o", folder, *options)
     if done.returncode != (2 if may_fail else 0):
         raise RuntimeError(f"crackle run ended with status {done.returncode}: {done.stderr}")
     return folder

@@ -17,6 +17,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
+import command_lines  # noqa: E402
 from crackle_launch import environment, mpirun  # noqa: E402
 
 TIMEOUT = 240  # seconds that a run or a state may take on a busy machine
@@ -86,10 +87,13 @@ class SurvivalCase(unittest.TestCase):
                                 preexec_fn=limits)
 
     @classmethod
-    def call(cls, *arguments, **options):
+    def call(cls, *arguments, timeout=TIMEOUT, **options):
+        """What a command line gives: in a process of its own if it has its own ranks, launcher, environment or memory."""
+        if not options:
+            return command_lines.crackle(PROGRAM, *arguments, timeout=timeout)
         process = cls.start(*arguments, **options)
         try:
-            out, err = process.communicate(timeout=TIMEOUT)
+            out, err = process.communicate(timeout=timeout)
         except subprocess.TimeoutExpired:
             process.kill()
             process.communicate()

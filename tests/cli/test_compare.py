@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
-from crackle_launch import environment  # noqa: E402
+import command_lines  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 PROGRAM = Path()
@@ -53,13 +53,11 @@ class Compare(unittest.TestCase):
         cls.temporary.cleanup()
 
     def compare(self, *arguments: str) -> subprocess.CompletedProcess:
-        return subprocess.run([str(PROGRAM), "compare", *arguments], capture_output=True, text=True, check=False, cwd=self.folder,
-                              env=environment(), timeout=300)
+        return command_lines.crackle(PROGRAM, "compare", *arguments, cwd=self.folder)
 
     @lru_cache
     def rows(self, name: str) -> dict:
-        result = subprocess.run([str(PROGRAM), "stats", "--read-only", "--json", name], capture_output=True, text=True, check=True,
-                                cwd=self.folder, env=environment(), timeout=300)
+        result = command_lines.crackle(PROGRAM, "stats", "--read-only", "--json", name, cwd=self.folder)
         return json.loads(result.stdout)["samples"]
 
     def values(self, name: str, result: str) -> np.ndarray:
@@ -165,8 +163,7 @@ class Compare(unittest.TestCase):
             with h5py.File(folder / "ensemble.h5", "r+") as file:
                 file["samples/onset_force"][:] = file["samples/onset_force"][:] + 10 * number**2
         before = state(self.folder)
-        text, answer = (subprocess.run([str(PROGRAM), "stats", *options, *map(str, folders)], capture_output=True, text=True, check=True,
-                                       env=environment(), timeout=300).stdout for options in ((), ("--json",)))
+        text, answer = (command_lines.crackle(PROGRAM, "stats", *options, *folders).stdout for options in ((), ("--json",)))
         self.assertEqual(state(self.folder), before, "it reads only")
         document = json.loads(answer)
         found = next(entry for entry in document["results"] if entry["name"] == "onset_force")
@@ -180,8 +177,7 @@ class Compare(unittest.TestCase):
             self.assertIn(part, text)
         slots = self.variant("shared-slots", "slots", seed=9)
         for others, reason in (((folders[0], folders[0]), "have the same seed, 1"), ((folders[0], slots), "differ in more")):
-            refused = subprocess.run([str(PROGRAM), "stats", *map(str, others)], capture_output=True, text=True, check=False,
-                                     env=environment(), timeout=300)
+            refused = command_lines.crackle(PROGRAM, "stats", *others)
             self.assertEqual((refused.returncode, refused.stdout), (1, ""))
             self.assertIn(reason, refused.stderr)
 

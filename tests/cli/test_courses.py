@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -17,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools")]
 
-from crackle_launch import environment  # noqa: E402
+import command_lines  # noqa: E402
 
 PROGRAM = Path()
 REST = """
@@ -92,8 +91,7 @@ class Courses(unittest.TestCase):
         source = self.folder / "input.toml"
         source.write_text("[ensemble]\nsamples = 1\nseed = 7\n" + text)
         out = self.folder / f"out-{len(list(self.folder.glob('out-*')))}"
-        done = subprocess.run([str(PROGRAM), "sample", str(source), "--sample", "0", "-o", str(out)], capture_output=True, text=True,
-                              check=False, env=environment(), timeout=300)
+        done = command_lines.crackle(PROGRAM, "sample", source, "--sample", 0, "-o", out)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return out / "samples" / "0000.h5"
 

@@ -34,14 +34,10 @@ class Files(SurvivalCase):
 
     def at_once(self, *arguments, **options):
         """A command that must not wait for anything."""
-        process = self.start(*arguments, **options)
         try:
-            out, err = process.communicate(timeout=SECONDS)
+            return self.call(*arguments, timeout=SECONDS, **options)
         except subprocess.TimeoutExpired:
-            process.kill()
-            process.communicate()
-            self.fail(f"crackle {' '.join(map(str, arguments))} waits")
-        return subprocess.CompletedProcess(arguments, process.returncode, out, err)
+            return self.fail(f"crackle {' '.join(map(str, arguments))} waits")
 
     def commands(self):
         run = ("run", self.small, "-o", self.out, "--resume")

@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery")]
 
+import command_lines  # noqa: E402
 import measured  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
@@ -40,7 +41,7 @@ FINE = tuple(ROOT / "jobs" / name for name in ("paper/clock-from-zero.toml", "pa
 
 
 def crackle(*arguments: object) -> subprocess.CompletedProcess:
-    return subprocess.run([OPTIONS.program, *map(str, arguments)], capture_output=True, text=True, env=environment(), check=False)
+    return command_lines.crackle(OPTIONS.program, *arguments)
 
 
 def check(file: Path) -> subprocess.CompletedProcess:

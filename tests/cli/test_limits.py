@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools")]
 
+import command_lines  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 
 PROGRAM = Path()
@@ -57,8 +58,7 @@ class Limits(unittest.TestCase):
 
     def call(self, text: str, *arguments: str) -> subprocess.CompletedProcess[str]:
         (self.folder / "plate.toml").write_text(text)
-        return subprocess.run([PROGRAM, arguments[0], "plate.toml", *arguments[1:]], cwd=self.folder, env=environment(),
-                              capture_output=True, text=True)
+        return command_lines.crackle(PROGRAM, arguments[0], "plate.toml", *arguments[1:], cwd=self.folder)
 
     def output(self, velocity: str, *arguments: str) -> str:
         done = self.call(PLATE.format(velocity), *arguments)

@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
-from crackle_launch import environment  # noqa: E402
+import command_lines  # noqa: E402
 from small_input import run, small_input  # noqa: E402
 
 PROGRAM = Path()
@@ -61,8 +61,7 @@ class Match(unittest.TestCase):
         cls.temporary.cleanup()
 
     def crackle(self, *arguments: str, status: int = 0) -> subprocess.CompletedProcess:
-        done = subprocess.run([str(PROGRAM), *arguments], capture_output=True, text=True, check=False, cwd=self.folder, env=environment(),
-                              timeout=300)
+        done = command_lines.crackle(PROGRAM, *arguments, cwd=self.folder)
         self.assertEqual(done.returncode, status, done.stderr)
         return done
 

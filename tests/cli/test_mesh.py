@@ -6,7 +6,6 @@ import csv
 import os
 import pathlib
 import re
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -19,8 +18,8 @@ matplotlib.use("Agg")
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
+import command_lines  # noqa: E402
 import crackle  # noqa: E402
-from crackle_launch import environment  # noqa: E402
 
 PROGRAM = ""
 DEMO = pathlib.Path(__file__).resolve().parents[2] / "jobs" / "demo.toml"
@@ -51,8 +50,7 @@ STRENGTH = 35e6  # in jobs/demo.toml [Pa]
 
 
 def run_program(command, *arguments):
-    return subprocess.run([PROGRAM, command, *map(str, arguments)], env=environment(), timeout=300, check=False,
-                          capture_output=True, text=True)
+    return command_lines.crackle(PROGRAM, command, *arguments)
 
 
 def invoke(*arguments):

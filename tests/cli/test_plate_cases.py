@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -17,9 +16,9 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery"), str(ROOT / "jobs" / "verification")]
 
+import command_lines  # noqa: E402
 import interface  # noqa: E402
 import plates  # noqa: E402
-from crackle_launch import environment  # noqa: E402
 from crackle_runs import JOBS, run, with_keys  # noqa: E402
 
 
@@ -55,8 +54,7 @@ class Runs(unittest.TestCase):
                      *(with_keys(blunt, keys) for keys in plates.BLUNT_LAWS.values())):
             source = self.folder / "input.toml"
             source.write_text(text)
-            result = subprocess.run([OPTIONS.program, "check", "--no-measure", str(source)], capture_output=True, text=True,
-                                    env=environment(), check=False)
+            result = command_lines.crackle(OPTIONS.program, "check", "--no-measure", source)
             self.assertEqual(result.returncode, 0, result.stderr)
 
     def test_a_weak_interface_deflects_a_crack_and_a_strong_one_does_not(self):

@@ -5,7 +5,6 @@ import argparse
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -15,8 +14,8 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
+import command_lines  # noqa: E402
 import in_process  # noqa: E402
-from crackle_launch import environment  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 OPTIONS = None
@@ -55,8 +54,7 @@ CORNERS = [f"{x} {y} {z}" for x in (0, 3) for y in (0, 8) for z in (0, 16)]
 
 
 def invoke(*arguments):
-    return subprocess.run([os.path.abspath(OPTIONS.program), *map(str, arguments)], env=environment(), timeout=300,
-                          check=False, capture_output=True, text=True)
+    return command_lines.crackle(OPTIONS.program, *arguments)
 
 
 class Points(unittest.TestCase):
@@ -147,7 +145,7 @@ class Points(unittest.TestCase):
         for kept in (True, False):  # a report of the files that a run leaves, and of one that has not come to its end
             if not kept:
                 (self.out / "ensemble.h5").unlink()
-            report = in_process.report(self.out, "--no-animation")
+            report = in_process.report(self.out, "--program", OPTIONS.program, "--no-animation")
             self.assertEqual((report.returncode, report.stderr), (0, ""))
             self.assertIn(scope, (self.out / "report.html").read_text())
 

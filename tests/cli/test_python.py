@@ -25,10 +25,10 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 matplotlib.use("Agg")
 
+import command_lines  # noqa: E402
 import crackle  # noqa: E402
 import small_input  # noqa: E402
 from crackle import curves  # noqa: E402
-from crackle_launch import environment  # noqa: E402
 from crackle_report import stress  # noqa: E402
 from crackle_report.figures import histories  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
@@ -84,7 +84,7 @@ class Kinds(unittest.TestCase):
             (cls.folders[first] / "ensemble.h5").unlink()
         pending = cls.folders["pending"] = top / "pending"
         small_input.run(PROGRAM, small_input.small_input(random, samples=5), pending, "--samples", "1-2")
-        subprocess.run([str(PROGRAM), "stats", str(pending)], check=True, capture_output=True, env=environment())
+        command_lines.crackle(PROGRAM, "stats", pending).check_returncode()
 
     def test_everything_works_on_each(self):
         for name, folder in self.folders.items():
@@ -174,10 +174,9 @@ class Package(unittest.TestCase):
         text = re.sub(r"(?m)^frames = .*", 'frames = 3\nhistory = "2 us"', text) + PROBE
         source = Path(cls.temporary.name) / "two.toml"
         source.write_text(text)
-        subprocess.run([str(PROGRAM), "run", str(source), "-o", str(cls.folder)], check=True, capture_output=True, env=environment())
+        command_lines.crackle(PROGRAM, "run", source, "-o", cls.folder).check_returncode()
         cls.ensemble = crackle.open(cls.folder)
-        done = subprocess.run([str(PROGRAM), "stats", str(cls.folder), "--json", "--read-only"], check=True, capture_output=True,
-                              text=True, env=environment())
+        done = command_lines.crackle(PROGRAM, "stats", cls.folder, "--json", "--read-only")
         cls.json = json.loads(done.stdout)
 
     def test_samples_are_those_of_the_program(self):
@@ -323,12 +322,11 @@ class Package(unittest.TestCase):
             folder = small_input.run(PROGRAM, small_input.small_input(samples=2), Path(name) / "out")
             source = Path(name) / "five.toml"
             source.write_text(small_input.small_input(samples=5))
-            subprocess.run([str(PROGRAM), "run", str(source), "-o", str(folder), "--resume", "--samples", "2-3"], check=True,
-                           capture_output=True, env=environment())
+            command_lines.crackle(PROGRAM, "run", source, "-o", folder, "--resume", "--samples", "2-3").check_returncode()
             found = crackle.open(folder)
             self.assertEqual(found.done, [0, 1, 2, 3])
             self.assertEqual(found.histories.sizes["sample"], 4)
-            subprocess.run([str(PROGRAM), "stats", str(folder)], check=True, capture_output=True, env=environment())
+            command_lines.crackle(PROGRAM, "stats", folder).check_returncode()
             merged = crackle.open(folder)
             self.assertEqual([len(found), len(merged)], [4, 5])
             for column in ("onset_force", "crack_area", "wall_time"):
@@ -340,9 +338,8 @@ class Package(unittest.TestCase):
             folder = Path(name) / "out"
             source = Path(name) / "line.toml"
             source.write_text(small_input.small_input('[[sections.line]]\nfrom = ["2 mm", "8 mm"]\nto = ["10 mm", "22 mm"]\n'))
-            subprocess.run([str(PROGRAM), "run", str(source), "-o", str(folder), "--samples", "0-0"], check=True,
-                           capture_output=True, env=environment())
-            subprocess.run([str(PROGRAM), "stats", str(folder)], check=True, capture_output=True, env=environment())
+            command_lines.crackle(PROGRAM, "run", source, "-o", folder, "--samples", "0-0").check_returncode()
+            command_lines.crackle(PROGRAM, "stats", folder).check_returncode()
             with h5py.File(folder / "ensemble.h5") as root:
                 n_sections, n_across_y = root["crack_path/position"].shape[2], root["crack_path/z"].shape[2]
             self.assertLess(n_across_y, n_sections)

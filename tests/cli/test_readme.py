@@ -18,7 +18,7 @@ import h5py
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "cli"), str(ROOT / "tools")]
 
-from crackle_launch import environment  # noqa: E402
+import command_lines  # noqa: E402
 from crackle_readme import BLOCKS, block, put_block  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
@@ -66,7 +66,7 @@ def dangling_links(page: str, text: str) -> list[str]:
 
 
 def run_program(*arguments: str) -> subprocess.CompletedProcess:
-    return subprocess.run([PROGRAM, *arguments], env=environment(), capture_output=True, text=True, check=False)
+    return command_lines.crackle(PROGRAM, *arguments)
 
 
 class Readme(unittest.TestCase):

@@ -33,8 +33,7 @@ from crackle_report.figures import convergence, crack_paths, crossings, growth  
 from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
-from crackle.program import find_program  # noqa: E402
-from crackle_launch import environment  # noqa: E402
+import command_lines  # noqa: E402
 import in_process  # noqa: E402
 from box_mesh import box_mesh  # noqa: E402
 from synthetic_ensemble import SLOTS, changed, write_ensemble  # noqa: E402
@@ -508,8 +507,7 @@ frames = 3
         text = text.replace("samples = 2", "samples = 1").replace("edge-0", "z-min").replace("edge-2", "z-max")
         source = self.folder.with_name("plain.toml")
         source.write_text(text)
-        subprocess.run([os.environ["CRACKLE"], "run", str(source), "-o", str(self.folder)], check=True, capture_output=True,
-                       env=environment())
+        command_lines.crackle(os.environ["CRACKLE"], "run", source, "-o", self.folder).check_returncode()
         self.assertEqual(reading.read_ensemble(self.folder).plate.notch_slot.shape, (0, 2, 2))
         result = self.run_report(str(self.folder))
         self.assertEqual((result.returncode, result.stderr), (0, ""))
@@ -517,8 +515,7 @@ frames = 3
     def test_a_plate_is_drawn_where_it_lies(self):
         source = self.folder.with_name("input.toml")
         source.write_text(self.INPUT)
-        subprocess.run([find_program(), "run", str(source), "-o", str(self.folder)], check=True, capture_output=True,
-                       env=environment())
+        command_lines.crackle(os.environ["CRACKLE"], "run", source, "-o", self.folder).check_returncode()
         self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("notch 0 in 2, hole 0 in 0, free surface in 0.", page)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -20,14 +19,14 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
+import command_lines  # noqa: E402
 from crackle import program  # noqa: E402
 from crackle_report import reading  # noqa: E402
 from synthetic_ensemble import SLOTS, WIDTH, write_ensemble  # noqa: E402
 
 
 def document_of(folder: Path, *options: str) -> dict:
-    return json.loads(subprocess.run([os.environ["CRACKLE"], "stats", str(folder), "--json", "--read-only", *options],
-                                     check=True, capture_output=True, text=True).stdout)
+    return json.loads(command_lines.crackle(os.environ["CRACKLE"], "stats", folder, "--json", "--read-only", *options).stdout)
 
 
 def numbers(values: list) -> np.ndarray:

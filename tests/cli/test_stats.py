@@ -21,6 +21,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
+import command_lines  # noqa: E402
 import crackle  # noqa: E402
 import in_process  # noqa: E402
 from crackle_launch import environment  # noqa: E402
@@ -77,9 +78,9 @@ frames = 2
 
 
 def invoke(*arguments, ranks=0):
-    command = [os.path.abspath(OPTIONS.program), *map(str, arguments)]
-    if ranks:
-        command = [*shlex.split(OPTIONS.mpirun), "-n", str(ranks), *command]
+    if not ranks:
+        return command_lines.crackle(OPTIONS.program, *arguments)
+    command = [*shlex.split(OPTIONS.mpirun), "-n", str(ranks), os.path.abspath(OPTIONS.program), *map(str, arguments)]
     result = subprocess.run(command, env=environment(), timeout=300, check=False, capture_output=True, text=True)
     # Without mpirun's own notice of a rank that ended with another status than 0.
     result.stderr = re.sub(r"(?s)-{20,}\n.*?-{20,}\n", "", result.stderr)

@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools")]
 
+import command_lines  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from crackle_report.reading import SampleFiles  # noqa: E402
 from crackle_report.stress import ALL_EDGES, element_stress, frame_stresses  # noqa: E402
@@ -38,8 +39,7 @@ class Stress(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name) / "out"
             (Path(name) / "plate.toml").write_text(text, encoding="utf-8")
-            subprocess.run([PROGRAM, "sample", str(Path(name) / "plate.toml"), "--sample", "1", "-o", str(folder)],
-                           env=environment(), stdout=subprocess.DEVNULL, check=True)
+            command_lines.crackle(PROGRAM, "sample", Path(name) / "plate.toml", "--sample", 1, "-o", folder).check_returncode()
             files = SampleFiles(folder)
             frames, energy = files.frames(1), files.energy(1)
             output = subprocess.run([FRAME_STRESSES, str(folder / "samples" / "0001.h5")], env=environment(),

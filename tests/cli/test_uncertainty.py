@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "tools"))
 
+import command_lines  # noqa: E402
 from crackle_launch import environment, mpirun  # noqa: E402
 
 PROGRAM = Path()
@@ -116,9 +117,11 @@ class Uncertainty(unittest.TestCase):
         return name
 
     def call(self, *arguments: str, ranks: int = 1, status: int = 0) -> str:
-        launcher = mpirun(ranks) if ranks > 1 else []
-        result = subprocess.run([*launcher, str(PROGRAM), *arguments], capture_output=True, text=True, check=False, cwd=self.folder,
-                                env=environment(), timeout=500)
+        if ranks == 1:
+            result = command_lines.crackle(PROGRAM, *arguments, cwd=self.folder)
+        else:
+            result = subprocess.run([*mpirun(ranks), str(PROGRAM), *arguments], capture_output=True, text=True, check=False,
+                                    cwd=self.folder, env=environment(), timeout=500)
         self.assertEqual(result.returncode, status, result.stdout[-2000:] + result.stderr[-2000:])
         return result.stdout + result.stderr
 

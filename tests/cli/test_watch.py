@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools")]
 
+import command_lines  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 
 PROGRAM = Path()
@@ -31,13 +32,12 @@ class Watch(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = Path(temporary.name) / "out"
-        text = (ROOT / "jobs" / "demo.toml").read_text()
-        self.input = Path(temporary.name) / "demo.toml"
-        self.input.write_text(re.sub(r"(?m)^samples = .*", "samples = 3", text))
+        text = (ROOT / "tests" / "support" / "plate.toml").read_text()
+        self.input = Path(temporary.name) / "plate.toml"
+        self.input.write_text(text.replace("samples = 6", "samples = 3").replace('"20 ns"', '"8 ns"'))
 
     def watch(self, *arguments: str) -> subprocess.CompletedProcess:
-        return subprocess.run([str(PROGRAM), "watch", str(self.folder), *arguments], capture_output=True, text=True, check=False,
-                              env=environment(), timeout=300)
+        return command_lines.crackle(PROGRAM, "watch", self.folder, *arguments)
 
     def test_it_follows_a_run_to_its_end_and_reads_only(self):
         with subprocess.Popen([str(PROGRAM), "run", str(self.input), "-o", str(self.folder)], stdout=subprocess.PIPE,
@@ -46,7 +46,7 @@ class Watch(unittest.TestCase):
             while not list(self.folder.glob("samples/*.h5")) and time.monotonic() < until:
                 time.sleep(0.05)
             running = self.watch("--once")
-            followed = self.watch("--interval", "0.5")
+            followed = self.watch("--interval", "0.2")
             log = run.communicate()[0]
             self.assertEqual(run.returncode, 0, log)
         self.assertEqual(running.returncode, 0, running.stderr)
@@ -71,8 +71,7 @@ class Watch(unittest.TestCase):
     def test_it_ends_with_an_ensemble_that_needs_no_more_samples(self):
         stopped = self.input.read_text() + '\n[ensemble.stop]\nhalf_width = "1 m"\nmin_samples = 2\n'
         self.input.write_text(stopped)
-        run = subprocess.run([str(PROGRAM), "run", str(self.input), "-o", str(self.folder)], capture_output=True, text=True,
-                             check=False, env=environment(), timeout=300)
+        run = command_lines.crackle(PROGRAM, "run", self.input, "-o", self.folder)
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
         # As a killed run leaves it, on a host that is not asked whether the process lives.
         lock = self.folder / "lock-0-2"

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every wrong input ends with exit status 1, one line for each error, and nothing written.
 
-With `--commands check run` half of the cases go through `crackle run`, the others through `crackle check`.
+Every case goes through each of the commands, all in one process; every 32nd one through a start of the program too.
 """
 import argparse
-import concurrent.futures
 import os
 import pathlib
 import re
@@ -15,17 +14,22 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
+import command_lines  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from input_text import InputText  # noqa: E402
 from wrong_inputs import CASES, FILES  # noqa: E402
 
 TIMEOUT = 60  # seconds; a run that waits for ever is a failure
+REAL_EACH = 32  # cases, of which one starts the program
 
 
 def invoke(program, command, name, folder):
-    """Runs the command on the file `name` in `folder`."""
-    arguments = [program, command, name] + (["-o", "out"] if command == "run" else [])
-    return subprocess.run(arguments, cwd=folder, env=environment(), timeout=TIMEOUT, check=False,
+    """Runs the command on the file `name` in `folder`; `command` may end with " in a process of its own"."""
+    command, _, starts = command.partition(" ")
+    arguments = [command, name] + (["-o", "out"] if command == "run" else [])
+    if not starts:
+        return command_lines.crackle(program, *arguments, cwd=folder, errors="replace", timeout=TIMEOUT)
+    return subprocess.run([program, *arguments], cwd=folder, env=environment(), timeout=TIMEOUT, check=False,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace")
 
 
@@ -117,15 +121,14 @@ def main():
         return 0
     if not jobs:
         sys.exit(f"no case has {options.only!r} in its name")
-    with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
-        futures = []
-        for i, (function, *arguments) in enumerate(jobs):
-            command = options.commands[i % len(options.commands)]
-            futures.append(pool.submit(function, program, command, *arguments))
-        n_failed = 0
-        for future in futures:
-            name, command, faults, messages = future.result()
-            n_failed += bool(faults)
+    n_failed = 0
+    for i, (function, *arguments) in enumerate(jobs):
+        commands = list(options.commands)
+        if i % REAL_EACH == 0:
+            commands.append(f"{commands[i // REAL_EACH % len(commands)]} in a process of its own")
+        found = [function(program, command, *arguments) for command in commands]
+        n_failed += any(faults for _, _, faults, _ in found)
+        for name, command, faults, messages in found:
             if faults or options.verbose:
                 print(f"{'FAILED' if faults else 'ok'}: {name} ({command})")
                 for fault in faults:
