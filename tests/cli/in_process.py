@@ -37,8 +37,9 @@ def call(main: Callable[[], int], *arguments: object) -> subprocess.CompletedPro
     return subprocess.CompletedProcess(words, status or 0, out.getvalue(), err.getvalue())
 
 
-def report(*arguments: object, kind: str = "png") -> subprocess.CompletedProcess:
-    """crackle-report, for tests of what it says: every picture is drawn once, coarsely, and its file of the other kind is empty."""
+def report(*arguments: object, kind: str | None = None) -> subprocess.CompletedProcess:
+    """crackle-report, for tests of what it says: pictures are made, but their files are empty, but for those of the one `kind` ("png" or
+    "svg") if it is given, which are drawn coarsely."""
     apply, save = style.apply, matplotlib.figure.Figure.savefig
 
     def apply_coarsely() -> None:

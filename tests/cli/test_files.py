@@ -6,6 +6,7 @@ other versions; folders that are moved, files that may not grow.
 import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import time
@@ -129,7 +130,7 @@ class Files(SurvivalCase):
     def test_damaged_results_are_written_anew(self):
         whole = (self.whole(self.small) / "ensemble.h5").read_bytes()
         for damaged in (b"", whole[:100], whole[:len(whole) // 2], bytes(512) + whole[512:]):
-            for command in ("stats", "run"):
+            for command in ("stats",) if damaged else ("stats", "run"):
                 self.with_instead("ensemble.h5", lambda path, data=damaged: path.write_bytes(data))
                 self.assert_complete(self.small, self.call(*self.commands()[command]))
 
@@ -184,12 +185,21 @@ class Files(SurvivalCase):
         return out
 
     def test_a_folder_that_is_moved(self):
-        for n_ranks in (1, 3):
-            out = self.move_while_it_runs("run", self.slow, "-o", self.out, n_ranks=n_ranks)
-            self.assertIn("it or its folder was moved or removed during the run", out)
-            (self.root / "moved").rename(self.out)
-            self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
-            shutil.rmtree(self.out)
+        out = self.move_while_it_runs("run", self.slow, "-o", self.out, n_ranks=3)
+        self.assertIn("it or its folder was moved or removed during the run", out)
+        (self.root / "moved").rename(self.out)
+        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+
+    def test_a_folder_that_is_removed(self):
+        process = self.start("run", self.slow, "-o", self.out)
+        self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
+        self.freeze(process)
+        shutil.rmtree(self.out)
+        process.send_signal(signal.SIGCONT)
+        out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
+        self.assertEqual(process.returncode, 2, out + err)
+        self.assertIn("it or its folder was moved or removed during the run", out)
+        self.assertFalse(self.out.exists())
 
     def test_a_range_whose_folder_is_moved(self):
         out = self.move_while_it_runs("run", self.slow, "-o", self.out, "--samples", "0-2")
@@ -219,24 +229,23 @@ class Files(SurvivalCase):
     def test_a_limit_on_the_size_of_files(self):
         size = (self.whole(self.small) / "samples" / "0000.h5").stat().st_size // 2
         results_size = (self.whole(self.small) / "ensemble.h5").stat().st_size - 1000
-        for n_ranks in (1, 3):
-            for limit, text in ((size, r"sample \d failed .*writing: cannot write '.*\.h5': File too large"),
-                                (results_size, r"cannot write '.*ensemble.h5': .*File too large")):
-                with self.subTest(n_ranks=n_ranks, limit=limit):
-                    shutil.rmtree(self.out, ignore_errors=True)
-                    limited = ["sh", "-c", f'ulimit -f {limit // 512} && exec "$0" "$@"']
-                    if subprocess.run(["sh", "-c", "ulimit -f 1 && ulimit -f"], capture_output=True, check=True).stdout != b"1\n":
-                        self.skipTest("this shell has no limit on files")
-                    launcher = ([] if n_ranks == 1 else survival_fixture.mpirun(n_ranks)) + limited
-                    result = self.call("run", self.small, "-o", self.out, launcher=launcher)
-                    self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
-                    self.assertRegex(result.stdout, text)
-                    self.assertNotIn("signal", result.stderr)
-                    self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
+        if subprocess.run(["sh", "-c", "ulimit -f 1 && ulimit -f"], capture_output=True, check=True).stdout != b"1\n":
+            self.skipTest("this shell has no limit on files")
+        for n_ranks, limit, text in ((3, size, r"sample \d failed .*writing: cannot write '.*\.h5': File too large"),
+                                     (1, results_size, r"cannot write '.*ensemble.h5': .*File too large")):
+            with self.subTest(n_ranks=n_ranks, limit=limit):
+                shutil.rmtree(self.out, ignore_errors=True)
+                launcher = [] if n_ranks == 1 else survival_fixture.mpirun(n_ranks)
+                limited = ["sh", "-c", f'ulimit -f {limit // 512} && exec "$0" "$@"']
+                result = self.call("run", self.small, "-o", self.out, launcher=[*launcher, *limited])
+                self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+                self.assertRegex(result.stdout, text)
+                self.assertNotIn("signal", result.stderr)
+                self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
 
     # Other versions.
 
-    def test_samples_of_another_model_are_not_gone_on_from(self):
+    def test_samples_of_another_model_cannot_be_resumed(self):
         for model in (None, 1, 99):
             shutil.rmtree(self.out, ignore_errors=True)
             shutil.copytree(self.whole(self.small), self.out)

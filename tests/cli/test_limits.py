@@ -123,9 +123,9 @@ region = {{ y = ["{} mm", "10 mm"] }}
 velocity = ["free", "free", "1 mm/s"]
 """
         whole = PLATE[PLATE.index('[[boundary]]\non = "z-max"'):PLATE.index("[time]")]
-        told = ("the region of boundary[1] makes the mesh as fine as 5 um, with 1 mm as the finest spacing given, and may need millions "
+        told = ("the region of boundary[1] makes the mesh as fine as 0.019 mm, with 1 mm as the finest spacing given, and may need millions "
                 "of points; lines and corners that should coincide need equal coordinates")
-        near = PLATE.replace(whole, halves.format("5.005"))
+        near = PLATE.replace(whole, halves.format("5.019"))
         self.assertIn(f"Warning: {told}\n", self.call(near, "check", "--no-measure").stdout)
         self.assertIn(f"warning: {told}\n", self.call(near, "run", "-o", "out").stdout)
         self.assertNotIn("Warning", self.call(PLATE.replace(whole, halves.format("5")), "check", "--no-measure").stdout)

@@ -99,10 +99,10 @@ class Experiments(unittest.TestCase):
             self.assertGreater(distances.get(HELD_OUT, 1), 3 * nearest[0]["distance"], change)
 
     def test_report(self):
-        def report(*options: str, of: str = "experiments.toml") -> subprocess.CompletedProcess:
-            return in_process.report(self.out, "--program", PROGRAM, "--no-animation", "--experiments", self.folder / of, *options)
+        def report(of: str = "experiments.toml", kind: str | None = None) -> subprocess.CompletedProcess:
+            return in_process.report(self.out, "--program", PROGRAM, "--no-animation", "--experiments", self.folder / of, kind=kind)
 
-        done = report()
+        done = report(kind="png")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         names = {file.stem for file in (self.out / "report").glob("experiment*.png")}
         self.assertEqual(names, {"experiment-0-path", f"experiment-0-growth-{HELD_OUT:04d}", "experiment-0-overlay"})

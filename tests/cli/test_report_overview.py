@@ -111,7 +111,7 @@ values = ["facet", "element"]
                 of_case = crackle.open(folder / one["folder"]).samples["peak_load"]
                 self.assertAlmostEqual(one["value"][column], of_case.mean(), delta=1e-9 * of_case.mean())
                 self.assertAlmostEqual(one["upper"][column] - one["lower"][column], 2 * 12.7062 * of_case.std() / np.sqrt(2), delta=1e-3 * of_case.std())
-            result = in_process.report(folder, "--no-animation")
+            result = in_process.report(folder, "--no-animation", kind="png")
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             page = (folder / "report.html").read_text(encoding="utf-8")
             self.assertIn("crackle: sweep out", page)

@@ -37,7 +37,7 @@ class Survival(SurvivalCase):
                 self.assertEqual(process.returncode, 3, out + err)
                 self.assertIn(f"{number.name}: stopping\n", out)
                 self.assertFalse(list(self.out.glob("lock-*")))
-                self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
         shutil.rmtree(self.out)
         process = self.start("run", self.slow, "-o", self.out)
         self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
@@ -53,7 +53,6 @@ class Survival(SurvivalCase):
             result = self.call("run", self.slow, "-o", self.out, "--time-limit", text)
             self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
             self.assertIn(f"the time limit of {seconds} s: stopping", result.stdout)
-        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
         shutil.rmtree(self.out)
         result = self.call("run", self.slow, "-o", self.out,
                            extra_environment={"SLURM_JOB_END_TIME": str(int(time.time()) + 1)})
@@ -171,7 +170,7 @@ class Survival(SurvivalCase):
             "512 bytes zeroed": lambda data, at: data[:at] + bytes(512) + data[at + 512:],
             "a byte too many": lambda data, at: data[:at] + b"x" + data[at:],
         }
-        n_rounds = 8
+        n_rounds = 2
         for number in range(n_rounds):
             for i, file in enumerate(files):
                 # Each file is hit in its own order, and every part of it once.
@@ -187,7 +186,7 @@ class Survival(SurvivalCase):
         (self.out / "samples" / "0001.checkpoint").write_bytes(b"rubbish")
         self.assertIn("holds sample 0 instead of 2", self.assert_computed_again("0001.checkpoint", "0002.h5"))
 
-    def test_files_of_an_older_version_are_not_gone_on_from(self):
+    def test_files_of_an_older_version_cannot_be_resumed(self):
         shutil.copytree(self.whole(self.small), self.out)
         file = self.out / "samples" / "0001.h5"
         with open(file, "r+b") as stream:
@@ -234,18 +233,6 @@ class Survival(SurvivalCase):
         self.assert_refused(self.call("run", self.small, "-o", self.root / "plain"), "is not a folder")
         self.assert_refused(self.call("run", self.small, "-o", self.root / "plain" / "out"), "cannot make the folder")
         self.assert_refused(self.call("run", self.small, "-o", "/proc/crackle"), "cannot make the folder")
-
-    def test_a_folder_that_vanishes(self):
-        process = self.start("run", self.slow, "-o", self.out)
-        self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
-        self.freeze(process)
-        shutil.rmtree(self.out)
-        process.send_signal(signal.SIGCONT)
-        out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
-        self.assertEqual(process.returncode, 2, out + err)
-        self.assertIn("it or its folder was moved or removed", out)
-        self.assertFalse(self.out.exists())
-        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
 
     # Failures and ranges.
 
@@ -305,10 +292,10 @@ class Survival(SurvivalCase):
             self.skipTest("the address sanitizer needs all addresses")
         # A limit of memory that the frames do not keep to, and that is lifted afterwards.
         setting = self.root / "frames.toml"
-        text = SMALL.replace("samples = 3", "samples = 1").replace('step = "auto"', 'step = "4 ns"')
+        text = SMALL.replace("samples = 3", "samples = 1").replace('step = "auto"', 'step = "4 ns"').replace('"60 us"', '"20 us"')
         setting.write_text(text.replace("frames = 4", "frames = 1"))
         limit = self.peak_of_addresses(0, "run", setting, "-o", self.root / "few")
-        setting.write_text(text.replace("frames = 4", "frames = 15000"))
+        setting.write_text(text.replace("frames = 4", "frames = 5000"))
         self.whole(setting)
         result = self.call("run", setting, "-o", self.out, memory_limit=limit, extra_environment=self.ONE_ARENA)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
@@ -319,7 +306,7 @@ class Survival(SurvivalCase):
         self.assert_complete(setting, self.call("run", setting, "-o", self.out, "--retry-failed"))
 
     def test_options_in_the_environment_change_nothing(self):
-        result = self.call("run", self.small, "-o", self.out, extra_environment={
+        result = self.call("run", self.small, "-o", self.out, extra_environment={  # read when PETSc starts
             "PETSC_OPTIONS": "-ksp_rtol 0.1 -ksp_max_it 2 -pc_type none -log_view -options_left",
             "PETSC_OPTIONS_YAML": "ksp_rtol: 0.1"})
         self.assertNotIn("Performance", result.stdout)
