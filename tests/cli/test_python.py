@@ -170,7 +170,9 @@ class Package(unittest.TestCase):
         cls.addClassCleanup(cls.temporary.cleanup)
         cls.folder = Path(cls.temporary.name) / "out"
         text = (ROOT / "jobs" / "demo.toml").read_text()
-        text = re.sub(r"(?m)^samples = .*", "samples = 2", text)
+        for key, value in (("samples", "2"), ("spacing", '"5 mm"'), ("notch_spacing", '"1 mm"')):
+            text, n_replaced = re.subn(rf"(?m)^{key} = .*", f"{key} = {value}", text)
+            assert n_replaced == 1, key
         text = re.sub(r"(?m)^frames = .*", 'frames = 3\nhistory = "2 us"', text) + PROBE
         source = Path(cls.temporary.name) / "two.toml"
         source.write_text(text)
