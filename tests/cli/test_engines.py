@@ -57,7 +57,7 @@ class Engines(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         return result.stdout
 
-    def test_the_engine_is_told(self):
+    def test_the_engine_is_reported(self):
         told = self.succeed("check", "--no-measure", self.input)
         self.assertIn(NOTICE + "\n", told)
         self.assertRegex(told, r"time.engine +=  ?petsc\n")
@@ -89,7 +89,7 @@ class Engines(unittest.TestCase):
             self.assertGreater(len(mine), 50)
             pd.testing.assert_frame_equal(mine, theirs, check_exact=True)
 
-    def test_a_parked_sample_goes_on_on_other_ranks_but_not_by_the_other_engine(self):
+    def test_a_suspended_sample_continues_on_other_ranks_but_not_with_the_other_engine(self):
         whole, parts = self.folder / "whole", self.folder / "parts"
         self.input.write_text(with_keys(PETSC, {"time.step": '"40 ns"'}))
         self.succeed("sample", self.input, "--sample", 0, "-o", whole)

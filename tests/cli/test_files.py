@@ -339,7 +339,7 @@ class Files(SurvivalCase):
                                 f"give the ensemble's folder, {folder}")
             self.assert_refused(self.at_once(*arguments, self.small), "is a file; give the folder of an ensemble")
 
-    def test_equal_cases_of_a_sweep_are_told(self):
+    def test_equal_cases_of_a_sweep_are_reported(self):
         sweep = self.root / "sweep.toml"
         sweep.write_text(SMALL.replace("samples = 3", "samples = 1") +
                          '[[sweep]]\nkey = "mesh.perturbation"\nvalues = [0.1, 0.05, 0.10]\n')

@@ -65,8 +65,8 @@ class Inputs(unittest.TestCase):
 
 
 class Signals(unittest.TestCase):
-    def test_the_program_is_told_and_waited_for(self):
-        program = "trap 'sleep 1; echo parked; exit 3' USR1; echo running; while :; do sleep 0.05; done"
+    def test_signals_reach_the_program_which_is_waited_for(self):
+        program = "trap 'sleep 1; echo suspended; exit 3' USR1; echo running; while :; do sleep 0.05; done"
         work = ("import sys; from crackle_runs import RunError, status_of\n"
                 "try: status_of(['bash', '-c', sys.argv[1]], open(sys.argv[2], 'w'))\n"
                 "except RunError as error: print(error)")
@@ -80,7 +80,7 @@ class Signals(unittest.TestCase):
                         time.sleep(0.05)
                     process.send_signal(number)
                     said = process.communicate(timeout=60)[0]
-                self.assertEqual(log.read_text(), "running\nparked\n")
+                self.assertEqual(log.read_text(), "running\nsuspended\n")
                 self.assertEqual(said, f"stopped by {number.name}; the same command continues\n")
 
 

@@ -77,7 +77,7 @@ class Limits(unittest.TestCase):
             self.assertIn(FAST, said)
         self.assertLess(log.index(BENDING), log.index("samples to compute"), "said before the first sample")
 
-    def test_nothing_is_said_of_a_slow_pull(self):
+    def test_a_slow_pull_gives_no_warning(self):
         said = self.output('"free", "free", "1 mm/s"', "check")
         self.assertNotIn("too stiff", said)
         self.assertNotIn("inertia", said)
@@ -112,7 +112,7 @@ fix = ["y"]
     def test_loads_above_the_first_break_are_refused(self):
         self.assert_same_refusal(PULLED.replace('"0 N"]', '"5 kN"]'), "the load at time 0, 5000 N, exceeds that of the first break")
 
-    def test_lines_that_nearly_coincide_are_told(self):
+    def test_lines_that_nearly_coincide_give_a_warning(self):
         halves = """[[boundary]]
 on = "z-max"
 region = {{ y = ["0 mm", "5 mm"] }}
@@ -135,7 +135,7 @@ velocity = ["free", "free", "1 mm/s"]
         self.assertNotIn("far from breaking", self.call(blow, "check").stdout)
         self.assertIn("far from breaking", self.call(blow.replace("16.5 m/s", "16.5 um/s"), "check").stdout)
 
-    def test_loads_that_break_nothing_are_told(self):
+    def test_loads_that_break_nothing_give_a_warning(self):
         said = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "check").stdout
         self.assertRegex(said, r"Warning: the loads do not break the body: they reach 10 N, \d(\.\d)? % of the roughly [12]\d\d(\.\d)? N needed for the first break")
         ran = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "run", "-o", "held")
@@ -170,7 +170,7 @@ history = [["0 us", 0], ["2 us", 1], ["6 us", 1], ["8 us", 0]]
         self.assertNotIn("damping.bulk = [0.5, 1.2] leaves", damped)
         self.assertIn(waves.format(5, 3) + ".\n", damped)
 
-    def test_a_rate_without_effect_is_told(self):
+    def test_a_rate_without_effect_gives_a_warning(self):
         said = self.call(PULLED, "check").stdout
         self.assertRegex(said, r"loading += in equilibrium up to the first break \([\d.]+ N, after [\d.]+ s\); until then the loading rate has no effect")
         self.assertNotIn("Warning", said)
@@ -277,7 +277,7 @@ z = ["6 mm"]
         self.assertRegex(checked.stderr, "sample [123] would fail: computation: at time 0 the initial stress")
         self.assertNotIn("At time 0", self.call(text.format("400 MPa"), "check").stdout)
 
-    def test_large_strains_are_told(self):
+    def test_large_strains_give_a_warning(self):
         """A strength of a quarter of Young's modulus in a bar that is pulled."""
         soft = PULLED.replace("32 GPa", "1.1 MPa").replace("30 J/m^2", "60 J/m^2").replace("3 us", "3 ms")
         self.assertRegex(self.call(soft, "check").stdout, r"Warning: at the first break \d+ % of the body is strained by more than 5 %")
@@ -285,7 +285,7 @@ z = ["6 mm"]
         said = self.call(soft, "run", "-o", "out").stdout
         self.assertRegex(said, r"warning: the peak load has moved by [\d.]+ mm, \d+ % of the body's longest extent")
 
-    def test_one_sample_is_told_to_be_few(self):
+    def test_a_single_sample_gives_a_note(self):
         self.assertIn("One sample shows no scatter", self.call(PULLED, "check", "--no-measure").stdout)
         self.assertNotIn("One sample", self.call(PULLED.replace("samples = 1", "samples = 2"), "check", "--no-measure").stdout)
 

@@ -216,7 +216,7 @@ origin = ["0 mm", "15 mm"]
         for line in errors.strip().splitlines():
             self.assertRegex(line, r"no such file|picture|loads")
 
-    def test_errors_are_told_at_once(self):
+    def test_all_errors_are_reported_at_once(self):
         (self.folder / "bad.csv").write_text("y_mm,z_mm\n1,2\n1,x\n")
         (self.folder / "experiments.toml").write_text('[[experiment]]\nname = "a"\npath = "bad.csv"\npeak_load = "3 mm"\n[[experiment]]\n'
                                                       'name = "b"\n')

@@ -92,9 +92,10 @@ class Kinds(unittest.TestCase):
                 continue
             with self.subTest(name), warnings.catch_warnings():
                 warnings.simplefilter("error")
-                self.use(crackle.open(folder))
+                # The other kinds have the results of one of these.
+                self.use(crackle.open(folder), draws_every_result=name in ("random", "failed", "no notch", "one", "unbroken"))
 
-    def use(self, ensemble: crackle.Ensemble) -> None:
+    def use(self, ensemble: crackle.Ensemble, draws_every_result: bool) -> None:
         done = ensemble.done
         self.assertTrue(done)
         for name in self.OF_ENSEMBLE:
@@ -109,7 +110,7 @@ class Kinds(unittest.TestCase):
         self.assertEqual(len(ensemble.plot.load(over="time").lines), len(done))
         pyplot.close("all")
         axes = pyplot.figure().add_subplot()
-        for column in ensemble.samples:
+        for column in ensemble.samples if draws_every_result else ():
             for bar in list(axes.patches):  # clearing the axes would make all ticks anew
                 bar.remove()
             axes.set_xlabel("")

@@ -212,7 +212,7 @@ class Contents(Folders):
         with self.assertRaisesRegex(crackle.ResultsError, "ensemble.h5' is incomplete: .*status"):
             crackle.open(self.folder).samples
 
-    def test_files_of_other_programs_are_told(self):
+    def test_files_of_other_programs_are_named_as_such(self):
         results = self.folder / "ensemble.h5"
         with h5py.File(results, "w") as root:
             root["temperature"] = [1.0, 2.0]

@@ -145,7 +145,7 @@ class Report(Ensembles):
         self.assertIn("1 failed, 1 pending", page)
         self.assertIn("not finished", page)
 
-    def test_leading_and_following_cracks_are_told_apart(self):
+    def test_leading_and_following_cracks_are_distinguished(self):
         write_ensemble(self.folder, 8, failed=(3,))
         self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
@@ -172,7 +172,7 @@ class Report(Ensembles):
         np.testing.assert_allclose(new.statistics.z_mean, np.nanmean(new.samples.position, axis=0), rtol=1e-14)
         self.assertGreater(new.statistics.reached.sum(), old.statistics.reached.sum())
 
-    def test_sections_across_y_and_z_are_told_apart(self):
+    def test_sections_across_y_and_z_are_distinguished(self):
         write_ensemble(self.folder, 6)
         old = reading.read_ensemble(self.folder)
         self.assertEqual([section.name for section in old.sections][1:3], ["y = 9 mm", "y = 12.25 mm"])
@@ -318,7 +318,7 @@ class Report(Ensembles):
         write_ensemble(self.folder, 1)
         self.assertIn("to tell whether there are enough", convergence._verdict(reading.read_ensemble(self.folder)))
 
-    def test_where_cracks_take_several_ways_each_has_its_mean(self):
+    def test_where_cracks_take_several_paths_each_group_has_its_mean(self):
         write_ensemble(self.folder, 14, with_ensemble_file=False, leading=[0] * 14)
         for i in (2, 6, 9):
             with changed(self.folder / "samples" / f"{i:04d}.h5") as root:

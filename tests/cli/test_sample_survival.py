@@ -42,11 +42,11 @@ class SampleSurvival(SurvivalCase):
         self.assertTrue(self.checkpoint.exists())
         self.assertEqual(list(self.out.glob("lock-*")), [])
 
-    def step_gone_on_from(self, result):
+    def resumed_step(self, result):
         return int(re.search(r"continues at step (\d+)", result.stdout)[1])
 
     def suspended_at_a_time_limit(self, n_ranks):
-        """A run that has gone on for a while before its time limit came."""
+        """A run that has run for a while before its time limit came."""
         for limit in (2, 4, 8, 16, 32):  # a busy machine or a sanitizer may take seconds to start
             result = self.call(*self.sample("--resume", "--time-limit", f"{limit}s"), n_ranks=n_ranks)
             self.assertIn(f"the time limit of {limit} s: stopping", result.stdout)
@@ -86,10 +86,10 @@ class SampleSurvival(SurvivalCase):
         steps = []
         for n_ranks in (2, 3):  # some steps only: where ranks share cores they wait for each other
             result = self.suspended_at_a_time_limit(n_ranks)
-            steps.append(self.step_gone_on_from(result))
+            steps.append(self.resumed_step(result))
         result = self.call(*self.sample("--resume"))
-        steps.append(self.step_gone_on_from(result))
-        print(f"gone on from steps {steps}")
+        steps.append(self.resumed_step(result))
+        print(f"resumed at steps {steps}")
         self.assertEqual(steps, sorted(set(steps)), "each piece continues where the one before was suspended")
         self.assert_equal_sample(result)
 
@@ -105,7 +105,7 @@ class SampleSurvival(SurvivalCase):
                             "ensemble.seed is 2, not 1", "material.poisson_ratio is 0.37, not 0.38")
         result = self.call(*self.sample("--resume"))
         self.assertIn("is taken over: process", result.stdout)
-        self.step_gone_on_from(result)
+        self.resumed_step(result)
         self.assert_equal_sample(result)
 
     def test_whole_files_are_kept_and_damaged_ones_computed_again(self):

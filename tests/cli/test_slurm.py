@@ -64,11 +64,11 @@ class Slurm(unittest.TestCase):
         faults = TRIALS.differences(setting.with_suffix(""), self.parent / folder)
         self.assertEqual([fault for fault in faults if "lock-" not in fault], [], self.logs(job))
 
-    def test_parks_and_goes_back_into_the_queue(self):
+    def test_a_job_suspends_and_is_requeued(self):
         # Other programs may leave the machine, and an ensemble be through before SLURM's warning.
         for sample_seconds in (SAMPLE_SECONDS, 2 * SAMPLE_SECONDS, 4 * SAMPLE_SECONDS):
             setting = self.plate(sample_seconds)
-            folder = f"parked-{sample_seconds:g}"
+            folder = f"suspended-{sample_seconds:g}"
             job = self.submit("ensemble.sbatch", setting, folder, "--signal=B:USR1@52")
             states, restarts = self.cluster.wait(job, 300)
             print(f"ensemble.sbatch: {states}, started again {restarts} times")

@@ -24,7 +24,7 @@ SUSPEND_SECONDS = 10  # within which a run of this size has suspended
 class Survival(SurvivalCase):
     # Signals and time.
 
-    def test_signals_park_and_a_second_one_ends_at_once(self):
+    def test_signals_suspend_and_a_second_one_ends_at_once(self):
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
             with self.subTest(number):
                 shutil.rmtree(self.out, ignore_errors=True)
@@ -47,7 +47,7 @@ class Survival(SurvivalCase):
         self.assertEqual(process.returncode, 3)
         self.assertTrue(list(self.out.glob("lock-*")), "it took the time to end in order")
 
-    def test_time_limits_park(self):
+    def test_time_limits_suspend(self):
         for text, seconds in (("0.5s", "0"), ("0:01", "1")):
             shutil.rmtree(self.out, ignore_errors=True)
             result = self.call("run", self.slow, "-o", self.out, "--time-limit", text)

@@ -270,7 +270,7 @@ values = ["independent", "sobol"]
         refused = self.call("mesh", "out/case-0/input.toml", "--survey", "3", status=1)
         self.assertIn("this input draws mesh.perturbation", refused)
 
-    def test_a_sweep_that_was_stopped_goes_on(self):
+    def test_a_stopped_sweep_can_be_resumed(self):
         name = self.write(PLATE.replace("samples = 6", "samples = 3") + SWEEP)
         self.call("run", name, "-o", "whole")
         process = subprocess.Popen([str(PROGRAM), "run", name, "-o", "out"], cwd=self.folder, env=environment(),
