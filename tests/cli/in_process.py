@@ -38,8 +38,8 @@ def call(main: Callable[[], int], *arguments: object) -> subprocess.CompletedPro
 
 
 def report(*arguments: object, kind: str | None = None) -> subprocess.CompletedProcess:
-    """crackle-report, for tests of what it says: pictures are made, but their files are empty, but for those of the one `kind` ("png" or
-    "svg") if it is given, which are drawn coarsely."""
+    """crackle-report, for tests of what it says: the files of its pictures stay empty, except those of `kind` ("png" or "svg"), which are
+    drawn coarsely."""
     apply, save = style.apply, matplotlib.figure.Figure.savefig
 
     def apply_coarsely() -> None:

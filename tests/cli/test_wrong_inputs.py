@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every wrong input ends with exit status 1, one line for each error, and nothing written.
 
-Every case goes through each of the commands, all in one process; every 32nd one through a start of the program too.
+Every case goes through each of the commands in one process, and every 32nd case through a start of the program too.
 """
 import argparse
 import os
