@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mother points from a file: errors with line numbers, and an ensemble that holds on to its points."""
 import argparse
-import os
 import pathlib
 import shutil
 import sys
