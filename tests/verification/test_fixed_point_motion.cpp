@@ -238,7 +238,8 @@ void VibratingBlock::expect_plain_dynamics(int n_steps, double accuracy) {
     const bool is_mixed = precision == Precision::mixed;
     EXPECT_LT(std::abs(after[0] / before[0] - 1 - plain_change), is_mixed ? 5e-5 : accuracy);
     EXPECT_LT(std::abs(after[1] - before[1]), (is_mixed ? 1e-5 : 1e-9) * before[2]);
-    EXPECT_LT(worst, (is_mixed ? 2e-3 : 1e-6) * largest);
+    // Rounding adds up as in a random walk.
+    EXPECT_LT(worst, (is_mixed ? 2e-3 : 1e-6) * std::sqrt(n_steps / 20000.0) * largest);
     EXPECT_FALSE(motion->failure());
   }
 }
