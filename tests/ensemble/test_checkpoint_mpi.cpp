@@ -113,9 +113,9 @@ protected:
 
   void compare(const char* name, const input::Parameters& parameters, bool on_fewer,
                int n_range_restarts = 0) {
-    const auto whole = run_sample(world_, parameters, part(world_));
     const auto pieces = in_pieces(parameters, on_fewer);
     if (!world_.is_root()) return;
+    const auto& whole = test::reference([&] { return run_sample(self_, parameters, part(self_)); });
     std::printf("%s%s: %zu breaks, %ld dynamic phases, %ld steps, suspended %d times with %d checkpoints\n",
                 name, on_fewer ? " with changing ranks" : "", whole.breaks.size(),
                 static_cast<long>(whole.counts.dynamic_phases), static_cast<long>(whole.counts.steps),

@@ -273,7 +273,7 @@ TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginnin
   EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "retried", 1)));
 }
 
-TEST_F(EnsembleRun, AParkedSampleSaysThatItsCheckpointCouldNotBeKept) {
+TEST_F(EnsembleRun, SuspendedSampleReportsThatItsCheckpointCouldNotBeKept) {
   if (world_.is_root())
     fs::create_directories(io::checkpoint_path(root_ / "full", 0).string() + ".partial/in the way");
   MPI_Barrier(world_.get());

@@ -80,7 +80,7 @@ protected:
   }
 
   /// @param accuracy of the energy in double precision
-  void expect_plain_dynamics(double accuracy);
+  void expect_plain_dynamics(int n_steps, double accuracy);
   void expect_no_overload_missed();
   void expect_energy_of_tetrahedra();
 
@@ -199,8 +199,7 @@ TEST_F(VibratingBlock, LeavesRoomForFragmentsThatRotateInFlight) {
   }
 }
 
-void VibratingBlock::expect_plain_dynamics(double accuracy) {
-  const int n_steps = 20000;
+void VibratingBlock::expect_plain_dynamics(int n_steps, double accuracy) {
   // Changes in the reference motion due to the integrator's own error are subtracted.
   const auto energy_and_momentum = [&](const MotionState& state) {
     const auto v = state.velocity.owned();
@@ -239,20 +238,21 @@ void VibratingBlock::expect_plain_dynamics(double accuracy) {
     const bool is_mixed = precision == Precision::mixed;
     EXPECT_LT(std::abs(after[0] / before[0] - 1 - plain_change), is_mixed ? 5e-5 : accuracy);
     EXPECT_LT(std::abs(after[1] - before[1]), (is_mixed ? 1e-5 : 1e-9) * before[2]);
-    EXPECT_LT(worst, (is_mixed ? 2e-3 : 1e-6) * largest);
+    // Rounding adds up as in a random walk.
+    EXPECT_LT(worst, (is_mixed ? 2e-3 : 1e-6) * std::sqrt(n_steps / 20000.0) * largest);
     EXPECT_FALSE(motion->failure());
   }
 }
 
 TEST_F(VibratingBlock, FollowsThePlainDynamicsOverManySteps) {
-  expect_plain_dynamics(1e-8);
+  expect_plain_dynamics(20000, 1e-8);
 }
 TEST_F(MixedBlock, FollowsThePlainDynamicsOverManySteps) {
   // Numbers have the range of the stiffest material.
-  expect_plain_dynamics(4e-8);
+  expect_plain_dynamics(4000, 4e-8);
 }
 TEST_F(StrainedBlock, FollowsThePlainDynamicsOverManySteps) {
-  expect_plain_dynamics(1e-8);
+  expect_plain_dynamics(4000, 1e-8);
 }
 TEST_F(StrainedBlock, WithBreaksFollowsThePlainDynamics) {
   auto state = start(0.002, 1), plain_state = start(0.002, 1), petsc_state = start(0.002, 1);

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Bodies under every kind of load: bitwise equal on any number of ranks and after an interruption, and what
+// the loads do.
+#include "crackle/common/index.h"
+#include "crackle/dynamics/sample_run.h"
+
+#include "support/box_mesh.h"
+#include "support/group.h"
+#include "support/same_result.h"
+#include "two_pieces.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace crackle::dynamics {
+namespace CRACKLE_TEST_FILE {
+
+using input::BodyLoad;
+using input::BoundaryKind;
+using input::Face;
+using input::LoadKind;
+
+/// Quenched and tempered: it breaks by stresses of its own.
+input::Parameters quenched_bar(input::Release release) {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.004, 0.004, 0.012};
+  parameters.materials[0] = {70e9, 0.23, 2500};
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  parameters.time.duration = 1e-5;
+  parameters.time.arrest = 2e-6;
+  parameters.output.frames = 2;
+  parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
+                           test::boundary(Face::z_max, BoundaryKind::fix, {true, true, true})};
+  auto& quench = parameters.initial_stresses.emplace_back();
+  quench.along = 0;
+  quench.kind = input::InitialStressKind::temperature;
+  quench.expansion = 9e-6;
+  quench.temperature = {{0, -100}, {0.0015, 0}};
+  quench.history = {{0, 0}, {0.4, 0.4}};
+  auto& tempered = parameters.initial_stresses.emplace_back();
+  tempered.along = 1;
+  tempered.kind = input::InitialStressKind::surface;
+  tempered.surface = -20e6;
+  parameters.fracture.release = release;
+  if (release == input::Release::facet) parameters.fracture.release_time = 2e-7;
+  return parameters;
+}
+
+input::Parameters held_bar() {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.002, 0.004, 0.012};
+  parameters.materials[0] = test::epoxy();
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
+  parameters.time.precision = input::Precision::double_;
+  parameters.time.integrator = input::Integrator::verlet;
+  parameters.time.duration = 1e-5;
+  parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true})};
+  parameters.output.frames = 4;
+  return parameters;
+}
+
+/// Everything at once: flung outwards, turning, pulled unevenly.
+input::Parameters flung_bar() {
+  auto parameters = held_bar();
+  parameters.time.start = input::Start::rest;
+  BodyLoad fling, push, turn, gravity;
+  fling.kind = LoadKind::velocity_gradient;
+  fling.gradient = {Vector{0, 0, 0}, {0, 0, 50}, {0, 100, 3000}};
+  push.kind = LoadKind::velocity;
+  push.value = {1, 2, 0};
+  turn.kind = LoadKind::angular_velocity;
+  turn.angular_velocity = 5e3;
+  turn.axis = {1, 0.5, 0};
+  turn.history = {{0, 0}, {4e-6, 1}, {1, 1}};
+  gravity.value = {0, 1e5, 0};
+  parameters.loads = {fling, push, turn, gravity};
+  auto pull = test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 0, 5e6});
+  pull.factor = {1, {{0, 0}, {0.0013, 1}, {0.004, 0.5}}};
+  auto drive = test::boundary(Face::z_min, BoundaryKind::velocity, {true, true, true}, {0, 0, -2});
+  drive.factor = {0, {{0, 1}, {0.002, 0.5}}};
+  parameters.boundaries = {drive, pull};
+  return parameters;
+}
+
+/// Hangs from its end while gravity grows.
+input::Parameters hanging_bar() {
+  auto parameters = held_bar();
+  parameters.time.arrest = 2.5e-6;
+  BodyLoad gravity;
+  gravity.rate = {0, 1e4, 1e5};
+  parameters.loads = {gravity};
+  return parameters;
+}
+
+/// A block under a blast on part of one face, held at the opposite one: the pressure crushes the face.
+input::Parameters blasted_block(input::Integrator integrator) {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.003, 0.008, 0.012};
+  parameters.materials[0] = test::epoxy();
+  parameters.fracture = {.strength = 25e6, .exponent = 2, .impulse = 1e4};
+  parameters.time.start = input::Start::rest;
+  parameters.time.integrator = integrator;
+  parameters.time.precision = input::Precision::double_;
+  parameters.time.duration = 1e-5;
+  parameters.time.step = 2e-8;
+  auto pressure = test::boundary(Face::y_min, BoundaryKind::pressure, {}, {80e6, 0, 0});
+  pressure.region[2] = {0.0035, 0.0085};
+  pressure.history = {{0, 0}, {1e-6, 1}, {8e-6, 0.5}};
+  parameters.boundaries = {pressure, test::boundary(Face::y_max, BoundaryKind::fix, {true, true, true})};
+  parameters.output.frames = 3;
+  return parameters;
+}
+
+/// Pulled at its end, part of which is a finger on a thin neck, which tears off first.
+input::Parameters bar_with_finger() {
+  auto parameters = blasted_block(input::Integrator::verlet);
+  parameters.specimen.size = {0.003, 0.006, 0.012};
+  parameters.time = {};
+  parameters.time.precision = input::Precision::double_;
+  parameters.time.duration = 2e-4;
+  parameters.time.arrest = 5e-5;
+  parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
+                           test::boundary(Face::z_max, BoundaryKind::traction, {}, {}, {0, 0, 1e6})};
+  return parameters;
+}
+
+/// The largest component of the load exerted by a condition.
+double load(const HistoryRow& row, std::size_t condition) {
+  double largest = 0;
+  for (const double component : row.force[condition]) largest = std::max(largest, std::abs(component));
+  return largest;
+}
+
+/// The pressure ends on fragments that fly away, and so does its work.
+void expect_no_work_on_fragments(const SampleResult& result) {
+  ASSERT_GT(result.breaks.size(), 100U);
+  const auto at_peak =
+      std::ranges::find_if(result.history, [](const HistoryRow& row) { return row.load_time >= 2e-6; });
+  ASSERT_NE(at_peak, result.history.end());
+  const auto& end = result.history.back();
+  const double whole_load = 80e6 * 0.003 * 0.005;
+  std::printf(
+      "%zu breaks, external work %.3g J at 2 us, %.3g J at the end, load %.3g of %.3g N, error %.1e\n",
+      result.breaks.size(), at_peak->energy.external, end.energy.external, load(end, 0), 0.5 * whole_load,
+      result.energy_error);
+  EXPECT_LT(end.energy.external, 6 * at_peak->energy.external) << "fragments are pushed on";
+  EXPECT_LT(load(end, 0), 0.4 * whole_load);
+  EXPECT_LT(result.energy_error, 1e-4);
+}
+
+void expect_quenched(const SampleResult& result) {
+  EXPECT_GT(result.breaks.size(), 5U);
+  EXPECT_GE(result.counts.dynamic_phases, 1);
+  EXPECT_LT(result.energy_error, 1e-3);
+}
+
+void expect_flung(const SampleResult& result) {
+  EXPECT_GT(result.breaks.size(), 20U);
+  EXPECT_LT(result.energy_error, 0.02);
+}
+
+/// The finger tears off first, and the rest of the loading is left to the bar.
+void expect_more_than_the_finger(const SampleResult& result) {
+  double most = 0;
+  for (const HistoryRow& row : result.history) most = std::max(most, load(row, 1));
+  std::printf("first break at %.4g N, at most %.4g N\n", result.first_break_load, most);
+  EXPECT_EQ(result.outcome, Outcome::separated);
+  EXPECT_GT(most, 1.5 * result.first_break_load) << "the bar bears more than its finger";
+  EXPECT_LT(result.energy_error, 1e-5);
+}
+
+struct Case {
+  std::string name;
+  input::Parameters parameters;
+  std::array<int, 3> cells;
+  std::function<void(const SampleResult&)> expect;
+  std::function<bool(const geometry::Point&)> removed = [](const geometry::Point&) { return false; };
+};
+
+/// The finger is 1 mm wide on a neck of one cell; both it and the bar end in the loaded face.
+bool is_beside_finger(const geometry::Point& p) {
+  if (p[2] < 0.008 || p[1] < 0.004) return false;
+  return p[1] < 0.005 || (p[2] < 0.009 && p[0] > 0.001);
+}
+
+std::vector<Case> cases() {
+  using input::Integrator;
+  using input::Release;
+  return {{"Quenched", quenched_bar(Release::element), {3, 3, 9}, expect_quenched},
+          {"QuenchedByFacets", quenched_bar(Release::facet), {3, 3, 9}, expect_quenched},
+          {"Flung", flung_bar(), {2, 4, 10}, expect_flung},
+          {"Hanging", hanging_bar(), {2, 4, 10}, expect_flung},
+          {"BlastedByVerlet", blasted_block(Integrator::verlet), {4, 10, 15}, expect_no_work_on_fragments},
+          {"BlastedByBilateral4",
+           blasted_block(Integrator::bilateral4),
+           {4, 10, 15},
+           expect_no_work_on_fragments},
+          {"Finger", bar_with_finger(), {3, 6, 12}, expect_more_than_the_finger, is_beside_finger}};
+}
+
+class LoadedBody : public testing::TestWithParam<Case> {};
+
+TEST_P(LoadedBody, HasTheBitsOfOneRankAlsoAfterAnInterruption) {
+  const auto& [name, parameters, cells, expect, removed] = GetParam();
+  const auto mesh = test::make_box(
+      {.size = parameters.specimen.size, .cells = cells, .disturbance = 0.2, .removed = removed});
+  const parallel::Communicator world(test::group()), self(MPI_COMM_SELF);
+  const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
+  const auto pieces = in_two_pieces(world, parameters, part);
+  const auto together = world.size() > 1 ? run_sample(world, parameters, part) : SampleResult{};
+  if (!world.is_root()) return;
+  const auto& alone = test::reference([&] { return run_sample(self, parameters, test::whole(mesh)); });
+  std::printf("%s: %s after %zu breaks in %lld dynamic phases, energy error %.1e\n", name.c_str(),
+              to_string(alone.outcome).c_str(), alone.breaks.size(),
+              static_cast<long long>(alone.counts.dynamic_phases), alone.energy_error);
+  expect(alone);
+  test::expect_same_course(alone, pieces);
+  if (world.size() > 1) test::expect_same_course(alone, together);
+}
+
+INSTANTIATE_TEST_SUITE_P(Loads, LoadedBody, testing::ValuesIn(cases()),
+                         [](const auto& info) { return info.param.name; });
+
+/// The pressure on a blasted block ends on its fragments in the other engine too.
+TEST(BlastedBlock, LosesItsLoadInTheOtherEngineToo) {
+  auto parameters = blasted_block(input::Integrator::verlet);
+  const auto mesh =
+      test::make_box({.size = parameters.specimen.size, .cells = {4, 10, 15}, .disturbance = 0.2});
+  const parallel::Communicator world(test::group());
+  const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
+  parameters.time.duration = 4e-6;
+  const auto result = run_sample(world, parameters, part);
+  parameters.time.engine = input::Engine::petsc;
+  const auto other = run_sample(world, parameters, part);
+  if (!world.is_root()) return;
+  ASSERT_EQ(result.history.size(), other.history.size());
+  const auto& end = result.history.back();
+  const auto& other_end = other.history.back();
+  EXPECT_LT(load(end, 0), 0.8 * 80e6 * 0.003 * 0.005);
+  EXPECT_NEAR(load(end, 0), load(other_end, 0), 1e-9 * load(end, 0));
+  EXPECT_NEAR(end.energy.external, other_end.energy.external, 1e-6 * end.energy.external);
+  EXPECT_LT(other.energy_error, 1e-4);
+}
+
+}  // namespace CRACKLE_TEST_FILE
+}  // namespace crackle::dynamics
