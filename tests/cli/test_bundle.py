@@ -34,7 +34,7 @@ class Bundle(unittest.TestCase):
             for name, path in self.headers.items():
                 (Path(temporary) / name).parent.mkdir(parents=True, exist_ok=True)
                 (Path(temporary) / name).symlink_to(path)
-            read = bundle.dependencies(self.external, [], [temporary])
+            read = bundle.dependencies(self.external, "-DNDEBUG", "-DCGAL_NDEBUG", folder=Path(temporary))
         self.assertTrue(self.external)
         self.assertEqual([path for path in read if not path.is_relative_to(temporary) and path not in bundle.system_files()], [])
 
