@@ -274,7 +274,7 @@ TEST_F(MadeBranches, AreFound) {
 TEST_F(MadeBranches, AreNotFoundInOneCrack) {
   head();
   for (const Row& row : unbranched) {
-    const Counts found = count(row.made, row.made.name == std::string("straight") ? 100 : 12);
+    const Counts found = count(row.made, row.made.name == std::string("straight") ? 200 : 12);
     EXPECT_GE(found.projected, row.projected / 100 * found.samples) << row.made.name;
     EXPECT_GE(found.in_space, row.in_space / 100 * found.samples) << row.made.name;
   }

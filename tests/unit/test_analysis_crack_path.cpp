@@ -462,7 +462,7 @@ protected:
 
   /// @param scatter standard deviation of the position where a tetrahedron breaks [spacings]
   void measure(const Arrival& arrival, const std::function<double(double window)>& speed, double spacing,
-               double thickness, Rule rule, double scatter, int n_samples = 3) {
+               double thickness, Rule rule, double scatter, int n_samples = 6) {
     double sum = 0;
     double squares = 0;
     worst = 0;

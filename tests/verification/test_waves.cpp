@@ -69,7 +69,7 @@ class PlaneWave : public ::testing::TestWithParam<int> {};
 TEST_P(PlaneWave, ConvergesWithOrderTwoInSpace) {
   const char* name = GetParam() == 2 ? "P" : "S";
   constexpr std::array spacings{1e-3, 0.7e-3, 0.5e-3, 0.35e-3, 0.25e-3};
-  constexpr std::uint64_t n_samples = 2;
+  constexpr std::uint64_t n_samples = 4;
   std::vector<double> errors;
   const auto order = [&](std::size_t coarse, std::size_t fine) {
     return std::log(errors[coarse] / errors[fine]) / std::log(spacings[coarse] / spacings[fine]);
@@ -83,7 +83,7 @@ TEST_P(PlaneWave, ConvergesWithOrderTwoInSpace) {
       greatest = std::max(greatest, error);
     }
     errors.push_back(sum / static_cast<double>(n_samples));
-    std::printf("%s wave, spacing %.2f mm (%.0f in the wavelength): error %.2e, %.2e to %.2e over 2 samples",
+    std::printf("%s wave, spacing %.2f mm (%.0f in the wavelength): error %.2e, %.2e to %.2e over 4 samples",
                 name, 1e3 * spacing, 2 * length / spacing, errors.back(), least, greatest);
     if (errors.size() > 1) std::printf(", order %.2f", order(errors.size() - 2, errors.size() - 1));
     std::printf("\n");

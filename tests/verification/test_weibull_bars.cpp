@@ -77,7 +77,7 @@ void print(const char* what, const std::vector<double>& stresses, double modulus
 }
 
 TEST(WeibullBars, BreakAtTheLoadsOfTheirVolume) {
-  constexpr int n = 500;
+  constexpr int n = 1000;
   constexpr double modulus = 8;
   const std::array lengths{1e-3, 2e-3, 4e-3};
   std::array<test::WeibullFit, 3> fits{};
@@ -109,7 +109,7 @@ TEST(WeibullBars, BreakAtTheSameLoadsOnAnotherMesh) {
 }
 
 TEST(WeibullBars, FailAtTheLoadsOfTheLawWhereNeighboursDifferLittle) {
-  constexpr int n = 500;
+  constexpr int n = 1000;
   const auto check = [](const char* name, double modulus, double correlation_length) {
     const Bars bars = pull_bars(modulus, 1e-3, 2, n, correlation_length);
     print(name, bars.fracture, modulus, bars.scale);
