@@ -36,7 +36,8 @@ SampleReport done(std::uint64_t sample, double force, double z_middle) {
   report.summary = analysis::SampleSummary{};
   report.summary.status = analysis::SampleStatus::done;
   report.summary.onset_force = force;
-  report.summary.position = {0, z_middle, 0, 0, 0, 0};
+  const double elsewhere = std::isnan(z_middle) ? nan : 0;
+  report.summary.position = {elsewhere, z_middle, elsewhere, elsewhere, elsewhere, elsewhere};
   report.summary.z_spread.resize(6);
   report.summary.leading_start = 0;
   report.stored = true;
