@@ -2,6 +2,7 @@
 // crackle check: validates an input file and estimates the cost of running it.
 #include "crackle/common/failure.h"
 #include "crackle/common/heartbeat.h"
+#include "crackle/common/text_table.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/memory.h"
@@ -104,7 +105,7 @@ void print_random_inputs(const input::Parameters& parameters) {
   const auto& random = parameters.random;
   if (random.empty()) return;
   const auto& ensemble = parameters.ensemble;
-  std::vector<input::Line> rows;
+  std::vector<NamedValue> rows;
   for (const input::RandomInput& one : random)
     rows.emplace_back(one.key, fmt::format("{}: 90 % from {} to {}, median {}", input::describe(one),
                                            format_value(one, uncertainty::quantile(one, 0.05)),
@@ -112,7 +113,7 @@ void print_random_inputs(const input::Parameters& parameters) {
                                            format_value(one, uncertainty::quantile(one, 0.5))));
   fmt::print("Random inputs, {} draws ({}) on {} mesh{} each:\n{}", ensemble.n_inputs(),
              input::plan_names[static_cast<std::size_t>(ensemble.plan)], ensemble.replicates,
-             ensemble.replicates == 1 ? "" : "es", input::aligned(rows));
+             ensemble.replicates == 1 ? "" : "es", aligned(rows));
   constexpr std::uint64_t most_tried = 1000;
   const std::uint64_t n_tried = std::min(ensemble.n_inputs(), most_tried);
   std::uint64_t n_bad = 0;

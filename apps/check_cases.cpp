@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "check_cases.h"
 
+#include "crackle/common/text_table.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 
 #include "check_subject.h"
-#include "check_text.h"
 
 #include <fmt/format.h>
 
@@ -26,7 +26,7 @@ double core_hours(const input::Case& one, double seconds) {
   return one.parameters.ensemble.samples * seconds / 3600;
 }
 
-input::Line cost_line(std::size_t number, const FirstSample& subject, double seconds, double hours) {
+NamedValue cost_line(std::size_t number, const FirstSample& subject, double seconds, double hours) {
   return {fmt::format("case {}", number),
           fmt::format("{} tetrahedra, {} steps, {:.0f} MB; sample {}, {:.3g} core-hours",
                       subject.realization.tetrahedra.size(), subject.phase.grid.n_steps,
@@ -48,7 +48,7 @@ std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases
                                            const TrialExtent& extent) {
   std::vector<std::string> failures;
   std::vector<std::string> known = warnings_of(cases.front());
-  std::vector<input::Line> costs;
+  std::vector<NamedValue> costs;
   double all_hours = first ? core_hours(cases.front(), first->cost.total()) : 0;
   for (std::size_t i = 1; i < cases.size(); ++i) {
     const input::Parameters& parameters = cases[i].parameters;
@@ -78,7 +78,7 @@ std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases
   }
   if (!costs.empty()) {
     costs.emplace_back("all cases", fmt::format("{:.3g} core-hours", all_hours));
-    fmt::print("\nThe other cases, from their meshes and the time of the first:\n{}", input::aligned(costs));
+    fmt::print("\nThe other cases, from their meshes and the time of the first:\n{}", aligned(costs));
   }
   return failures;
 }

@@ -3,13 +3,13 @@
 
 #include "crackle/common/heartbeat.h"
 #include "crackle/common/quantity_text.h"
+#include "crackle/common/text_table.h"
 #include "crackle/dynamics/load_outlook.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/cost_model.h"
 #include "crackle/ensemble/measured_cost.h"
 #include "crackle/input/reader.h"
 
-#include "check_text.h"
 #include "commands.h"
 
 #include <fmt/format.h>
@@ -27,7 +27,7 @@ namespace crackle::apps {
 
 namespace {
 
-using Rows = std::vector<input::Line>;
+using Rows = std::vector<NamedValue>;
 
 /// Measured duration of the time loop [s].
 constexpr double measured_seconds = 1;
@@ -74,7 +74,7 @@ std::string loading_text(const dynamics::LoadOutlook& outlook) {
   if (!std::isfinite(outlook.time)) return {};
   return fmt::format(
       "in equilibrium up to the first break ({}, after {}); until then the loading rate has no effect",
-      quantity_text(outlook.load, "N"), time_text(outlook.time));
+      quantity_text(outlook.load, "N"), quantity_text(outlook.time, "s"));
 }
 
 /// Core-hours above which a slip in the input is likely [h].
@@ -87,7 +87,8 @@ std::string unaffordable_text(const FirstSample& subject, double hours) {
       "{:.3g} core-hours, with {:.3g} time steps of {:.3g} tetrahedra in each dynamic phase: are "
       "time.duration = {} and spacings down to {} intended?",
       hours, static_cast<double>(subject.phase.grid.n_steps), subject.n_tetrahedra(),
-      time_text(subject.parameters.time.duration), length_text(spacing.lower_bound(subject.body.bounds())));
+      quantity_text(subject.parameters.time.duration, "s"),
+      quantity_text(spacing.lower_bound(subject.body.bounds()), "m"));
 }
 
 /// The cost of a sample with the most phases to be expected, if it is not that with the least.
@@ -157,7 +158,7 @@ std::string cost_text(const FirstSample& subject, int phases, std::int64_t n_ran
     core_hours += up_to_text(range, most, all_hours) +
                   ": growing cracks relieve this load, arrest and start again (--phases)";
   rows.emplace_back("core-hours", core_hours);
-  std::string text = input::aligned(rows);
+  std::string text = aligned(rows);
   for (const std::string& warning :
        {dynamics::weak_load_warning(measured.outlook), dynamics::large_strain_warning(measured.outlook),
         dynamics::fast_loading_warning(parameters, measured.outlook.time, measured.outlook.transit),

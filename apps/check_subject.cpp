@@ -5,6 +5,7 @@
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
+#include "crackle/common/text_table.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
@@ -22,7 +23,6 @@
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/plane/chords.h"
 
-#include "check_text.h"
 #include "commands.h"
 #include "mesh_tables.h"
 
@@ -35,7 +35,7 @@ namespace crackle::apps {
 
 namespace {
 
-using Rows = std::vector<input::Line>;
+using Rows = std::vector<NamedValue>;
 
 /// Lists the refined regions of the mesh and their contents.
 void add_regions(Rows& rows, const FirstSample& subject) {
@@ -47,7 +47,7 @@ void add_regions(Rows& rows, const FirstSample& subject) {
     const char* const rest = subject.parameters.specimen.notches.empty() ? "rest" : "notches and rest";
     rows.emplace_back(is_rest ? rest : fmt::format("mesh.region[{}]", i),
                       fmt::format("{} nodes, {} tetrahedra{}", contents[i].nodes, contents[i].tetrahedra,
-                                  is_rest ? "" : " at " + length_text(mesh.regions[i].spacing)));
+                                  is_rest ? "" : " at " + quantity_text(mesh.regions[i].spacing, "m")));
   }
 }
 
@@ -56,8 +56,9 @@ void add_curve(Rows& rows, const plane::Shape& shape, const std::string& name, c
                const plane::Point& semi_axes, double angle) {
   const auto chords = plane::chord_approximation(shape, name, centre, semi_axes, angle);
   if (chords.n_chords == 0) return;
-  rows.emplace_back(name, fmt::format("{} chords of up to {}, up to {:.2g} % of the radius inside the curve",
-                                      chords.n_chords, length_text(chords.longest), 100 * chords.inside));
+  rows.emplace_back(name,
+                    fmt::format("{} chords of up to {}, up to {:.2g} % of the radius inside the curve",
+                                chords.n_chords, quantity_text(chords.longest, "m"), 100 * chords.inside));
   // If a curve is cut by something else, only part of it is left.
   if (chords.area > 0.5) rows.back().second += fmt::format(", area {:+.2g} %", 100 * (chords.area - 1));
 }
@@ -99,9 +100,10 @@ void add_criterion(Rows& rows, const FirstSample& subject, const fracture::Break
   if (parameters.fracture.release == input::Release::softening) {
     const double length = input::process_zone_length(parameters);
     const auto spacing = fracture::crack_spacing(parameters, subject.body);
-    rows.emplace_back("process zone",
-                      fmt::format("{}, E G / strength^2: {:.3g} to {:.3g} spacings where cracks run",
-                                  length_text(length), length / spacing.greatest, length / spacing.least));
+    rows.emplace_back(
+        "process zone",
+        fmt::format("{}, E G / strength^2: {:.3g} to {:.3g} spacings where cracks run",
+                    quantity_text(length, "m"), length / spacing.greatest, length / spacing.least));
     if (parameters.fracture.variation)
       rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
                                         ", from the variation of sample 0");
@@ -160,14 +162,14 @@ void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::
                         waves.bar, parameters.materials.size() > 1 ? ", in the slowest material" : ""));
   rows.emplace_back("transit times",
                     fmt::format("{} along the length (dilatational), {} across the width (shear)",
-                                time_text(parameters.specimen.size[2] / waves.dilatational),
-                                time_text(parameters.specimen.size[1] / slowest_shear)));
+                                quantity_text(parameters.specimen.size[2] / waves.dilatational, "s"),
+                                quantity_text(parameters.specimen.size[1] / slowest_shear, "s")));
   const input::Start start = parameters.time.start;
   rows.emplace_back(
       "arrest window",
       start == input::Start::rest
           ? "none: with start = \"rest\" the phase lasts for the whole duration"
-          : time_text(dynamics::arrest_window(parameters, waves)) + " without a break" +
+          : quantity_text(dynamics::arrest_window(parameters, waves), "s") + " without a break" +
                 (start == input::Start::equilibrium ? ", counted from the first break on" : ""));
 }
 
@@ -193,8 +195,8 @@ Rows subject_rows(const FirstSample& subject, double available) {
   add_criterion(rows, subject, body);
   add_waves(rows, parameters, body);
   rows.insert(rows.end(),
-              {{"stable step", time_text(subject.stable_step)},
-               {"time step", time_text(subject.phase.grid.step)},
+              {{"stable step", quantity_text(subject.stable_step, "s")},
+               {"time step", quantity_text(subject.phase.grid.step, "s")},
                {"steps", fmt::format("{} per dynamic phase", subject.phase.grid.n_steps)},
                {"force evaluations", fmt::format("{} per dynamic phase", subject.phase.force_evaluations)},
                {"memory", fmt::format("{:.0f} MB per sample, on {}; {:.3g} GB are available here",
@@ -209,7 +211,7 @@ std::string refining_regions_text(const input::Parameters& parameters) {
   std::string text;
   for (const geometry::RegionRefinement& one : geometry::region_refinements(parameters))
     text += fmt::format("\nThe region of boundary[{}] makes the mesh as fine as {} there.\n", one.condition,
-                        length_text(one.spacing));
+                        quantity_text(one.spacing, "m"));
   return text;
 }
 
@@ -264,8 +266,7 @@ FirstSample make_subject(const input::Parameters& parameters, const geometry::Bo
 
 void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available) {
   const auto& parameters = subject.parameters;
-  fmt::print("{}{}", input::aligned(subject_rows(subject, available.bytes)),
-             refining_regions_text(parameters));
+  fmt::print("{}{}", aligned(subject_rows(subject, available.bytes)), refining_regions_text(parameters));
   for (const auto& warning : fracture::resolution_warnings(parameters, subject.body, subject.phase.grid.step))
     fmt::print("\nWarning: {}\n", warning);
   const int n_ranks = parameters.ensemble.ranks_per_sample;

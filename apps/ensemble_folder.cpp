@@ -2,7 +2,7 @@
 #include "ensemble_folder.h"
 
 #include "commands.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/ensemble/base_points.h"

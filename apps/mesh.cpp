@@ -71,13 +71,15 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   if (parameters.fracture.variation)
     strength_factors =
         fracture::strength_factors(parameters, options.sample, {realization.nodes, realization.tetrahedra});
-  fmt::print("{}", mesh_table(parameters, options.sample, base, realization, times, options.ranks));
-  if (!strength_factors.empty()) fmt::print("{}", variation_row(strength_factors));
+  auto rows = mesh_table(parameters, options.sample, base, realization, times, options.ranks);
+  if (!strength_factors.empty()) rows.push_back(variation_row(strength_factors));
   io::write_vtk_mesh(options.output, realization, *body, parameters.mesh, std::move(strength_factors));
-  fmt::print("{:<20} {}\n", "written", options.output.string());
-  if (options.dual_output.empty()) return;
-  io::write_vtk_dual_surface(options.dual_output, geometry::dual_surface(realization));
-  fmt::print("{:<20} {}\n", "written", options.dual_output.string());
+  rows.emplace_back("written", options.output.string());
+  if (!options.dual_output.empty()) {
+    io::write_vtk_dual_surface(options.dual_output, geometry::dual_surface(realization));
+    rows.emplace_back("written", options.dual_output.string());
+  }
+  fmt::print("{}", aligned(rows, "  "));
 }
 
 /// Only what an earlier call may have written is replaced.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/text_table.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/geometry/survey.h"
@@ -17,16 +18,6 @@
 /// Output of `crackle mesh`.
 namespace crackle::apps {
 
-/// Lines "name  value", aligned.
-class TextTable {
-public:
-  void row(const std::string& name, const std::string& value);
-  const std::string& text() const { return text_; }
-
-private:
-  std::string text_;
-};
-
 struct MeshTimes {
   double base;         ///< of the mother points [s]
   double realization;  ///< [s]
@@ -34,16 +25,17 @@ struct MeshTimes {
 
 /// The figures of one realization.
 /// @param n_ranks ranks for the partition; 1: no partition
-std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample,
-                       const geometry::MotherPoints& base, const geometry::Realization& realization,
-                       const MeshTimes& times, int n_ranks);
+std::vector<NamedValue> mesh_table(const input::Parameters& parameters, std::uint64_t sample,
+                                   const geometry::MotherPoints& base,
+                                   const geometry::Realization& realization, const MeshTimes& times,
+                                   int n_ranks);
 
 /// The tetrahedra of each material; nothing if the body has only one.
-std::vector<input::Line> material_rows(const input::Parameters& parameters,
-                                       const geometry::Realization& realization);
+std::vector<NamedValue> material_rows(const input::Parameters& parameters,
+                                      const geometry::Realization& realization);
 
 /// The variation of strength between tetrahedra, as a line of the table.
-std::string variation_row(const std::vector<double>& strength_factors);
+NamedValue variation_row(const std::vector<double>& strength_factors);
 
 /// Results of a survey.
 struct SurveyFigures {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle watch: repeatedly shows the results of a running ensemble so far. Reads only.
 #include "commands.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/ensemble/progress.h"
@@ -19,7 +19,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -49,10 +48,6 @@ struct WatchOptions {
   bool once = false;
 };
 
-/// Results shown in the table.
-constexpr std::array<std::string_view, 8> shown_results{
-    "onset_force",     "peak_load",  "outcome",     "pattern", "bifurcations_projected",
-    "crack_speed_max", "crack_area", "energy_error"};
 constexpr std::size_t rows_without_terminal = 1'000'000;
 
 /// The newest samples, from their files; each file is read once.
@@ -131,19 +126,14 @@ private:
   std::map<std::uint64_t, Sample> samples_;
 };
 
-/// A column of the table: its heading and a text per sample.
-struct Column {
-  std::string head;
-  std::vector<std::string> cells;
-};
-
 template <class Value>
-std::string shown(const ResultInfo& info, Value value) {
+std::string cell(const ResultInfo& info, Value value, const SampleSummary& row) {
+  if (row.status != SampleStatus::done) return "";
   if (*info.categories != 0)
     return analysis::category_name(info.categories, static_cast<std::int64_t>(value));
   if constexpr (std::is_floating_point_v<Value>) {
-    if (!std::isfinite(value)) return "-";
-    return fmt::format(fmt::runtime(fmt::format("{{:{}}}", info.format)), value * info.shown_factor);
+    const bool is_bound = analysis::is_unbroken(row) && info.of_unbroken == analysis::OfUnbroken::bound;
+    return analysis::shown({value, is_bound && !std::isnan(value)}, info.format, info.shown_factor);
   } else {
     return fmt::format("{}", value);
   }
@@ -152,45 +142,31 @@ std::string shown(const ResultInfo& info, Value value) {
 /// @param headline the most important result, which comes first if it is the peak load
 std::string table(const std::vector<const Folder::Sample*>& samples,
                   const std::vector<std::uint64_t>& numbers, std::string_view headline) {
-  std::vector<Column> columns{{"sample", {}}, {"status", {}}};
+  TextTable columns{{"sample"}, {"status"}};
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const auto status = static_cast<std::int64_t>(samples[k]->row.status);
-    columns[0].cells.push_back(fmt::format("{}", numbers[k]));
-    columns[1].cells.push_back(analysis::category_name(analysis::status_categories, status));
+    columns[0].push_back(fmt::format("{}", numbers[k]));
+    columns[1].push_back(analysis::category_name(analysis::status_categories, status));
   }
   analysis::for_each_result([&](const ResultInfo& info, auto member) {
-    if (std::ranges::find(shown_results, info.name) == shown_results.end()) return;
-    const std::string units = *info.shown_units != 0 ? fmt::format(" [{}]", info.shown_units) : "";
-    Column column{info.label + units, {}};
-    for (const auto* sample : samples) {
-      column.cells.push_back(sample->row.status == SampleStatus::done ? shown(info, sample->row.*member)
-                                                                      : "");
-      const bool is_bound =
-          analysis::is_unbroken(sample->row) && info.of_unbroken == analysis::OfUnbroken::bound;
-      if (is_bound && column.cells.back() != "-") column.cells.back().insert(0, "> ");
-    }
+    if ((info.short_tables & analysis::in_watch) == 0) return;
+    std::vector<std::string> column{with_unit(info.label, info.shown_units)};
+    for (const auto* sample : samples) column.push_back(cell(info, sample->row.*member, sample->row));
     // Columns without any value are omitted.
-    if (std::ranges::any_of(column.cells, [](const auto& cell) { return !cell.empty() && cell != "-"; }))
+    const auto is_value = [](const std::string& text) { return !text.empty() && text != "-"; };
+    if (std::any_of(column.begin() + 1, column.end(), is_value))
       columns.insert(info.name == headline && headline == "peak_load" ? columns.begin() + 2 : columns.end(),
                      std::move(column));
   });
-  columns.push_back({"took", {}});
+  columns.push_back({"took"});
   for (const auto* sample : samples)
-    columns.back().cells.push_back(sample->row.status == SampleStatus::failed
-                                       ? sample->row.error
-                                       : ensemble::format_duration(sample->row.wall_time));
-  std::string text;
-  for (std::size_t row = 0; row <= samples.size(); ++row) {
-    std::string line;
-    for (const Column& column : columns) {
-      std::size_t width = column.head.size();
-      for (const auto& cell : column.cells) width = std::max(width, std::min<std::size_t>(cell.size(), 24));
-      line += fmt::format("{:>{}}  ", row == 0 ? column.head : column.cells[row - 1], width);
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  }
-  return text;
+    columns.back().push_back(sample->row.status == SampleStatus::failed
+                                 ? sample->row.error
+                                 : duration_text(sample->row.wall_time));
+  TextTable rows(samples.size() + 1);
+  for (const auto& column : columns)
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k].push_back(column[k]);
+  return aligned(rows, 0, true);
 }
 
 /// The current state of the ensemble.
@@ -218,7 +194,7 @@ Standing standing(const Folder& folder, const input::Parameters& parameters, con
   for (const auto& owner : owners) text += fmt::format("active: {}\n", owner);
   if (const auto means = progress.means(); !means.empty()) text += means + "\n";
   for (const auto& [number, age] : folder.checkpoints())
-    text += fmt::format("sample {} has a checkpoint, {} old\n", number, ensemble::format_duration(age));
+    text += fmt::format("sample {} has a checkpoint, {} old\n", number, duration_text(age));
 
   const std::deque<std::string> log = folder.log(options.log_lines);
   const auto n_used = static_cast<std::size_t>(std::ranges::count(text, '\n')) + log.size() + 5;

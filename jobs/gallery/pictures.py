@@ -22,7 +22,7 @@ from crackle.units import US, Unit
 from crackle_report import style
 from crackle_report.drawing import draw_facets, draw_plate, draw_regions, draw_rings, outline_path, time_colours, whole_length, window
 from crackle_report.plate import Plate
-from crackle_report.results import CrackSurface
+from crackle_report.fields import CrackSurface
 from crackle_report.writing import write_light_figure
 from problems import DEPTH, MODULUS, TOUGHNESS, drawn, exponents, handbook_load, onset_loads, projected_branching
 

@@ -8,8 +8,8 @@ import numpy as np
 from crackle_report import style
 from crackle_report.drawing import draw_facets, time_colours
 from crackle_report.photoelasticity import Fringes, Grid, make_series
-from crackle_report.reading import SampleFiles
-from crackle_report.results import CrackSurface, Frames
+from crackle_report.sample_files import SampleFiles
+from crackle_report.fields import CrackSurface, Frames
 from crackle_report.stress import frame_stresses
 from crackle_report.writing import write_light_figure
 from matplotlib import pyplot

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/bases.h"
 #include "crackle/analysis/leader_frame.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/input/reader.h"
@@ -109,12 +109,12 @@ BasesStatistics statistics_of_bases(std::span<const Compared> bases, double conf
     const bool is_pattern = std::string_view(info.name) == "pattern";
     const bool is_missing =
         std::ranges::any_of(bases, [&](const Compared& one) { return lacks(one.origin, info.name); });
-    if (is_missing || !is_of_the_body(info)) return;
+    if (is_missing || info.about == About::computation) return;
     if (is_pattern || info.reduction == Reduction::shares) {
       for (int k = 0; k < n_categories(info.categories); ++k)
         add({.info = info, .share_of = category_name(info.categories, k)}, true,
             [&](const SampleSummary& row) { return row.*member == k ? 1.0 : 0.0; });
-    } else if (info.reduction == Reduction::quantiles) {
+    } else if (info.reduction == Reduction::quantiles && info.about != About::place) {
       add({.info = info}, false, [&](const SampleSummary& row) { return known(info, member, row); });
     }
   });

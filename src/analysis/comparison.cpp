@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/comparison.h"
 #include "crackle/analysis/leader_frame.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/common/index.h"
 #include "crackle/input/reader.h"
@@ -161,8 +161,9 @@ Results compare_results(const Samples& all, const Compared& first, const Compare
   Results found;
   for_each_result([&](const ResultInfo& info, auto member) {
     const bool is_pattern = std::string_view(info.name) == "pattern";
-    if (lacks(first.origin, info.name) || lacks(second.origin, info.name) || !is_of_the_body(info) ||
-        info.reduction == Reduction::places || (info.reduction == Reduction::none && !is_pattern))
+    if (lacks(first.origin, info.name) || lacks(second.origin, info.name) ||
+        info.about == About::computation || info.about == About::place ||
+        (info.reduction == Reduction::none && !is_pattern))
       return;
     const auto add = [&](const std::string& share_of, const auto& value) {
       TwoSamples samples = values_of(all, value);

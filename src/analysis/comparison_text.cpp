@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/comparison.h"
-#include "crackle/analysis/sample_results.h"
-#include "crackle/analysis/text_table.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/quantity_text.h"
+#include "crackle/common/text_table.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

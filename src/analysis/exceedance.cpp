@@ -31,7 +31,7 @@ Exceedance exceedance(const std::string& condition, const input::Parameters& par
   bool is_known = false;
   std::vector<std::string> names;
   for_each_result([&](const ResultInfo& info, auto member) {
-    if (is_nominal(info)) return;
+    if (info.is_nominal()) return;
     names.emplace_back(info.name);
     if (name != info.name) return;
     found.info = info;

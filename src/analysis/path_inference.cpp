@@ -2,9 +2,9 @@
 #include "crackle/analysis/path_inference.h"
 
 #include "crackle/analysis/comparison.h"
-#include "crackle/analysis/text_table.h"
 #include "crackle/common/index.h"
 #include "crackle/common/random.h"
+#include "crackle/common/text_table.h"
 
 #include <fmt/format.h>
 #include <boost/math/distributions/normal.hpp>
@@ -294,21 +294,20 @@ PathInference path_inference(const RankStatistics& ranks, const Statistics& stat
 std::string path_inference_text(const Statistics& statistics, std::span<const SampleSummary> samples,
                                 const input::Parameters& parameters) {
   const std::vector<input::Section> sections = parameters.sections.all();
-  double largest = 0;
-  for (const double mean : statistics.z_mean)
-    if (std::abs(mean) > largest) largest = std::abs(mean);
-  const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest, 0.1);
+  const ShownUnit unit = unit_of_positions(statistics);
   const auto length = [&](double value) { return shown(value, ".3f", unit.factor); };
   TextTable bands{{"cracks", "leading", "start", "section", "mean", "+- alone", "+- band"}};
-  TextTable ends{{"cracks", "leading", "start", "section", "before", "arrived", "were at", "stopped",
-                  "were at", "p", "mean of all", "+-", "predicted", "beyond"}};
-  const auto number = [](int n) { return fmt::format("{}", n); };
+  TextTable ends{{"cracks", "leading", "start", "section", "previous section", "arrived", "mean there",
+                  "stopped", "mean there", "p", "mean if all arrived", "+-", "predicted", "out of range"}};
+  const auto number = [](int n) { return fmt::to_string(n); };
+  const auto& starts = statistics.start_names;
   const auto add = [&](const char* name, const RankStatistics& ranks) {
     const PathInference found = path_inference(ranks, statistics, samples, parameters);
     for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
       if (ranks.reached[p] == 0) continue;
       const std::size_t row = p / sections.size();
-      const std::vector<std::string> which{name, number(ranks.leading_start[row]), number(ranks.start[row]),
+      const std::vector<std::string> which{name, starts[index(ranks.leading_start[row])],
+                                           starts[index(ranks.start[row])],
                                            input::name_of(sections[p % sections.size()])};
       const auto push = [&](TextTable& table, const std::vector<std::string>& cells) {
         table.push_back(which);
@@ -330,18 +329,20 @@ std::string path_inference_text(const Statistics& statistics, std::span<const Sa
       fmt::format(
           "\nmean paths [{}]: +- alone holds at its section, the band at all sections of a path at once\n",
           unit.name) +
-      aligned(bands);
+      aligned(bands, 3);
   if (ends.size() == 1) return text;
   return text +
          fmt::format(
-             "\ncracks that stopped [{}]: of those that had come to the section before, how many arrived and "
-             "how "
-             "many stopped, and where they were then; p of a difference as large were there none\n",
+             "\ncracks that stopped [{}]: of those that crossed the previous section, how many arrived at "
+             "this "
+             "one and how many stopped, each with their mean position at the previous section; p: "
+             "probability "
+             "of so large a difference if stopping did not depend on the position\n",
              unit.name) +
-         aligned(ends) +
-         "mean of all: as if none had stopped, those that did predicted by regression on the section before; "
-         "beyond: "
-         "of these, outside the range of the arrivals. No mean where these are more than arrived\n";
+         aligned(ends, 3) +
+         "mean if all arrived: with the positions of stopped cracks predicted by regression on the previous "
+         "section; out of range: predicted for cracks that were outside the range of those that arrived. No "
+         "mean if more were outside than arrived\n";
 }
 
 }  // namespace crackle::analysis

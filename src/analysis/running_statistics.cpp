@@ -4,11 +4,12 @@
 #include "crackle/analysis/censored_values.h"
 #include "crackle/analysis/grouped_values.h"
 #include "crackle/analysis/path_groups.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/analysis/stop_rule.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/crack_pattern.h"
 
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
@@ -155,7 +156,7 @@ void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statist
 
 /// The groups of each row's samples.
 /// @param pattern as in compute_ranks
-void compute_groups(RankStatistics& ranks, const LeaderFrame& frame, std::optional<Pattern> pattern,
+void compute_groups(RankStatistics& ranks, const LeaderFrame& frame, std::optional<cracks::Pattern> pattern,
                     const Statistics& shape, std::span<const SampleSummary> rows) {
   const std::size_t n_sections = index(frame.n_sections());
   ranks.groups.clear();
@@ -204,7 +205,7 @@ void compute_groups(RankStatistics& ranks, const LeaderFrame& frame, std::option
 }
 
 /// @param pattern of the samples that count; all if empty
-void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optional<Pattern> pattern,
+void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optional<cracks::Pattern> pattern,
                    const Statistics& shape, std::span<const SampleSummary> rows, Running running_values) {
   const std::size_t n_positions = ranks.start.size() * static_cast<std::size_t>(frame.n_sections());
   ranks.counted.assign(n_positions, 0);
@@ -253,8 +254,9 @@ Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<
                   return FramedPosition{true, row.position[p], row.z_spread[p]};
                 });
   compute_ranks(statistics.leader, frame, std::nullopt, shape, rows, running_values);
-  compute_ranks(statistics.leader_one_crack, frame, Pattern::one_crack, shape, rows, running_values);
-  compute_ranks(statistics.leader_two_cracks, frame, Pattern::two_cracks, shape, rows, running_values);
+  compute_ranks(statistics.leader_one_crack, frame, cracks::Pattern::one_crack, shape, rows, running_values);
+  compute_ranks(statistics.leader_two_cracks, frame, cracks::Pattern::two_cracks, shape, rows,
+                running_values);
   compute_ranks(statistics.follower, frame, std::nullopt, shape, rows, running_values);
   compute_shares(statistics, rows);
   return statistics;
@@ -361,20 +363,18 @@ void RunningStatistics::look() {
   }
 }
 
-double RunningStatistics::mean_leader_position(int section) const {
-  if (section >= statistics_.n_sections) return not_a_number;
-  const auto n_sections = static_cast<std::size_t>(statistics_.n_sections);
-  const auto most = [&](const auto& reached) {
-    auto best = static_cast<std::size_t>(section);
-    for (std::size_t p = best; p < leader_moments_.size(); p += n_sections)
-      if (reached(p) > reached(best)) best = p;
-    return best;
-  };
-  if (leader_moments_.empty()) return not_a_number;
-  if (!stopped_at_)
-    return leader_moments_[most([&](std::size_t p) { return leader_moments_[p].count(); })].mean();
-  const Statistics end = statistics();
-  return end.leader.z_mean[most([&](std::size_t p) { return end.leader.reached[p]; })];
+RunningStatistics::LeaderPosition RunningStatistics::leader_position(int section) const {
+  LeaderPosition most;
+  const Statistics end = stopped_at_ ? statistics() : Statistics{};
+  for (std::size_t p = static_cast<std::size_t>(section);
+       section < statistics_.n_sections && p < leader_moments_.size();
+       p += static_cast<std::size_t>(statistics_.n_sections)) {
+    const LeaderPosition here = stopped_at_
+                                    ? LeaderPosition{end.leader.z_mean[p], end.leader.reached[p]}
+                                    : LeaderPosition{leader_moments_[p].mean(), leader_moments_[p].count()};
+    if (here.n > most.n) most = here;
+  }
+  return most;
 }
 
 RunningStatistics::MedianLoad RunningStatistics::median_load() const {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sample_summary.h"
 
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/index.h"
 #include "crackle/common/packing.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/crack_pattern.h"
+#include "crackle/cracks/crack_speed.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -22,20 +24,20 @@ namespace crackle::analysis {
 
 namespace {
 
-double traced_length(const std::vector<CrackLine>& lines) {
+double traced_length(const std::vector<cracks::CrackLine>& lines) {
   double length = 0;
-  for (const CrackLine& line : lines)
+  for (const cracks::CrackLine& line : lines)
     for (std::size_t i = 1; i < line.points.size(); ++i)
       length += std::hypot(line.points[i].y - line.points[i - 1].y, line.points[i].z - line.points[i - 1].z);
   return length;
 }
 
-void set_crossings(const std::vector<SectionCrossing>& crossings, SampleSummary& row) {
+void set_crossings(const std::vector<cracks::SectionCrossing>& crossings, SampleSummary& row) {
   row.position.clear();
   row.z_spread.clear();
   row.arrival_time.clear();
   row.branches.clear();
-  for (const SectionCrossing& crossing : crossings) {
+  for (const cracks::SectionCrossing& crossing : crossings) {
     row.position.push_back(crossing.position);
     row.z_spread.push_back(crossing.spread);
     row.arrival_time.push_back(crossing.arrival);
@@ -59,9 +61,10 @@ SampleSummary empty_summary(int n_starts, int n_sections, SampleStatus status, s
 }
 
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
-                        const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        const CrackBranches& branches, const std::vector<SectionCrossing>& crossings,
-                        const mechanics::TetrahedronField<double>& rayleigh_speed) {
+                        const cracks::CrackSurface& surface, const std::vector<cracks::CrackLine>& lines,
+                        const cracks::CrackBranches& branches,
+                        const std::vector<cracks::SectionCrossing>& crossings,
+                        std::span<const cracks::FrontTrajectory> trajectories) {
   SampleSummary row;
   row.status = SampleStatus::done;
   row.note = result.note;
@@ -78,23 +81,20 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.dynamic_phases = static_cast<std::int32_t>(result.counts.dynamic_phases);
   if (!std::isnan(result.phase_start)) row.crack_area_before_onset = surface.area_before_phase();
   row.outcome = static_cast<std::int32_t>(result.outcome);
-  row.pattern = static_cast<std::int32_t>(classify(body, surface));
-  row.leading_start = leading_start(body, surface);
-  const LeadersHole met = leaders_hole(body, surface, row.leading_start);
+  row.pattern = static_cast<std::int32_t>(cracks::classify(body, surface));
+  row.leading_start = cracks::leading_start(body, surface);
+  const cracks::LeadersHole met = cracks::leaders_hole(body, surface, row.leading_start);
   row.hole = met.hole;
   row.hole_passage = static_cast<std::int32_t>(met.passage);
-  row.overlap = pattern_overlap(body, surface);
+  row.overlap = cracks::pattern_overlap(body, surface);
   row.branching_points = branches.n_in_space();
   row.branching_points_projected = branches.n_projected();
-  row.kinks = count_kinks(lines);
+  row.kinks = cracks::count_kinks(lines);
   row.breaks = static_cast<std::int64_t>(result.breaks.size());
   row.crack_area = surface.area();
-  // Without crack starts the direction of a crack is unknown.
-  if (!body.crack_starts().empty()) {
-    const CrackSpeed speed = max_crack_speed(body, surface, rayleigh_speed);
-    row.crack_speed_max = speed.largest;
-    row.crack_speed_ratio = speed.largest_ratio;
-  }
+  const cracks::CrackSpeed speed = cracks::max_crack_speed(body, trajectories);
+  row.crack_speed_max = speed.largest;
+  row.crack_speed_ratio = speed.largest_ratio;
   row.energy_error = result.energy_error;
   row.equilibrium_residual = result.equilibrium_residual;
   row.traced_area = body.size()[0] * traced_length(lines);
@@ -116,11 +116,12 @@ std::vector<std::string> crack_parts(const input::Parameters& parameters) {
   return names;
 }
 
-std::vector<double> crack_area_in_parts(const CrackSurface& surface, const geometry::Realization& realization,
+std::vector<double> crack_area_in_parts(const cracks::CrackSurface& surface,
+                                        const geometry::Realization& realization,
                                         const input::Parameters& parameters) {
   std::vector<double> areas(crack_parts(parameters).size(), 0.0);
   if (areas.empty()) return areas;
-  for (const CrackFacet& facet : surface.facets) {
+  for (const cracks::CrackFacet& facet : surface.facets) {
     const auto t = index(facet.tetrahedron);
     const std::size_t interface = realization.interface.empty() ? 0 : realization.interface[t];
     const std::size_t material = realization.material.empty() ? 0 : realization.material[t];
@@ -129,9 +130,10 @@ std::vector<double> crack_area_in_parts(const CrackSurface& surface, const geome
   return areas;
 }
 
-void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
+void measure_crossings(const geometry::Body& body, const cracks::CrackSurface& surface,
                        const input::Sections& sections, SampleSummary& row) {
-  set_crossings(section_crossings(body, surface, find_branches(body, surface), sections), row);
+  set_crossings(cracks::section_crossings(body, surface, cracks::find_branches(body, surface), sections),
+                row);
 }
 
 std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,

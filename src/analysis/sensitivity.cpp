@@ -2,7 +2,7 @@
 #include "crackle/analysis/sensitivity.h"
 
 #include "crackle/analysis/grouped_values.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
@@ -43,7 +43,7 @@ struct Subject {
 /// @param n_starts crack starts of the body
 void add_result(const ResultInfo& info, const std::function<double(const SampleSummary&)>& value,
                 int n_starts, std::vector<Subject>& subjects) {
-  if (!is_nominal(info)) {
+  if (!info.is_nominal()) {
     subjects.push_back({{.info = info}, value});
     return;
   }
@@ -63,7 +63,7 @@ std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size
   std::vector<Subject> subjects;
   const auto n_starts = static_cast<int>(geometry::n_crack_starts(parameters.specimen));
   for_each_result([&](const ResultInfo& info, auto member) {
-    if (!is_of_the_body(info)) return;
+    if (info.about == About::computation) return;
     add_result(
         info, [info, member](const SampleSummary& row) { return known(info, member, row); }, n_starts,
         subjects);

@@ -2,11 +2,11 @@
 #include "crackle/analysis/censored_values.h"
 #include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/path_inference.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/stop_rule.h"
-#include "crackle/analysis/text_table.h"
+#include "crackle/common/text_table.h"
 #include "crackle/geometry/outline.h"
 #include "crackle/input/reader.h"
 
@@ -38,7 +38,8 @@ Json table(const std::vector<Value>& values, const Shape& shape) {
   return table<Value>(std::span(values), std::span(shape));
 }
 
-constexpr std::array unbroken_words{"value", "bound", "nothing"};  // as in OfUnbroken
+constexpr std::array about_words{"body", "place", "path", "hole", "computation"};  // as in About
+constexpr std::array unbroken_words{"value", "bound", "nothing"};                  // as in OfUnbroken
 
 /// Metadata of each result, and its statistics over all samples.
 Json describe_results(const std::vector<ResultStatistics>& results) {
@@ -51,14 +52,16 @@ Json describe_results(const std::vector<ResultStatistics>& results) {
                 {"label", info.label},
                 {"shown_units", info.shown_units},
                 {"shown_factor", info.shown_factor},
+                {"about", about_words[static_cast<std::size_t>(info.about)]},
+                {"is_start", info.is_start},
+                {"in_sensitivities", (info.short_tables & in_sensitivities) != 0},
                 {"format", fitting_format(info.format, found.quantiles, info.shown_factor)},
                 {"n_values", found.n_values},
                 {"of_unbroken", unbroken_words[static_cast<std::size_t>(info.of_unbroken)]},
                 {"n_bounds", found.n_bounds}};
     for (std::size_t k = 0; k < found.counts.size(); ++k)
       result["categories"].push_back(category_name(info.categories, static_cast<std::int64_t>(k)));
-    const bool has_quantiles = info.reduction == Reduction::quantiles || info.reduction == Reduction::places;
-    if (found.n_values > 0 && has_quantiles) {
+    if (found.n_values > 0 && info.reduction == Reduction::quantiles) {
       for (const Observation& one : found.quantiles) {
         result["quantiles"].push_back(known(one));
         if (found.n_bounds > 0) result["quantile_bounds"].push_back(one.is_bound ? one.value : not_a_number);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/path_groups.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/analysis/statistics.h"
-#include "crackle/analysis/text_table.h"
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
+#include "crackle/common/text_table.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,51 +17,35 @@ namespace crackle::analysis {
 
 namespace {
 
-/// A number, or a dash if there is none.
-std::string number(double value, int decimals) {
-  return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, decimals);
-}
-
-/// The largest magnitude among numbers; 0 without any.
-double largest_size(std::span<const double> values) {
-  double largest = 0;
-  for (const double value : values)
-    if (std::abs(value) > largest) largest = std::abs(value);  // false for NaN
-  return largest;
-}
-
-/// The columns that identify the section in a table of positions.
-class SectionColumns {
+/// A table of positions at the sections.
+class PositionTable {
 public:
-  /// @param unit of positions
-  SectionColumns(std::span<const input::Section> sections, ShownUnit unit) : unit_(std::move(unit)) {
-    for (const input::Section& section : sections) {
-      names_.emplace_back(input::name_of(section), input::coordinate_of(section));
-      name_width_ = std::max(name_width_, names_.back().first.size());
-      coordinate_width_ = std::max(coordinate_width_, names_.back().second.size());
-    }
+  /// @param heads of the columns that say whose cracks a row is about
+  /// @param last head of a column after the others, if any
+  PositionTable(std::vector<std::string> heads, std::span<const input::Section> sections, double factor,
+                const std::vector<std::string>& last = {})
+      : sections_(sections), factor_(factor), n_left_(heads.size()) {
+    for (const char* const head : {"section", "along", "reached", "mean", "std", "+-"})
+      heads.emplace_back(head);
+    heads.insert(heads.end(), last.begin(), last.end());
+    rows_.push_back(std::move(heads));
   }
 
-  std::size_t size() const { return names_.size(); }
-  const std::string& unit() const { return unit_.name; }
-  const std::string& name(std::size_t section) const { return names_[section].first; }
+  std::size_t n_sections() const { return sections_.size(); }
+  std::string text() const { return aligned(rows_, n_left_); }
 
-  std::string heads() const {
-    return cells("section", "along") + "  reached       mean        std         +-";
-  }
-
-  /// One line of a table of positions.
+  /// @param cells whose cracks the row is about
   /// @param is_divided the mean of all is no crack's position
-  void append_position(std::string& text, const PathStatistics& paths, std::size_t p,
-                       bool is_divided = false) const {
-    const double factor = unit_.factor;
-    const auto& [name, coordinate] = names_[p % names_.size()];
-    fmt::format_to(std::back_inserter(text), "{} {:>8} {:>10} {:>10} {:>10}", cells(name, coordinate),
-                   paths.reached[p], is_divided ? "groups" : number(paths.z_mean[p] * factor, 3),
-                   is_divided ? "-" : number(paths.z_std[p] * factor, 3),
-                   is_divided            ? "-"
-                   : are_equal(paths, p) ? "all equal"
-                                         : number(paths.z_half_width[p] * factor, 3));
+  void add(std::vector<std::string> cells, const PathStatistics& paths, std::size_t p, bool is_divided,
+           const std::vector<std::string>& last = {}) {
+    const input::Section& section = sections_[p % sections_.size()];
+    const auto length = [&](double value) { return is_divided ? "-" : shown(value, ".3f", factor_); };
+    cells.insert(cells.end(),
+                 {input::name_of(section), input::coordinate_of(section), fmt::to_string(paths.reached[p]),
+                  is_divided ? "groups" : length(paths.z_mean[p]), length(paths.z_std[p]),
+                  !is_divided && are_equal(paths, p) ? "all equal" : length(paths.z_half_width[p])});
+    cells.insert(cells.end(), last.begin(), last.end());
+    rows_.push_back(std::move(cells));
   }
 
 private:
@@ -70,29 +54,24 @@ private:
     const double* quantiles = &paths.z_quantile[p * quantile_shares.size()];
     return paths.reached[p] > 1 && quantiles[0] == quantiles[quantile_shares.size() - 1];
   }
-  std::string cells(const std::string& name, const std::string& coordinate) const {
-    return fmt::format(" {:>{}} {:>{}}", name, name_width_, coordinate, coordinate_width_);
-  }
 
-  ShownUnit unit_;
-  std::vector<std::pair<std::string, std::string>> names_;  ///< of the section and of its coordinate
-  std::size_t name_width_ = 14;
-  std::size_t coordinate_width_ = 5;
+  std::span<const input::Section> sections_;
+  double factor_;
+  std::size_t n_left_;
+  TextTable rows_;
 };
 
-void append_ranks(std::string& text, const char* label, const RankStatistics& ranks,
-                  const SectionColumns& sections) {
+void add_ranks(PositionTable& table, const char* label, const RankStatistics& ranks,
+               const std::vector<std::string>& starts) {
   for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
     if (ranks.reached[p] == 0) continue;
-    const std::size_t row = p / sections.size();
-    fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_start[row],
-                   ranks.start[row]);
-    sections.append_position(text, ranks, p, ranks.is_divided[p] != 0);
-    fmt::format_to(std::back_inserter(text), " {:>10}\n", ranks.counted[p]);
+    const std::size_t row = p / table.n_sections();
+    table.add({label, starts[index(ranks.leading_start[row])], starts[index(ranks.start[row])]}, ranks, p,
+              ranks.is_divided[p] != 0, {fmt::to_string(ranks.counted[p])});
   }
 }
 
-/// True if the cracks of a start take several ways where they lead or follow.
+/// True if the cracks of a start form several groups where they lead or follow.
 /// @param p index of start and section
 bool is_divided(const Statistics& statistics, std::size_t p) {
   const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
@@ -136,89 +115,85 @@ std::string mapped_samples(const Statistics& statistics) {
 }
 
 /// Lists the sections that no crack has reached, which have no rows.
-void append_unreached(std::string& text, const Statistics& statistics, const SectionColumns& sections) {
+void append_unreached(std::string& text, const Statistics& statistics,
+                      std::span<const input::Section> sections) {
   std::vector<std::string> names;
   for (std::size_t s = 0; s < sections.size(); ++s) {
     bool is_reached = false;
     for (std::size_t p = s; p < statistics.reached.size(); p += sections.size())
       is_reached = is_reached || statistics.reached[p] > 0;
-    if (!is_reached) names.push_back(sections.name(s));
+    if (!is_reached) names.push_back(input::name_of(sections[s]));
   }
   if (!names.empty()) text += fmt::format("\nno crack reaches {}\n", fmt::join(names, ", "));
 }
 
 void append_positions(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples,
-                      const SectionColumns& sections) {
-  auto out = std::back_inserter(text);
+                      std::span<const input::Section> sections, const ShownUnit& unit) {
   if (statistics.n_starts > 0)
-    fmt::format_to(out, "\nleading crack start: {}\n", leaders(statistics, samples));
+    text += fmt::format("\nleading crack start: {}\n", leaders(statistics, samples));
+  const std::string scope = interval_scope(statistics.base, statistics.replicates);
   if (std::ranges::all_of(statistics.reached, [](auto n) { return n == 0; })) {
-    fmt::format_to(out, "\n{}\n", interval_scope(statistics.base, statistics.replicates));
+    text += fmt::format("\n{}\n", scope);
     if (statistics.n_starts == 0)
       text += "Without crack starts no crack is followed to the sections.\n";
     else
       append_unreached(text, statistics, sections);
     return;
   }
-  fmt::format_to(out, "\ncrack positions, through-thickness mean [{}]; +- at {:g} % confidence{}\n",
-                 sections.unit(), 100 * statistics.confidence,
-                 statistics.n_looks > 1 ? fmt::format(" over {} tests", statistics.n_looks) : "");
-  fmt::format_to(out, "{}\n", interval_scope(statistics.base, statistics.replicates));
-  fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", mapped_samples(statistics), "cracks",
-                 "leading", "start", sections.heads(), "of samples");
-  append_ranks(text, "leader", statistics.leader, sections);
+  text += fmt::format("\ncrack positions, through-thickness mean [{}]; +- at {:g} % confidence{}\n{}\n",
+                      unit.name, 100 * statistics.confidence,
+                      statistics.n_looks > 1 ? fmt::format(" over {} tests", statistics.n_looks) : "", scope);
+  const auto& starts = statistics.start_names;
+  PositionTable by_rank({"cracks", "leading", "start"}, sections, unit.factor, {"of samples"});
+  add_ranks(by_rank, "leader", statistics.leader, starts);
   // Where all samples have the same pattern, these rows would repeat those above.
   if (statistics.leader_one_crack.counted != statistics.leader.counted)
-    append_ranks(text, "leader, one crack", statistics.leader_one_crack, sections);
+    add_ranks(by_rank, "leader, one crack", statistics.leader_one_crack, starts);
   if (statistics.leader_two_cracks.counted != statistics.leader.counted)
-    append_ranks(text, "leader, two cracks", statistics.leader_two_cracks, sections);
-  append_ranks(text, "follower", statistics.follower, sections);
-  if (statistics.n_starts == 1 && statistics.reached == statistics.leader.reached)
-    return append_unreached(text, statistics, sections);
-  fmt::format_to(out, "\nall cracks of the start, leading and following\nstart{}\n", sections.heads());
-  for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
-    if (statistics.reached[p] == 0) continue;
-    fmt::format_to(out, "{:>5}", p / sections.size());
-    sections.append_position(text, statistics, p, is_divided(statistics, p));
-    text += '\n';
+    add_ranks(by_rank, "leader, two cracks", statistics.leader_two_cracks, starts);
+  add_ranks(by_rank, "follower", statistics.follower, starts);
+  text += fmt::format("\nby rank{}\n{}", mapped_samples(statistics), by_rank.text());
+  if (statistics.n_starts != 1 || statistics.reached != statistics.leader.reached) {
+    PositionTable all({"start"}, sections, unit.factor);
+    for (std::size_t p = 0; p < statistics.reached.size(); ++p)
+      if (statistics.reached[p] > 0)
+        all.add({starts[p / sections.size()]}, statistics, p, is_divided(statistics, p));
+    text += "\nall cracks of the start, leading and following\n" + all.text();
   }
   append_unreached(text, statistics, sections);
 }
 
+std::string interval_head(double confidence) {
+  return fmt::format("{:g} % interval", 100 * confidence);
+}
+
 void append_patterns(std::string& text, const Statistics& statistics) {
-  auto out = std::back_inserter(text);
-  fmt::format_to(out, "\npattern        share [%]   {:g} % interval\n", 100 * statistics.confidence);
-  for (int k = 0; k < n_patterns; ++k) {
-    fmt::format_to(out, "{:<12} {:>11}   {} to {}\n", category_name(pattern_categories, k),
-                   number(100 * statistics.pattern_share[k], 1), number(100 * statistics.pattern_lower[k], 1),
-                   number(100 * statistics.pattern_upper[k], 1));
-  }
+  TextTable table{{"pattern", "share [%]", interval_head(statistics.confidence)}};
+  for (int k = 0; k < n_patterns; ++k)
+    table.push_back({category_name(pattern_categories, k), shown(statistics.pattern_share[k], ".1f", 100),
+                     shown_range(statistics.pattern_lower[k], statistics.pattern_upper[k], ".1f", 100)});
+  text += "\n" + aligned(table, 1, true);
 }
 
 void append_shares(std::string& text, const std::vector<ResultStatistics>& results) {
   for (const ResultStatistics& result : results) {
     if (result.info.reduction != Reduction::shares) continue;
-    auto out = std::back_inserter(text);
-    fmt::format_to(out, "\n{:<12}   samples\n", result.info.label);
+    TextTable table{{result.info.label, "samples"}};
     for (std::size_t k = 0; k < result.counts.size(); ++k)
-      fmt::format_to(out, "{:<14} {:>7}\n",
-                     category_name(result.info.categories, static_cast<std::int64_t>(k)), result.counts[k]);
+      table.push_back({category_name(result.info.categories, static_cast<std::int64_t>(k)),
+                       fmt::to_string(result.counts[k])});
+    text += "\n" + aligned(table);
   }
 }
 
 void append_counts(std::string& text, const std::vector<ResultStatistics>& results, double confidence) {
-  bool is_first = true;
-  for (const ResultStatistics& result : results) {
-    if (result.info.reduction != Reduction::counts || result.n_values == 0) continue;
-    auto out = std::back_inserter(text);
-    if (is_first)
-      fmt::format_to(out, "\n{:<20} {:>6} {:>24}   {:g} % interval\n", "", "mean", "samples with any [%]",
-                     100 * confidence);
-    is_first = false;
-    fmt::format_to(out, "{:<20} {:>6.2f} {:>24.1f}   {:.1f} to {:.1f}\n", result.info.label, result.mean,
-                   100.0 * result.n_any / result.n_values, 100 * result.share_any.lower,
-                   100 * result.share_any.upper);
-  }
+  TextTable table{{"", "mean", "samples with any [%]", interval_head(confidence)}};
+  for (const ResultStatistics& result : results)
+    if (result.info.reduction == Reduction::counts && result.n_values > 0)
+      table.push_back({result.info.label, shown(result.mean, ".2f"),
+                       fmt::format("{:.1f}", 100.0 * result.n_any / result.n_values),
+                       shown_range(result.share_any.lower, result.share_any.upper, ".1f", 100)});
+  if (table.size() > 1) text += "\n" + aligned(table, 1, true);
 }
 
 /// The most important result comes first: the peak load, where the onset says little (headline_load).
@@ -227,33 +202,32 @@ void put_first(std::vector<ResultStatistics>& results, std::string_view name) {
   if (name == "peak_load") std::ranges::stable_partition(results, of_name);
 }
 
-/// @param with_places show results of type places
+/// @param with_places show where samples broke first
 void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results, bool with_places,
                       double confidence) {
-  fmt::format_to(std::back_inserter(text),
-                 "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12} {:>8}   {:g} % of median\n", "", "min", "25 %",
-                 "median", "75 %", "max", "samples", 100 * confidence);
+  TextTable table{{"", "min", "25 %", "median", "75 %", "max", "samples",
+                   fmt::format("{:g} % of median", 100 * confidence)}};
   for (const ResultStatistics& result : results) {
     const ResultInfo& info = result.info;
-    const bool is_shown =
-        info.reduction == Reduction::quantiles || (with_places && info.reduction == Reduction::places);
-    if (!is_shown || result.n_values == 0) continue;
-    auto out = std::back_inserter(text);
+    if (info.reduction != Reduction::quantiles || (info.about == About::place && !with_places) ||
+        result.n_values == 0)
+      continue;
     double largest = 0;
     for (const Observation& one : result.quantiles) largest = std::max(largest, std::abs(one.value));
     const ShownUnit unit = info.unit_for(largest);
-    fmt::format_to(out, "{:<30}", info.label + (unit.name.empty() ? "" : fmt::format(" [{}]", unit.name)));
     const std::string format = fitting_format(info.format, result.quantiles, unit.factor);
-    for (const Observation& one : result.quantiles)
-      fmt::format_to(out, " {:>12}", shown(one, format, unit.factor));
+    auto& row = table.emplace_back(1, with_unit(info.label, unit.name));
+    for (const Observation& one : result.quantiles) row.push_back(shown(one, format, unit.factor));
     const auto& [lower, upper] = result.of_median;
-    fmt::format_to(
-        out, " {:>8}   {}\n", result.n_values,
-        std::isnan(lower.value) ? "too few samples"
-        : result.quantiles.front().value == result.quantiles.back().value && result.n_bounds == 0
-            ? "all equal"
-            : fmt::format("{} to {}", shown(lower, format, unit.factor), shown(upper, format, unit.factor)));
+    const bool are_equal =
+        result.quantiles.front().value == result.quantiles.back().value && result.n_bounds == 0;
+    row.push_back(fmt::to_string(result.n_values));
+    row.push_back(std::isnan(lower.value) ? "too few samples"
+                  : are_equal             ? "all equal"
+                                          : fmt::format("{} to {}", shown(lower, format, unit.factor),
+                                                        shown(upper, format, unit.factor)));
   }
+  text += "\n" + aligned(table, 1, true);
 }
 
 /// Shares of the crack area in the materials and at the interfaces, over the samples that broke.
@@ -299,6 +273,14 @@ void append_left_out(std::string& text, const Statistics& statistics,
 
 }  // namespace
 
+ShownUnit unit_of_positions(const PathStatistics& paths) {
+  constexpr double least = 0.1;  // so that small deviations remain visible [mm]
+  double largest = 0;
+  for (const double mean : paths.z_mean)
+    if (std::abs(mean) > largest) largest = std::abs(mean);  // false for NaN
+  return shown_unit({"mm", 1e3}, "m", largest, least);
+}
+
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,
                     const input::Sections& sections, const Origin& origin) {
   const auto n_failed = std::count_if(samples.begin(), samples.end(), [](const SampleSummary& sample) {
@@ -313,9 +295,9 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
                    statistics.n_samples);
   }
   append_left_out(text, statistics, samples);
-  constexpr double least = 0.1;  // of positions, so that small deviations remain visible [mm]
-  const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean), least);
-  append_positions(text, statistics, samples, SectionColumns(sections.all(), unit));
+  const ShownUnit unit = unit_of_positions(statistics);
+  const std::vector<input::Section> all = sections.all();
+  append_positions(text, statistics, samples, all, unit);
   text += groups_text(statistics, sections, unit);
   if (statistics.n_starts > 0) append_patterns(text, statistics);
   auto results = result_statistics(samples, statistics.confidence, origin, statistics.replicates);
@@ -325,12 +307,11 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   append_quantiles(text, results, statistics.n_starts == 0, statistics.confidence);
   append_parts(text, statistics, samples);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    auto out = std::back_inserter(text);
     if (!samples[i].error.empty())
-      fmt::format_to(out, "\n{} {}: {}",
-                     samples[i].status == SampleStatus::failed ? "failed sample" : "pending sample", i,
-                     samples[i].error);
-    if (!samples[i].note.empty()) fmt::format_to(out, "\nsample {}: {}", i, samples[i].note);
+      text += fmt::format("\n{} {}: {}",
+                          samples[i].status == SampleStatus::failed ? "failed sample" : "pending sample", i,
+                          samples[i].error);
+    if (!samples[i].note.empty()) text += fmt::format("\nsample {}: {}", i, samples[i].note);
   }
   if (text.back() != '\n') text += '\n';
   return text;

@@ -3,6 +3,7 @@
 
 #include "crackle/common/freed_memory.h"
 #include "crackle/common/heartbeat.h"
+#include "crackle/common/text_table.h"
 #include "crackle/ensemble/material_map.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/realization_queue.h"
@@ -30,7 +31,7 @@ std::string waiting_notice(double n_mother_points) {
   const double seconds = placing_seconds(n_mother_points);
   if (seconds < unnoticed_wait) return {};
   return fmt::format("generating about {:.2g} million mother points takes about {}", n_mother_points / 1e6,
-                     format_duration(seconds));
+                     duration_text(seconds));
 }
 
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
@@ -59,7 +60,7 @@ geometry::MotherPoints make_shared_points(const geometry::Body& body, const inpu
     const double seconds = placing_seconds(n_points);
     if (say)
       say(fmt::format("base mesh: one for each sample, about {:.0f} mother points, generated in {}", n_points,
-                      seconds < 1 ? "less than a second" : "about " + format_duration(seconds)));
+                      seconds < 1 ? "less than a second" : "about " + duration_text(seconds)));
     return {};
   }
   geometry::MotherPoints points = make_base_points(body, parameters, say);

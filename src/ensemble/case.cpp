@@ -6,6 +6,7 @@
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/regular_file.h"
+#include "crackle/common/text_table.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
@@ -231,7 +232,7 @@ void Case::log_end(const RunOutcome& outcome, int n_needed, const NextCommands& 
     say(fmt::format("stopped early: samples 0 to {} suffice, {} were planned", needed.size() - 1,
                     rows.size()));
   say(fmt::format("{} done, {} failed, {} pending after {}", outcome.done, outcome.failed, outcome.left,
-                  format_duration(seconds)));
+                  duration_text(seconds)));
   if (const std::string means = progress_->means(); !means.empty()) say(means);
   const std::string file = results_file(folder_).string();
   say(outcome.file_error.empty() ? file : fmt::format("cannot write '{}': {}", file, outcome.file_error));
@@ -246,8 +247,8 @@ void Case::log_end_of_range(const RunOutcome& outcome, const NextCommands& next,
   log_warnings(*log_, static_cast<std::size_t>(n_warnings_));
   say(fmt::format(
       "samples {} to {}: {} done, {} failed, {} pending after {}; merge the parts with crackle stats {}",
-      plan_.range.first, plan_.range.last, outcome.done, outcome.failed, outcome.left,
-      format_duration(seconds), folder_.string()));
+      plan_.range.first, plan_.range.last, outcome.done, outcome.failed, outcome.left, duration_text(seconds),
+      folder_.string()));
   log_next(*log_, next, outcome, false);
 }
 
@@ -297,7 +298,7 @@ RunOutcome Case::finish(const parallel::Communicator& world, bool is_stopping, c
     outcome.lost = true;
     outcome.file_error = lost;
     say(fmt::format("{} done, {} failed, {} pending after {}; nothing more was written: {}", outcome.done,
-                    outcome.failed, outcome.left, format_duration(seconds), lost));
+                    outcome.failed, outcome.left, duration_text(seconds), lost));
     return outcome;
   }
   if (world.is_root()) restore_copy();

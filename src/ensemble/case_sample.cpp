@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "case_sample.h"
 
-#include "crackle/analysis/crack_surface.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/crack_surface.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/geometry/partition.h"
@@ -51,20 +51,20 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   const geometry::Body& own_body = body();
   const input::Parameters& own = parameters();
   SampleAnalysis analysis;
-  analysis.surface = analysis::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
-  analysis.branches = analysis::find_branches(own_body, analysis.surface);
-  analysis.lines = analysis::crack_lines(own_body, analysis.surface, analysis.branches);
-  analysis.crossings =
-      analysis::section_crossings(own_body, analysis.surface, analysis.branches, own.sections);
+  analysis.surface = cracks::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
+  analysis.branches = cracks::find_branches(own_body, analysis.surface);
+  analysis.lines = cracks::crack_lines(own_body, analysis.surface, analysis.branches);
+  analysis.crossings = cracks::section_crossings(own_body, analysis.surface, analysis.branches, own.sections);
   const auto material = fracture::make_material_field(
       own, sample_,
       {realization.nodes, realization.tetrahedra, {}, realization.material, realization.map_factor});
-  const auto waves = analysis::rayleigh_speeds(analysis.surface, realization, material);
+  const auto waves = cracks::rayleigh_speeds(analysis.surface, realization, material);
+  const auto trajectories = cracks::front_trajectories(own_body, analysis.surface, waves);
   analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
-                                         analysis.branches, analysis.crossings, waves);
+                                         analysis.branches, analysis.crossings, trajectories);
   analysis.summary.crack_area_in = analysis::crack_area_in_parts(analysis.surface, realization, own);
   if (own.draw) analysis.summary.inputs = own.draw->values;
-  analysis.history = analysis::crack_history(own_body, analysis.surface, result, waves);
+  analysis.history = cracks::crack_history(own_body, analysis.surface, result, trajectories, waves);
   return analysis;
 }
 

@@ -2,6 +2,7 @@
 #include "crackle/ensemble/progress.h"
 
 #include "crackle/common/real.h"
+#include "crackle/common/text_table.h"
 #include "crackle/geometry/body.h"
 
 #include <fmt/format.h>
@@ -15,9 +16,9 @@ namespace {
 
 constexpr double unknown = not_a_number;
 
-/// The middle one of the sections that the crack of the first notch can cross; of all sections if there is
-/// none.
-std::size_t middle_section(const input::Parameters& parameters) {
+/// The sections that the crack of the first notch can cross, or all if there is none, from the middle one
+/// outwards.
+std::vector<std::size_t> sections_from_middle(const input::Parameters& parameters) {
   const std::vector<input::Section> sections = parameters.sections.all();
   const auto body = geometry::make_composite_body(parameters);
   std::vector<std::size_t> crossed;
@@ -25,7 +26,12 @@ std::size_t middle_section(const input::Parameters& parameters) {
     const geometry::CrackStart& first = body->crack_starts().front();
     if (!first.is_straight || first.advance_to(geometry::plane_of(sections[i]))) crossed.push_back(i);
   }
-  return crossed.empty() ? sections.size() / 2 : crossed[crossed.size() / 2];
+  if (crossed.empty())
+    for (std::size_t i = 0; i < sections.size(); ++i) crossed.push_back(i);
+  if (crossed.empty()) return crossed;
+  const std::size_t middle = crossed[crossed.size() / 2];
+  std::ranges::stable_sort(crossed, {}, [&](std::size_t i) { return i < middle ? middle - i : i - middle; });
+  return crossed;
 }
 
 }  // namespace
@@ -34,7 +40,7 @@ Progress::Progress(std::size_t n_to_do, int n_groups, const input::Parameters& p
     : n_to_do_(n_to_do),
       n_groups_(n_groups),
       sections_(parameters.sections.all()),
-      watched_(middle_section(parameters)),
+      watched_(sections_from_middle(parameters)),
       statistics_(parameters) {}
 
 void Progress::kept(std::uint64_t sample, const analysis::SampleSummary& summary) {
@@ -82,7 +88,7 @@ std::string Progress::line(double now) const {
   std::string text =
       fmt::format("{} done, {} failed, {} running, {} pending", n_done_, n_failed_, n_running(), n_left());
   if (const double rest = time_left(now); std::isfinite(rest) && rest > 0) {
-    text += fmt::format(", about {} remaining", format_duration(rest));
+    text += fmt::format(", about {} remaining", duration_text(rest));
   }
   if (running_.size() == 1 && !where_.empty())
     text += fmt::format("; sample {}: {}", running_.begin()->first, where_);
@@ -90,10 +96,21 @@ std::string Progress::line(double now) const {
   return text;
 }
 
+std::pair<std::size_t, double> Progress::mean_position() const {
+  std::vector<analysis::RunningStatistics::LeaderPosition> found;
+  for (const std::size_t section : watched_)
+    found.push_back(statistics_.leader_position(static_cast<int>(section)));
+  std::int64_t most = 0;
+  for (const auto& one : found) most = std::max(most, one.n);
+  for (std::size_t k = 0; k < found.size(); ++k)
+    if (2 * found[k].n >= most) return {watched_[k], found[k].mean};
+  return {0, not_a_number};
+}
+
 std::string Progress::means() const {
   std::string text;
-  if (const double mean = mean_position(); std::isfinite(mean)) {
-    const input::Section& section = sections_[watched_];
+  if (const auto [number, mean] = mean_position(); std::isfinite(mean)) {
+    const input::Section& section = sections_[number];
     const ShownUnit unit = shown_unit({"mm", 1e3}, "m", std::abs(mean));
     text = fmt::format("mean {} of leading cracks at {}: {:.3f} {}", input::coordinate_of(section),
                        input::name_of(section), mean * unit.factor, unit.name);
@@ -117,15 +134,6 @@ std::string format_samples(std::span<const std::uint64_t> samples) {
     if (last > first) text += fmt::format("-{}", samples[last]);
   }
   return text;
-}
-
-std::string format_duration(double seconds) {
-  const auto total = std::llround(std::max(seconds, 0.0));
-  const auto days = total / 86400, hours = total / 3600 % 24, minutes = total / 60 % 60;
-  if (days > 0) return fmt::format("{} d {} h", days, hours);
-  if (hours > 0) return fmt::format("{} h {} min", hours, minutes);
-  if (minutes > 0) return fmt::format("{} min {} s", minutes, total % 60);
-  return fmt::format("{} s", total);
 }
 
 }  // namespace crackle::ensemble

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/results.h"
 
-#include "crackle/analysis/crack_path.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/packing.h"
 #include "crackle/common/regular_file.h"
+#include "crackle/cracks/crack_pattern.h"
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/geometry/body.h"
 #include "crackle/io/ensemble_file.h"

@@ -2,6 +2,7 @@
 #include "crackle/ensemble/run.h"
 
 #include "crackle/common/stopwatch.h"
+#include "crackle/common/text_table.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/material_map.h"
@@ -276,8 +277,8 @@ std::string Run::progress_line() const {
                                  n_done, n_failed, n_running, n_left);
   const int n_to_end = n_running + n_left;
   if (n_ended_ > 0 && n_to_end > 0)
-    text += fmt::format(", about {} remaining",
-                        format_duration(seconds_ / n_ended_ * n_to_end / layout_.n_groups));
+    text +=
+        fmt::format(", about {} remaining", duration_text(seconds_ / n_ended_ * n_to_end / layout_.n_groups));
   return text;
 }
 
@@ -365,7 +366,7 @@ void Run::write_table(std::vector<CaseRows> rows, const RunOutcome& all) const {
   }
   if (log_) log_->end_progress();
   say(fmt::format("{} cases: {} done, {} failed, {} pending after {}", cases_.size(), all.done, all.failed,
-                  all.left, format_duration(seconds_now() - start_)));
+                  all.left, duration_text(seconds_now() - start_)));
   if (log_) *options_.log << sweep_text(rows);
   io::write_text_file(sweep_table(options_.folder), sweep_csv(rows));
   say(sweep_table(options_.folder).string());

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sweep_table.h"
 
+#include "crackle/analysis/result_list.h"
 #include "crackle/analysis/running_statistics.h"
-#include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/real.h"
 #include "crackle/common/regular_file.h"
+#include "crackle/common/text_table.h"
 #include "crackle/common/whole_number.h"
+#include "crackle/cracks/crack_pattern.h"
 #include "crackle/ensemble/results.h"
 
 #include <fmt/format.h>
@@ -15,9 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -62,21 +62,29 @@ namespace {
 using analysis::ResultInfo;
 using analysis::SampleSummary;
 
+constexpr int not_a_share = -2, any = -1;
+
 /// One column of the table: a mean, or the share of samples in a category, with its interval.
 struct Cell {
-  std::string name;
   ResultInfo info;
-  bool is_share = false;
+  int category = not_a_share;
   double value = not_a_number, lower = not_a_number, upper = not_a_number;
   bool is_of_broken = false;  ///< some samples did not break, of which it is not
+
+  bool is_share() const { return category != not_a_share; }
+  /// The word for the samples that the share counts.
+  std::string share_of() const {
+    if (!is_share()) return {};
+    return category == any ? "any" : analysis::category_name(info.categories, category);
+  }
 };
 
 /// @param hits number of samples in the category
-Cell share_cell(std::string name, const ResultInfo& info, int hits, int n) {
-  Cell cell{std::move(name), info, true};
+Cell share_cell(const ResultInfo& info, int category, std::ptrdiff_t hits, int n) {
+  Cell cell{info, category};
   if (n == 0) return cell;
-  const auto interval = analysis::share_interval(hits, n, analysis::default_confidence);
-  return {cell.name, info, true, static_cast<double>(hits) / n, interval.lower, interval.upper};
+  const auto interval = analysis::share_interval(static_cast<int>(hits), n, analysis::default_confidence);
+  return {info, category, static_cast<double>(hits) / n, interval.lower, interval.upper};
 }
 
 template <class Number>
@@ -87,11 +95,8 @@ void add_cells(const ResultInfo& info, Number SampleSummary::*member, std::span<
     if (const double value = analysis::known(info, member, row); !std::isnan(value)) values.push_back(value);
   const auto n = static_cast<int>(values.size());
   const int n_categories = analysis::n_categories(info.categories);
-  for (int k = 0; k < n_categories; ++k) {
-    const auto hits = static_cast<int>(std::ranges::count(values, static_cast<double>(k)));
-    cells.push_back(share_cell(fmt::format("{}: {}", info.name, analysis::category_name(info.categories, k)),
-                               info, hits, n));
-  }
+  for (int k = 0; k < n_categories; ++k)
+    cells.push_back(share_cell(info, k, std::ranges::count(values, static_cast<double>(k)), n));
   if (n_categories > 0) return;
   analysis::Moments moments;
   for (const double value : values) moments.add(value);
@@ -100,11 +105,9 @@ void add_cells(const ResultInfo& info, Number SampleSummary::*member, std::span<
   const double mean = n == 0 ? not_a_number : moments.mean();
   const bool is_of_broken =
       info.of_unbroken != analysis::OfUnbroken::value && std::ranges::any_of(rows, analysis::is_unbroken);
-  cells.push_back({info.name, info, false, mean, mean - half, mean + half, is_of_broken});
+  cells.push_back({info, not_a_share, mean, mean - half, mean + half, is_of_broken});
   if (info.reduction == analysis::Reduction::counts)
-    cells.push_back(
-        share_cell(fmt::format("{}: any", info.name), info,
-                   static_cast<int>(std::ranges::count_if(values, [](double v) { return v > 0; })), n));
+    cells.push_back(share_cell(info, any, std::ranges::count_if(values, [](double v) { return v > 0; }), n));
 }
 
 std::vector<Cell> cells_of(std::span<const SampleSummary> rows) {
@@ -129,36 +132,22 @@ std::string number_or_nothing(double value) {
   return std::isnan(value) ? std::string() : fmt::format("{:.10g}", value);
 }
 
-const Cell& find_cell(const std::vector<Cell>& cells, const std::string& name) {
-  const auto found = std::ranges::find(cells, name, &Cell::name);
-  if (found == cells.end()) throw std::logic_error("the table of a sweep has no column " + name);
-  return *found;
-}
-
 /// Those that say how samples broke, and of which `crackle stats` prints means or shares.
 std::vector<Cell> of_bodies(std::vector<Cell> cells) {
   using enum analysis::Reduction;
   std::erase_if(cells, [](const Cell& cell) {
-    const bool is_printed =
-        cell.is_share || cell.info.reduction == quantiles || cell.info.reduction == counts;
-    return !is_printed || !analysis::is_of_the_body(cell.info);
+    const bool is_printed = cell.is_share() || cell.info.reduction == counts ||
+                            (cell.info.reduction == quantiles && cell.info.about != analysis::About::place);
+    return !is_printed || cell.info.about == analysis::About::computation;
   });
   return cells;
 }
 
-/// Columns of the text table; the first two change places where the peak load tells more (headline_load).
-constexpr std::array shown_results{"onset_force",         "peak_load",
-                                   "pattern: two cracks", "bifurcations_projected: any",
-                                   "crack_area",          "crack_speed_max"};
-
-/// The unit of a column, chosen by its largest value.
-ShownUnit unit_of(std::span<const CaseRows> cases, const Cell& head) {
-  if (head.is_share) return {"%", 100};
-  double largest = 0;
-  for (const CaseRows& one : cases)
-    if (const double value = std::abs(find_cell(cells_of(one.rows), head.name).value); value > largest)
-      largest = value;
-  return head.info.unit_for(largest);
+/// True for a column of the text table: of counts the share of samples with any, of patterns two cracks.
+bool is_shown(const Cell& cell) {
+  if ((cell.info.short_tables & analysis::in_sweep) == 0) return false;
+  if (cell.info.reduction == analysis::Reduction::counts) return cell.is_share();
+  return !cell.is_share() || cell.category == static_cast<int>(cracks::Pattern::two_cracks);
 }
 
 /// With so many significant digits; all before the point of a large number.
@@ -171,7 +160,7 @@ std::string shown_value(const Cell& cell, double factor) {
   if (std::isnan(cell.value)) return "-";
   const std::string value = without_exponent(factor * cell.value, 4) + (cell.is_of_broken ? "*" : "");
   if (std::isnan(cell.lower)) return value;
-  if (cell.is_share)
+  if (cell.is_share())
     return fmt::format("{} ({:.0f}-{:.0f})", value, factor * cell.lower, factor * cell.upper);
   return fmt::format("{} +- {}", value, without_exponent(factor * (cell.upper - cell.value), 2));
 }
@@ -189,9 +178,10 @@ std::string sweep_csv(std::span<const CaseRows> cases) {
       head.insert(head.end(), {"samples", "done", "failed", "unbroken"});
       for (const Cell& cell : cells) {
         const std::string units =
-            cell.is_share || *cell.info.units == 0 ? "" : fmt::format(" [{}]", cell.info.units);
+            cell.is_share() || *cell.info.units == 0 ? "" : fmt::format(" [{}]", cell.info.units);
+        const std::string share = cell.is_share() ? ": " + cell.share_of() : "";
         for (const char* const what : {"", " lower", " upper"})
-          head.push_back(quoted(cell.name + units + what));
+          head.push_back(quoted(cell.info.name + share + units + what));
       }
       lines.push_back(fmt::format("{}", fmt::join(head, ",")));
     }
@@ -210,39 +200,33 @@ std::string sweep_csv(std::span<const CaseRows> cases) {
 }
 
 std::string sweep_text(std::span<const CaseRows> cases) {
-  std::string text;
-  auto out = std::back_inserter(text);
-  auto shown = shown_results;
-  if (std::ranges::any_of(cases, [](const CaseRows& one) {
-        return analysis::headline_load(one.rows) == std::string_view("peak_load");
-      }))
-    std::swap(shown[0], shown[1]);
-  bool any_is_of_broken = false;
-  std::vector<Cell> head = cells_of({});
-  fmt::format_to(out, "{:>4} {:>6} {:>6}", "case", "done", "failed");
-  std::vector<ShownUnit> units;
-  for (const char* const name : shown) {
-    const Cell& cell = find_cell(head, name);
-    units.push_back(unit_of(cases, cell));
-    const auto colon = cell.name.find(": ");
-    const std::string label = colon == std::string::npos             ? cell.info.label
-                              : cell.name.substr(colon + 2) == "any" ? std::string(cell.info.label)
-                                                                     : cell.name.substr(colon + 2);
-    fmt::format_to(out, " {:>24}", fmt::format("{} [{}]", label, units.back().name));
+  std::vector<std::vector<Cell>> cells;
+  for (const CaseRows& one : cases) cells.push_back(cells_of(one.rows));
+  TextTable table{{"case", "done", "failed"}};
+  for (std::size_t i = 0; i < cases.size(); ++i)
+    table.push_back({std::to_string(i), std::to_string(count(cases[i].rows, analysis::SampleStatus::done)),
+                     std::to_string(count(cases[i].rows, analysis::SampleStatus::failed))});
+  const std::vector<Cell> heads = cells_of({});
+  for (std::size_t k = 0; k < heads.size(); ++k) {
+    const Cell& head = heads[k];
+    if (!is_shown(head)) continue;
+    double largest = 0;
+    for (const auto& of_case : cells)
+      if (const double value = std::abs(of_case[k].value); value > largest) largest = value;
+    const ShownUnit unit = head.is_share() ? ShownUnit{"%", 100} : head.info.unit_for(largest);
+    table[0].push_back(with_unit(head.category >= 0 ? head.share_of() : head.info.label, unit.name));
+    for (std::size_t i = 0; i < cases.size(); ++i)
+      table[i + 1].push_back(shown_value(cells[i][k], unit.factor));
   }
-  text += "   settings\n";
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    const auto cells = cells_of(cases[i].rows);
-    fmt::format_to(out, "{:>4} {:>6} {:>6}", i, count(cases[i].rows, analysis::SampleStatus::done),
-                   count(cases[i].rows, analysis::SampleStatus::failed));
-    for (std::size_t k = 0; k < shown.size(); ++k) {
-      const Cell& cell = find_cell(cells, shown[k]);
-      any_is_of_broken = any_is_of_broken || cell.is_of_broken;
-      fmt::format_to(out, " {:>24}", shown_value(cell, units[k].factor));
-    }
-    fmt::format_to(out, "   {}\n", to_string(cases[i].of->settings));
-  }
-  if (any_is_of_broken)
+  const bool peak_is_first = std::ranges::any_of(cases, [](const CaseRows& one) {
+    return analysis::headline_load(one.rows) == std::string_view("peak_load");
+  });
+  for (auto& row : table)
+    if (peak_is_first) std::swap(row[3], row[4]);  // the onset force and the peak load
+  table[0].push_back("settings");
+  for (std::size_t i = 0; i < cases.size(); ++i) table[i + 1].push_back(to_string(cases[i].of->settings));
+  std::string text = aligned(table, 0, true);
+  if (text.find('*') != std::string::npos)
     text += "*: of the samples that broke; crackle stats of a case estimates the loads of all\n";
   return text;
 }
@@ -252,13 +236,11 @@ std::string sweep_json(std::span<const CaseRows> cases) {
   Json document{
       {"confidence", analysis::default_confidence}, {"results", Json::array()}, {"cases", Json::array()}};
   for (const Cell& cell : of_bodies(cells_of({}))) {
-    const bool is_share = cell.is_share;
-    document["results"].push_back(
-        {{"name", cell.info.name},
-         {"label", cell.info.label},
-         {"share_of", is_share ? cell.name.substr(cell.name.find(": ") + 2) : std::string()},
-         {"shown_units", is_share ? "%" : cell.info.shown_units},
-         {"shown_factor", is_share ? 100 : cell.info.shown_factor}});
+    document["results"].push_back({{"name", cell.info.name},
+                                   {"label", cell.info.label},
+                                   {"share_of", cell.share_of()},
+                                   {"shown_units", cell.is_share() ? "%" : cell.info.shown_units},
+                                   {"shown_factor", cell.is_share() ? 100 : cell.info.shown_factor}});
   }
   for (const CaseRows& one : cases) {
     Json row{{"folder", one.folder},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/text_table.h"
 #include "crackle/common/quantity_text.h"
+#include "crackle/common/text_table.h"
 #include "crackle/experiment/calibration.h"
 #include "text_parts.h"
 
@@ -14,10 +14,7 @@ namespace crackle::experiment {
 
 namespace {
 
-using analysis::aligned;
-using analysis::shown_percent;
-using analysis::shown_probability;
-using analysis::TextTable;
+using crackle::aligned;
 
 std::string number_text(double value, const std::string& unit, double largest) {
   if (std::isnan(value)) return "-";

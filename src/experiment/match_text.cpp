@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/text_table.h"
 #include "crackle/common/quantity_text.h"
+#include "crackle/common/text_table.h"
 #include "crackle/experiment/matching.h"
 #include "text_parts.h"
 
@@ -16,10 +16,7 @@ namespace crackle::experiment {
 
 namespace {
 
-using analysis::aligned;
-using analysis::shown_percent;
-using analysis::shown_probability;
-using analysis::TextTable;
+using crackle::aligned;
 
 /// In the unit that suits the largest of those beside it.
 std::string size_text(double value, const std::string& unit, double largest) {

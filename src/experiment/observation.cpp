@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/experiment/observation.h"
 
-#include "crackle/analysis/crack_path.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/crack_pattern.h"
 #include "crackle/input/reader.h"
 #include "sample_arms.h"
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "sample_arms.h"
 
-#include "crackle/analysis/crack_line.h"
-#include "crackle/analysis/crack_path.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/crack_line.h"
+#include "crackle/cracks/crack_pattern.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,9 +28,9 @@ double slab_of(const TimedLine& arm) {
 }
 
 /// The line of a crack, turned by a symmetry if that is given.
-TimedLine timed(const analysis::CrackLine& line, const geometry::Symmetry* symmetry) {
+TimedLine timed(const cracks::CrackLine& line, const geometry::Symmetry* symmetry) {
   TimedLine arm{.points = {}, .time = {}, .is_turned = symmetry != nullptr};
-  for (const analysis::LinePoint& p : line.points) {
+  for (const cracks::LinePoint& p : line.points) {
     const Point at{p.y, p.z};
     arm.points.push_back(symmetry == nullptr ? at : image_of(*symmetry, at));
     arm.time.push_back(p.time);
@@ -38,7 +38,7 @@ TimedLine timed(const analysis::CrackLine& line, const geometry::Symmetry* symme
   return arm;
 }
 
-bool is_main_line(const analysis::CrackLine& line, int start) {
+bool is_main_line(const cracks::CrackLine& line, int start) {
   return line.start == start && line.parent < 0 && line.points.size() >= 2;
 }
 
@@ -78,8 +78,8 @@ Point image_of(const geometry::Symmetry& symmetry, const Point& p) {
 }
 
 void add_arms(const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
-              const analysis::CrackSurface& surface, ObservedSample& sample) {
-  const auto lines = analysis::crack_lines(body, surface, analysis::find_branches(body, surface));
+              const cracks::CrackSurface& surface, ObservedSample& sample) {
+  const auto lines = cracks::crack_lines(body, surface, cracks::find_branches(body, surface));
   const int leading = sample.summary.leading_start;
   const auto& starts = body.crack_starts();
   sample.arms.assign(starts.size(), {});
@@ -91,7 +91,7 @@ void add_arms(const geometry::Body& body, const std::vector<geometry::Symmetry>&
       symmetry = symmetry_to(symmetries, leading, s);
       if (symmetry != nullptr) from = leading;
     }
-    for (const analysis::CrackLine& line : lines)
+    for (const cracks::CrackLine& line : lines)
       if (is_main_line(line, from)) arms.push_back(timed(line, symmetry));
     if (arms.size() == 2 && plane::norm(arms[0].points[0] - arms[1].points[0]) <=
                                 same_root_slabs * (slab_of(arms[0]) + slab_of(arms[1])) / 2)

@@ -22,10 +22,6 @@ constexpr double spacings_per_ball = 1.5;
 /// Minimum spacings per correlation length; below it neighbouring tetrahedra differ strongly.
 constexpr double spacings_per_correlation_length = 2;
 
-std::string length_text(double length) {
-  return quantity_text(length, "m");
-}
-
 double finest_spacing(const input::Parameters& parameters, const geometry::Body& body) {
   return geometry::SpacingField(body, parameters.mesh).lower_bound(body.bounds());
 }
@@ -54,7 +50,8 @@ std::string unresolved_length_text(const input::Parameters& parameters, const ge
   return fmt::format(
       "the averaging length of {} is less than {:.2g} times the greatest spacing where cracks run, {}, so "
       "results depend on the mesh there; make it at most {} with [[mesh.region]]",
-      length_text(length), spacings_per_ball, length_text(greatest), length_text(length / spacings_per_ball));
+      quantity_text(length, "m"), spacings_per_ball, quantity_text(greatest, "m"),
+      quantity_text(length / spacings_per_ball, "m"));
 }
 
 /// A warning if the mesh does not resolve the process zone of softening; otherwise empty.
@@ -67,11 +64,11 @@ std::string unresolved_softening_text(const input::Parameters& parameters, const
   return fmt::format(
       "where cracks run the spacing is up to {}, but softening requires {} or less{}; refine with "
       "[[mesh.region]]",
-      length_text(greatest), length_text(admissible),
+      quantity_text(greatest, "m"), quantity_text(admissible, "m"),
       greatest < snap_back
           ? std::string()
           : fmt::format(", and at {} or more tetrahedra break at once, with more energy than the toughness",
-                        length_text(snap_back)));
+                        quantity_text(snap_back, "m")));
 }
 
 /// A warning if the mesh does not resolve the correlation of a random field, or the body is too small for it;
@@ -83,13 +80,13 @@ std::string unsuited_correlation_text(const char* of, double length, const char*
     return fmt::format(
         "the correlation length of the {}, {}, exceeds the body, {}: each sample is nearly uniform, and "
         "samples differ from each other instead",
-        of, length_text(length), length_text(longest));
+        of, quantity_text(length, "m"), quantity_text(longest, "m"));
   const double finest = finest_spacing(parameters, body);
   if (length >= spacings_per_correlation_length * finest) return {};
   return fmt::format(
       "the correlation length of the {}, {}, is less than {:.0f} spacings of {}, so results depend on the "
       "spacing; give a longer one, or a finer mesh",
-      of, length_text(length), spacings_per_correlation_length, length_text(finest));
+      of, quantity_text(length, "m"), spacings_per_correlation_length, quantity_text(finest, "m"));
 }
 
 std::string unresolved_strength_text(const input::Parameters& parameters, const geometry::Body& body) {

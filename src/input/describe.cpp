@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/checksum.h"
+#include "crackle/common/text_table.h"
 #include "crackle/input/reader.h"
 
 #include "renamed_keys.h"
@@ -18,14 +19,14 @@ namespace {
 
 /// Appends the given keys of one table.
 void add_lines(const Table& table, const std::string& path, std::size_t i, Parameters& shown,
-               std::vector<Line>& lines) {
+               std::vector<NamedValue>& lines) {
   for (const Key& key : table.keys)
     if (const auto text = key.show(shown, i)) lines.emplace_back(path + "." + key.name, *text);
 }
 
-std::vector<Line> resolved(const Parameters& parameters) {
+std::vector<NamedValue> resolved(const Parameters& parameters) {
   Parameters shown = parameters;
-  std::vector<Line> lines;
+  std::vector<NamedValue> lines;
   const bool has_list = is_list(parameters.materials);
   for (const Table& table : schema()) {
     if (has_list && table.part_of == "material") continue;
@@ -64,14 +65,6 @@ std::string description(const Key& key) {
 }
 
 }  // namespace
-
-std::string aligned(const std::vector<Line>& lines) {
-  std::size_t width = 0;
-  for (const Line& line : lines) width = std::max(width, line.first.size());
-  std::string result;
-  for (const auto& [key, text] : lines) result += fmt::format("{:<{}} = {}\n", key, width, text);
-  return result;
-}
 
 std::string echo(const Parameters& parameters) {
   return aligned(resolved(parameters));

@@ -5,7 +5,7 @@
 #include "crackle/input/reader.h"
 #include "crackle/version.h"
 
-#include "checked_file.h"
+#include "partial_file.h"
 
 #include <fmt/format.h>
 

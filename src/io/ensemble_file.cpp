@@ -9,7 +9,6 @@
 #include "crackle/parallel/petsc.h"
 
 #include "hdf5.h"
-#include "memory_file.h"
 #include "partial_file.h"
 #include "provenance.h"
 #include "result_attributes.h"
@@ -79,8 +78,16 @@ double value_or_none(const std::vector<double>& values, std::size_t k) {
   return k < values.size() ? values[k] : SampleSummary::none;
 }
 
-const ResultInfo y_position_info{
-    "z", "m", "position at the sections y = const", analysis::Reduction::none, "z", "mm", 1e3, ".3f"};
+const ResultInfo y_position_info{"z",
+                                 "m",
+                                 "position at the sections y = const",
+                                 analysis::About::path,
+                                 analysis::Reduction::none,
+                                 analysis::nowhere,
+                                 "z",
+                                 "mm",
+                                 1e3,
+                                 ".3f"};
 
 /// Calls visit(dataset, info, sections, values of a row) for every dataset with notches x sections values per
 /// sample.

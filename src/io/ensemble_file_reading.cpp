@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/ensemble_file.h"
 
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/regular_file.h"
 #include "hdf5.h"

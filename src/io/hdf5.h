@@ -3,6 +3,7 @@
 
 #include <hdf5.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -149,5 +150,21 @@ void flatten(const From& from, std::vector<Value>& to) {
 /// HDF5's in-memory type for Value.
 template <class Value>
 hid_t memory_type();
+
+/// A file that is built in memory and then written in one piece, so that a disk error can neither leave a
+/// partial file nor confuse HDF5. Its bytes depend on its contents only: no times are stored.
+class MemoryFile {
+public:
+  MemoryFile();
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  operator hid_t() const { return file_; }
+  /// Closes the file and returns its bytes.
+  std::vector<std::byte> finish();
+
+private:
+  std::vector<std::byte> bytes_;  ///< filled when the file is closed
+  Handle file_;
+};
 
 }  // namespace crackle::io::hdf5

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace crackle::io {
 
@@ -44,5 +45,13 @@ std::string tag_of_this_process();
 
 /// Writes a file atomically. @throws as PartialFile
 void write_whole_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
+
+/// Writes the file with its checksum, atomically.
+/// @throws std::runtime_error naming the file and the reason
+void write_checked_file(const std::filesystem::path& file, std::vector<std::byte> bytes);
+
+/// The bytes without the checksum.
+/// @throws std::runtime_error with the reason when the file cannot be read, is truncated, modified or damaged
+std::vector<std::byte> read_checked_file(const std::filesystem::path& file);
 
 }  // namespace crackle::io

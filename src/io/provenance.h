@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "checked_file.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/parameters.h"
 #include "crackle/io/sample_file.h"
 #include "hdf5.h"
+#include "partial_file.h"
 
 #include <filesystem>
 #include <stdexcept>

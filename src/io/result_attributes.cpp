@@ -14,10 +14,27 @@ namespace crackle::io {
 
 using analysis::Reduction;
 
-const analysis::ResultInfo status_info{
-    "status", "", "state of the sample", Reduction::none, "status", "", 1, "d", analysis::status_categories};
-const analysis::ResultInfo wall_time_info{
-    "wall_time", "s", "wall time that the sample took", Reduction::none, "wall time", "s", 1, ".1f"};
+const analysis::ResultInfo status_info{"status",
+                                       "",
+                                       "state of the sample",
+                                       analysis::About::computation,
+                                       Reduction::none,
+                                       analysis::nowhere,
+                                       "status",
+                                       "",
+                                       1,
+                                       "d",
+                                       analysis::status_categories};
+const analysis::ResultInfo wall_time_info{"wall_time",
+                                          "s",
+                                          "wall time that the sample took",
+                                          analysis::About::computation,
+                                          Reduction::none,
+                                          analysis::nowhere,
+                                          "wall time",
+                                          "s",
+                                          1,
+                                          ".1f"};
 
 void describe_result(hid_t parent, const std::string& dataset, const analysis::ResultInfo& info, int column) {
   const hdf5::Handle object = hdf5::open_dataset(parent, dataset);

@@ -6,13 +6,11 @@
 #include "crackle/fracture/material_field.h"
 #include "crackle/input/reader.h"
 
-#include "checked_file.h"
-#include "columns.h"
 #include "hdf5.h"
-#include "history_group.h"
-#include "memory_file.h"
+#include "partial_file.h"
 #include "provenance.h"
 #include "result_attributes.h"
+#include "sample_groups.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -47,10 +45,10 @@ void write_mesh(hid_t file, const geometry::Realization& realization) {
   hdf5::write_attribute(group, "min_quality", realization.report.min_quality);
 }
 
-void write_crack_surface(hid_t file, const analysis::CrackSurface& surface,
+void write_crack_surface(hid_t file, const cracks::CrackSurface& surface,
                          const std::vector<std::int32_t>& branch) {
-  using analysis::Crack;
-  using analysis::CrackFacet;
+  using cracks::Crack;
+  using cracks::CrackFacet;
   const hdf5::Handle group = hdf5::create_group(file, "crack_surface");
   write_column<double>(group, "corners", surface.facets, &CrackFacet::corner, "m");
   write_column<double>(group, "time", surface.facets, &CrackFacet::time, "s");
@@ -70,8 +68,8 @@ void write_crack_surface(hid_t file, const analysis::CrackSurface& surface,
   hdf5::label_datasets(table, {"crack"});
 }
 
-void write_branching(hid_t file, const std::vector<analysis::BranchingPoint>& points) {
-  using analysis::BranchingPoint;
+void write_branching(hid_t file, const std::vector<cracks::BranchingPoint>& points) {
+  using cracks::BranchingPoint;
   const hdf5::Handle group = hdf5::create_group(file, "forks");
   const auto place = [](const BranchingPoint& point) { return std::array{point.y, point.z}; };
   write_column<double>(group, "position", points, place, "m",
@@ -95,14 +93,14 @@ void write_branching(hid_t file, const std::vector<analysis::BranchingPoint>& po
 }
 
 /// Rows are the separate crossings of each notch and section.
-void write_crossings(hid_t file, const std::vector<analysis::SectionCrossing>& crossings,
+void write_crossings(hid_t file, const std::vector<cracks::SectionCrossing>& crossings,
                      std::size_t n_sections) {
-  struct Row : analysis::BranchCrossing {
+  struct Row : cracks::BranchCrossing {
     std::size_t start, section;
   };
   std::vector<Row> rows;
   for (std::size_t i = 0; i < crossings.size(); ++i)
-    for (const analysis::BranchCrossing& crossing : crossings[i].branches)
+    for (const cracks::BranchCrossing& crossing : crossings[i].branches)
       rows.push_back({crossing, i / n_sections, i % n_sections});
   const hdf5::Handle group = hdf5::create_group(file, "crossings");
   write_column<double>(group, "position", rows, &Row::position, "m",
@@ -115,9 +113,9 @@ void write_crossings(hid_t file, const std::vector<analysis::SectionCrossing>& c
   hdf5::label_datasets(group, {"crossing"});
 }
 
-void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines) {
-  using analysis::CrackLine;
-  using analysis::LinePoint;
+void write_crack_lines(hid_t file, const std::vector<cracks::CrackLine>& lines) {
+  using cracks::CrackLine;
+  using cracks::LinePoint;
   const hdf5::Handle group = hdf5::create_group(file, "crack_lines");
   std::vector<std::int64_t> first;
   std::vector<LinePoint> points;

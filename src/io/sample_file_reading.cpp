@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/file_digest.h"
 #include "crackle/common/regular_file.h"
@@ -120,11 +120,11 @@ void read_column(hid_t group, const std::string& name, std::vector<Row>& rows, M
   for (std::size_t i = 0; i < rows.size(); ++i) rows[i].*member = static_cast<Member>(values[i]);
 }
 
-analysis::CrackSurface read_surface(hid_t root) {
-  using analysis::Crack;
-  using analysis::CrackFacet;
+cracks::CrackSurface read_surface(hid_t root) {
+  using cracks::Crack;
+  using cracks::CrackFacet;
   const hdf5::Handle group = hdf5::open_group(root, "crack_surface");
-  analysis::CrackSurface surface;
+  cracks::CrackSurface surface;
   auto& [facets, cracks, entries] = surface;
   cracks.resize(hdf5::read_shape(group, "cracks/notch").at(0));
   read_column<std::int32_t>(group, "cracks/notch", cracks, &Crack::start);
@@ -152,8 +152,8 @@ analysis::CrackSurface read_surface(hid_t root) {
   return surface;
 }
 
-std::vector<analysis::BranchingPoint> read_branching(hid_t root) {
-  using analysis::BranchingPoint;
+std::vector<cracks::BranchingPoint> read_branching(hid_t root) {
+  using cracks::BranchingPoint;
   const hdf5::Handle group = hdf5::open_group(root, "forks");
   std::vector<BranchingPoint> points(hdf5::read_shape(group, "x").at(0));
   const auto position = hdf5::read_dataset<double>(group, "position", {points.size(), 2});

@@ -8,7 +8,6 @@
 #include "crackle/geometry/quality.h"
 
 #include "hdf5.h"
-#include "memory_file.h"
 #include "partial_file.h"
 #include "result_attributes.h"
 

@@ -20,7 +20,8 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 from crackle_report.choosing import samples_in_detail  # noqa: E402
-from crackle_report.reading import SampleFiles, read_ensemble  # noqa: E402
+from crackle_report.reading import read_ensemble  # noqa: E402
+from crackle_report.sample_files import SampleFiles  # noqa: E402
 from synthetic_ensemble import changed, write_ensemble  # noqa: E402
 
 try:

@@ -32,7 +32,8 @@ from crackle import curves  # noqa: E402
 from crackle_report import stress  # noqa: E402
 from crackle_report.figures import histories  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
-from crackle_report.reading import SampleFiles, read_ensemble  # noqa: E402
+from crackle_report.reading import read_ensemble  # noqa: E402
+from crackle_report.sample_files import SampleFiles  # noqa: E402
 from synthetic_ensemble import changed, write_ensemble  # noqa: E402
 
 PROGRAM = Path()

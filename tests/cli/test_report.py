@@ -327,15 +327,15 @@ class Report(Ensembles):
         leader = ensemble.ranks["leader"]
         self.assertEqual([group.n for group in leader.groups][1], 3)
         self.assertTrue(leader.is_divided.any())
-        below, above = leader.ways(0, "z_mean")
+        below, above = leader.by_group(0, "z_mean")
         apart = leader.is_divided[0].astype(bool) & np.isfinite(below) & np.isfinite(above)
         self.assertTrue((above[apart] - below[apart] > 20e-3).all())
         table = tables.sections(ensemble)
-        self.assertIn("several ways", table)
-        self.assertRegex(table, r"leading: way 2 of 2, 3 of 1\d samples, \d+ % \(\d+ to \d+ %\)")
+        self.assertIn("several paths", table)
+        self.assertRegex(table, r"leading: path 2 of 2, 3 of 1\d samples, \d+ % \(\d+ to \d+ %\)")
         means = [line for line in crossings._draw(ensemble).axes[0].lines if line.get_marker() == "o"]
         self.assertEqual(len(means), 2)
-        self.assertRegex(convergence._verdict(ensemble), r"of the \d+ of 1\d samples that take one way|y = 7 mm")
+        self.assertRegex(convergence._verdict(ensemble), r"of the \d+ of 1\d samples that take one path|y = 7 mm")
 
 
 class Pictures(Ensembles):

@@ -27,7 +27,8 @@ from crackle_report import photographs, weibull  # noqa: E402
 from crackle_report.figures import experiments, loads, posterior  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Grid, Optics  # noqa: E402
-from crackle_report.reading import SampleFiles, read_ensemble  # noqa: E402
+from crackle_report.reading import read_ensemble  # noqa: E402
+from crackle_report.sample_files import SampleFiles  # noqa: E402
 from small_input import run, small_input  # noqa: E402
 from test_report import overlapping_texts  # noqa: E402
 

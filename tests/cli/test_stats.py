@@ -122,9 +122,9 @@ class Stats(unittest.TestCase):
             counts = {label: root["samples"][name][...]
                       for label, name in (("branching projected", "bifurcations_projected"), ("kinks", "kinks"))}
         for label, of_samples in counts.items():
-            self.assertRegex(text, rf"\n{label} +{of_samples.mean():.2f} +{100 * (of_samples > 0).mean():.1f}   [0-9.]+ to [0-9.]+\n")
-        self.assertRegex(text, rf"\nleader +0 +0 +y = 3 mm +z +{reached} +{mean * 1e3:.3f} ")
-        median = re.search(r"\nonset force \[N\] +\S+ +\S+ +(\S+) +\S+ +\S+ +3   too few samples\n", text)[1]
+            self.assertRegex(text, rf"\n{label} +{of_samples.mean():.2f} +{100 * (of_samples > 0).mean():.1f} +[0-9.]+ to [0-9.]+\n")
+        self.assertRegex(text, rf"\nleader +notch 0 +notch 0 +y = 3 mm +z +{reached} +{mean * 1e3:.3f} ")
+        median = re.search(r"\nonset force \[N\] +\S+ +\S+ +(\S+) +\S+ +\S+ +3 +too few samples\n", text)[1]
         # As many digits as the scatter deserves.
         self.assertAlmostEqual(float(median), np.median(onset), delta=np.ptp(onset) / 190)
         self.assertLess(len(median), len(f"{np.median(onset):.3f}"))
@@ -133,10 +133,10 @@ class Stats(unittest.TestCase):
 
     def test_what_the_master_merged_is_what_the_files_say(self):
         text = self.stats()
-        mean = re.search(r"\nleader +0 +0 +y = 4 mm +z +\d+ +(\S+) ", text)[1]
+        mean = re.search(r"\nleader +notch 0 +notch 0 +y = 3 mm +z +\d+ +(\S+) ", text)[1]
         with h5py.File(self.folder / "ensemble.h5") as root:
             median = np.median(root["samples/onset_force"][...])
-        self.assertIn(f"\nmean z of leading cracks at y = 4 mm: {mean} mm, median onset {median:.3f} N\n", self.log)
+        self.assertIn(f"\nmean z of leading cracks at y = 3 mm: {mean} mm, median onset {median:.3f} N\n", self.log)
 
     def test_ranks_shares_and_the_scope_of_intervals_are_in_the_file(self):
         text = self.stats()
@@ -207,7 +207,7 @@ class Stats(unittest.TestCase):
                     self.assertRegex(text, rf"\n{word} +{count}\n")
             if "share" in result:
                 numbers = (100 * result[name] for name in ("share", "lower", "upper"))
-                self.assertRegex(text, "\n{} +{:.2f} +{:.1f}   {:.1f} to {:.1f}\n".format(result["label"], result["mean"], *numbers))
+                self.assertRegex(text, "\n{} +{:.2f} +{:.1f} +{:.1f} to {:.1f}\n".format(result["label"], result["mean"], *numbers))
 
     def test_json_at_other_sections(self):
         result = invoke("stats", self.folder, "--json", "--sections", "y=2.5 mm, 4 mm")
@@ -235,7 +235,7 @@ class Stats(unittest.TestCase):
         self.assertEqual(np.array(found["branches"])[:, 0, 2].tolist(), [0, 0, 0])
         self.assertTrue(np.isfinite(position[:, 3]).any())
         text = invoke("stats", self.folder, *options).stdout
-        self.assertRegex(text, r"\nleader +0 +0 +line from \(4 mm, 15 mm\) to \(4 mm, 1 mm\) distance +\d+ +\d+\.\d{3} ")
+        self.assertRegex(text, r"\nleader +notch 0 +notch 0 +line from \(4 mm, 15 mm\) to \(4 mm, 1 mm\) +distance +\d+ +\d+\.\d{3} ")
 
     def test_read_only_leaves_everything_as_it_is(self):
         self.sample.unlink()
@@ -298,7 +298,7 @@ class Stats(unittest.TestCase):
         result = invoke("run", setting, "-o", other)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         expected = invoke("stats", other).stdout
-        self.assertRegex(expected, r"\nleader +0 +0 +y = 2\.5 mm +z +3 ")
+        self.assertRegex(expected, r"\nleader +notch 0 +notch 0 +y = 2\.5 mm +z +3 ")
         before = {file: file.read_bytes() for file in self.folder.rglob("*.*")}
         for ranks in (0, 4):
             result = invoke("stats", self.folder, "--sections", "y=2.5 mm, 4 mm", "--sections", "y=0.6 cm", ranks=ranks)
@@ -360,7 +360,7 @@ class Stats(unittest.TestCase):
             self.assertEqual(position.tobytes(), sample["summary/position"][0].tobytes())
             self.assertTrue(np.all(np.abs(position - 7e-3) < 2e-3), position)  # near the notch's plane
         result = invoke("stats", out)
-        self.assertRegex(result.stdout, rf"\nleader +0 +0 +z = 3 mm +y +1 +{position[0] * 1e3:.3f} ")
+        self.assertRegex(result.stdout, rf"\nleader +notch 0 +notch 0 +z = 3 mm +y +1 +{position[0] * 1e3:.3f} ")
         again = invoke("stats", out, "--sections", "z=3 mm, 4 mm")
         self.assertEqual((again.returncode, again.stderr), (0, ""))
         self.assertEqual(again.stdout.split("\n\n", 1)[1], result.stdout)
@@ -491,7 +491,7 @@ class Stats(unittest.TestCase):
         n_done = int((status == 1).sum())
         self.assertIn(f"200 samples: {n_done} done, 0 failed, {200 - n_done} pending", result.stdout)
         self.assertIn("Intervals hold for this base (one set of mother points), not for the material", result.stdout)
-        self.assertRegex(result.stdout, r"\nfollower +0 +1 +y = 12.25 mm +y = 15.5 mm +45 .* < 0\.001 +- +- +143 +80\n")
+        self.assertRegex(result.stdout, r"\nfollower +notch 0 +notch 1 +y = 12.25 mm +y = 15.5 mm +45 .* < 0\.001 +- +- +143 +80\n")
 
     def test_files_of_another_kind_are_refused(self):
         shutil.copy(self.folder / "ensemble.h5", self.sample)
@@ -627,7 +627,7 @@ class Stats(unittest.TestCase):
 
     def test_rows_that_no_sample_has_are_left_out(self):
         text = invoke("stats", self.folder, "--sections", "y=3 mm, 7.9 mm").stdout
-        self.assertRegex(text, r"\nleader +0 +0 +y = 3 mm +z +3 ")
+        self.assertRegex(text, r"\nleader +notch 0 +notch 0 +y = 3 mm +z +3 ")
         self.assertEqual(text.count("7.9 mm"), 1, text)
         self.assertIn("\nno crack reaches y = 7.9 mm\n", text)
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/packing.h"
 #include "crackle/io/ensemble_file.h"
 

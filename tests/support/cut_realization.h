@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/crack_surface.h"
 #include "crackle/common/index.h"
 #include "crackle/common/random.h"
+#include "crackle/cracks/crack_surface.h"
 
 #include "support/structured_mesh.h"
 
@@ -30,8 +30,8 @@ struct Cutting {
 };
 
 /// The crack surface if all break at time 0, as computed by the program.
-inline analysis::CrackSurface cut(const geometry::Body& body, const geometry::Realization& realization,
-                                  const Cutting& cutting, RandomStream random) {
+inline cracks::CrackSurface cut(const geometry::Body& body, const geometry::Realization& realization,
+                                const Cutting& cutting, RandomStream random) {
   const auto& tetrahedra = realization.tetrahedra;
   std::vector<int> label;
   for (const geometry::Point& p : realization.nodes) label.push_back(cutting.label(p));
@@ -64,7 +64,7 @@ inline analysis::CrackSurface cut(const geometry::Body& body, const geometry::Re
     const auto any = static_cast<std::int32_t>(random.uniform() * fracture::n_cuts);
     breaks.push_back({static_cast<std::int64_t>(t), 0, 0, 1, 1, is_random ? any : cut_of[t]});
   }
-  return analysis::make_crack_surface(body, realization, breaks, 0);
+  return cracks::make_crack_surface(body, realization, breaks, 0);
 }
 
 }  // namespace crackle::test

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/crack_surface.h"
 #include "crackle/common/vector.h"
+#include "crackle/cracks/crack_surface.h"
 
 #include <algorithm>
 #include <cmath>
@@ -53,7 +53,7 @@ public:
           p[0] = (j + across) * step_;
           return p;
         };
-        analysis::CrackFacet facet{};
+        cracks::CrackFacet facet{};
         facet.corner = {corner(0, 0), corner(0, 1), corner(1, 1), corner(1, 0)};
         facet.area = step_ * step_;
         facet.time = arrival((i + 0.5) * step_);
@@ -70,16 +70,16 @@ public:
     return add(from, degrees, length, [=](double place) { return time + place / speed; });
   }
 
-  analysis::CrackSurface surface() const {
-    analysis::CrackSurface sorted = surface_;
-    std::ranges::stable_sort(sorted.facets, {}, &analysis::CrackFacet::time);
+  cracks::CrackSurface surface() const {
+    cracks::CrackSurface sorted = surface_;
+    std::ranges::stable_sort(sorted.facets, {}, &cracks::CrackFacet::time);
     return sorted;
   }
 
 private:
   double thickness_;
   double step_;
-  analysis::CrackSurface surface_;
+  cracks::CrackSurface surface_;
 };
 
 }  // namespace crackle::test

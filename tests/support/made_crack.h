@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/crack_surface.h"
 #include "crackle/common/index.h"
 #include "crackle/common/random.h"
+#include "crackle/cracks/crack_surface.h"
 
 #include "support/structured_mesh.h"
 
@@ -76,7 +76,7 @@ public:
   double plane() const { return plane_; }  ///< z of the notch
   const geometry::Body& body() const { return mesh_.body(); }
 
-  analysis::CrackSurface surface(
+  cracks::CrackSurface surface(
       const Time& time = [](const Tetrahedron& t, RandomStream&) { return t.advance; },
       std::uint64_t noise = 0) const {
     std::vector<fracture::Break> breaks;
@@ -96,7 +96,7 @@ public:
     }
     std::stable_sort(breaks.begin(), breaks.end(),
                      [](const auto& a, const auto& b) { return a.phase_time < b.phase_time; });
-    return analysis::make_crack_surface(body(), mesh_.realization(), breaks, 0);
+    return cracks::make_crack_surface(body(), mesh_.realization(), breaks, 0);
   }
 
 private:

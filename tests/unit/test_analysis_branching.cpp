@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Detection rates and false positives of branching, on perturbed Delaunay tessellations cut by synthetic
 // surfaces.
-#include "crackle/analysis/branching.h"
 #include "crackle/common/index.h"
+#include "crackle/cracks/branching.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 
@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace crackle::analysis {
+namespace crackle::cracks {
 namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
@@ -310,4 +310,4 @@ TEST_F(MadeBranches, DISABLED_Table) {
 }
 
 }  // namespace CRACKLE_TEST_FILE
-}  // namespace crackle::analysis
+}  // namespace crackle::cracks

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/crack_history.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/crack_history.h"
+#include "crackle/cracks/front_trajectory.h"
 
 #include "support/structured_mesh.h"
 
@@ -11,7 +12,7 @@
 #include <functional>
 #include <vector>
 
-namespace crackle::analysis {
+namespace crackle::cracks {
 namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
@@ -37,7 +38,8 @@ protected:
       result.history.push_back(row);
     }
     surface = make_crack_surface(mesh.body(), mesh.realization(), result.breaks, 0);
-    return crack_history(mesh.body(), surface, result, infinity);
+    return crack_history(mesh.body(), surface, result, front_trajectories(mesh.body(), surface, infinity),
+                         infinity);
   }
 
   StructuredMesh mesh{
@@ -86,7 +88,8 @@ TEST_F(Histories, FollowTheSpeedOfATipThatSlowsDown) {
 TEST_F(Histories, OfAnEarlierPhaseHaveLengthButNoSpeed) {
   auto found = history([&](const Point& p) { return p[1] > 4 && p[1] < 34 ? (p[1] - 4) / 500 : -1; }, 0.06);
   for (auto& row : result.history) row.phase = 0;
-  found = crack_history(mesh.body(), surface, result, infinity);
+  found = crack_history(mesh.body(), surface, result, front_trajectories(mesh.body(), surface, infinity),
+                        infinity);
   EXPECT_GT(found.length[30], 10);
   for (const double speed : found.speed) EXPECT_TRUE(std::isnan(speed));
 }
@@ -101,10 +104,11 @@ TEST_F(Histories, OfABodyThatNeverRanGrowWithTheLoad) {
   result.phase_start = dynamics::SampleResult::none;
   result.counts.dynamic_phases = 0;
   surface = make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.phase_start);
-  const auto found = crack_history(mesh.body(), surface, result, infinity);
+  const auto found = crack_history(mesh.body(), surface, result,
+                                   front_trajectories(mesh.body(), surface, infinity), infinity);
   for (std::size_t i = 2; i < 19; ++i)
     EXPECT_NEAR(found.length[2 * i], 500 * result.history[i].load_time, 1.2) << i;
 }
 
 }  // namespace CRACKLE_TEST_FILE
-}  // namespace crackle::analysis
+}  // namespace crackle::cracks

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cracks that start at a slanted slot, at a hole, on the free surface and inside the body.
-#include "crackle/analysis/crack_ligaments.h"
+#include "crackle/cracks/crack_ligaments.h"
 
-#include "crackle/analysis/crack_line.h"
-#include "crackle/analysis/crack_path.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/crack_line.h"
+#include "crackle/cracks/crack_pattern.h"
+#include "crackle/cracks/crack_speed.h"
+#include "crackle/cracks/front_trajectory.h"
+#include "crackle/cracks/section_crossings.h"
 #include "crackle/geometry/outline.h"
 #include "support/body_of_shape.h"
 #include "support/flat_cracks.h"
@@ -21,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace crackle::analysis {
+namespace crackle::cracks {
 namespace CRACKLE_TEST_FILE {
 
 using geometry::CrackStart;
@@ -143,7 +146,7 @@ TEST_F(CrackLigaments, ASlantedSlotsCrackHasItsTrueSpeedLengthAndPlace) {
   made.add(start.tip, 30, 30 * mm, 500, 0);
   const CrackSurface surface = made.surface();
   EXPECT_NEAR(crossed_shares(plate, surface)[slot], 30 * mm / start.ligament, 0.02);
-  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 500, 0.5);
+  EXPECT_NEAR(max_crack_speed(plate, front_trajectories(plate, surface, infinity)).largest, 500, 0.5);
   const Point place = start.tip + 12 * mm * start.along;
   const auto found =
       crossings_of(surface,
@@ -174,7 +177,7 @@ TEST_F(CrackLigaments, AHolesCrackHasItsTrueSpeedLengthAndPlace) {
   EXPECT_NEAR(line.end[1], width, 1e-9);
   EXPECT_NEAR(crossed_shares(plate, surface)[round_hole], 20 * mm / ligament, 0.02);
   EXPECT_EQ(leading_start(plate, surface), round_hole);
-  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 400, 0.4);
+  EXPECT_NEAR(max_crack_speed(plate, front_trajectories(plate, surface, infinity)).largest, 400, 0.4);
   EXPECT_EQ(classify(plate, surface), Pattern::other) << "not through";
   EXPECT_TRUE(std::isnan(pattern_overlap(plate, surface)));
 
@@ -219,7 +222,7 @@ TEST_F(CrackLigaments, AKinkedCracksLigamentLeadsToItsEnd) {
   ASSERT_EQ(ligaments.size(), 1U);
   const Vector& along = ligaments[0].line.along;
   EXPECT_NEAR(std::atan2(along[2], along[1]), 25 * std::numbers::pi / 180, 0.02);
-  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 400, 4);
+  EXPECT_NEAR(max_crack_speed(plate, front_trajectories(plate, surface, infinity)).largest, 400, 4);
   const Point before = rim(0) + 4 * mm * direction(0);
   const Point after = kink + 4 * mm * direction(50);
   const auto found = crossings_of(surface, lines({line_across(before, 0), line_across(after, 50)}), plate);
@@ -246,7 +249,7 @@ TEST_F(CrackLigaments, ACrackFromAHoleToBothSidesIsTwo) {
   }
   EXPECT_EQ(ligaments[0].facets.size() + ligaments[1].facets.size(), surface.facets.size());
   EXPECT_NEAR(crossed_shares(plate, surface)[round_hole], 22.0 / 25, 0.02) << "the larger one";
-  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 400, 0.5);
+  EXPECT_NEAR(max_crack_speed(plate, front_trajectories(plate, surface, infinity)).largest, 400, 0.5);
   EXPECT_EQ(classify(plate, surface), Pattern::two_cracks);
   const auto traced = crack_lines(plate, surface, find_branches(plate, surface));
   ASSERT_EQ(traced.size(), 2U);
@@ -305,7 +308,7 @@ TEST_F(CrackLigaments, ACrackIntoAHoleAndOneOutOfItAreOneThroughTheHole) {
   const auto lines = crack_lines(plate, surface, find_branches(plate, surface));
   ASSERT_EQ(lines.size(), 2U);
   for (const CrackLine& line : lines) EXPECT_EQ(line.start, surface_start);
-  EXPECT_NEAR(max_crack_speed(plate, surface, infinity).largest, 400, 1);
+  EXPECT_NEAR(max_crack_speed(plate, front_trajectories(plate, surface, infinity)).largest, 400, 1);
 }
 
 TEST_F(CrackLigaments, InsideTheBodyCracksRunToBothSides) {
@@ -321,7 +324,7 @@ TEST_F(CrackLigaments, InsideTheBodyCracksRunToBothSides) {
   EXPECT_NEAR(norm(ligaments[0].line.along - direction(20)), 0, 1e-2);
   EXPECT_NEAR(norm(ligaments[1].line.along - direction(200)), 0, 1e-2);
   EXPECT_NEAR(ligaments[0].line.ligament, 40 * mm / std::cos(20 * std::numbers::pi / 180), 0.5 * mm);
-  EXPECT_NEAR(max_crack_speed(plate, made.surface(), infinity).largest, 300, 3);
+  EXPECT_NEAR(max_crack_speed(plate, front_trajectories(plate, made.surface(), infinity)).largest, 300, 3);
 }
 
 TEST_F(CrackLigaments, AcrossTheBodyACrackRunsFromTheSideWhereItOpenedFirst) {
@@ -394,4 +397,4 @@ TEST(CrackStarts, TheFreeSurfaceHasWhatTouchesNoOtherOne) {
 }
 
 }  // namespace CRACKLE_TEST_FILE
-}  // namespace crackle::analysis
+}  // namespace crackle::cracks

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/crack_line.h"
+#include "crackle/cracks/crack_line.h"
 
-#include "crackle/analysis/crack_path.h"
 #include "support/made_crack.h"
 #include "support/structured_mesh.h"
 
@@ -12,7 +11,7 @@
 #include <cmath>
 #include <vector>
 
-namespace crackle::analysis {
+namespace crackle::cracks {
 namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
@@ -166,4 +165,4 @@ TEST_F(Lines, NothingWithoutCracks) {
 }
 
 }  // namespace CRACKLE_TEST_FILE
-}  // namespace crackle::analysis
+}  // namespace crackle::cracks

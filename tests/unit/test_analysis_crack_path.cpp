@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/crack_path.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/crack_pattern.h"
+#include "crackle/cracks/crack_speed.h"
+#include "crackle/cracks/front_trajectory.h"
+#include "crackle/cracks/section_crossings.h"
 
 #include "support/made_crack.h"
 #include "support/structured_mesh.h"
@@ -13,7 +16,7 @@
 #include <optional>
 #include <utility>
 
-namespace crackle::analysis {
+namespace crackle::cracks {
 namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
@@ -387,7 +390,8 @@ TEST_F(CrackPath, SpeedOfAnEvenFrontIsItsOwn) {
   const CrackSurface cracks =
       surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
               [&](const Point& p) { return p[1] > 4 ? std::floor(p[1] - 4) / speed : -1.0; });
-  const double found = max_crack_speed(mesh.body(), cracks, infinity).largest;
+  const double found =
+      max_crack_speed(mesh.body(), front_trajectories(mesh.body(), cracks, infinity)).largest;
   std::printf("speed %.12g, expected %g\n", found, speed);
   EXPECT_NEAR(found, speed, accuracy * speed);
 }
@@ -400,8 +404,10 @@ TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
     return layer < 2 ? 0.0 : layer < 4 ? (layer - 1) / 10 : layer < 10 ? 0.3 + (layer - 4) / 100 : 1.0;
   };
   const double found =
-      max_crack_speed(mesh.body(), surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; }, time),
-                      infinity)
+      max_crack_speed(
+          mesh.body(),
+          front_trajectories(mesh.body(),
+                             surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; }, time), infinity))
           .largest;
   std::printf("fastest window %g, layers at 100 from y = 7 on\n", found);
   EXPECT_GT(found, 95);
@@ -410,7 +416,8 @@ TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
   auto breaks = mesh.break_between([](const Point& p) { return p[2] > plane_0 ? 1 : 0; }, time);
   for (auto& broken : breaks) broken.load_time = -10;
   const auto has_no_speed = [&](const CrackSurface& cracks) {
-    return std::isnan(max_crack_speed(mesh.body(), cracks, infinity).largest);
+    return std::isnan(
+        max_crack_speed(mesh.body(), front_trajectories(mesh.body(), cracks, infinity)).largest);
   };
   EXPECT_TRUE(has_no_speed(make_crack_surface(mesh.body(), mesh.realization(), breaks, 0)));
   EXPECT_TRUE(has_no_speed(straight(16)));  // all at once, before the dynamic phase
@@ -427,7 +434,10 @@ double speed_through_long_plate(const std::function<double(const Point& p, doubl
                                            return layer < 0 ? -1.0 : time(p, layer);
                                          });
   const double found =
-      max_crack_speed(mesh.body(), make_crack_surface(mesh.body(), mesh.realization(), breaks, 0), infinity)
+      max_crack_speed(
+          mesh.body(),
+          front_trajectories(mesh.body(), make_crack_surface(mesh.body(), mesh.realization(), breaks, 0),
+                             infinity))
           .largest;
   std::printf("speed %.12g\n", found);
   return found;
@@ -476,7 +486,9 @@ protected:
           });
       const double ligament = test::MadeCrack::width - test::MadeCrack::depth;
       const double window = std::max(speed_window_share * ligament, speed_window_spacings * spacing);
-      const double found = max_crack_speed(crack.body(), surface, infinity).largest * crack.mm();
+      const double found =
+          max_crack_speed(crack.body(), front_trajectories(crack.body(), surface, infinity)).largest *
+          crack.mm();
       const double error = found / speed(window) - 1;
       sum += error;
       squares += error * error;
@@ -566,11 +578,13 @@ TEST_F(MadeFronts, DoNotDependOnTheOrderOfWhatBreaksAtOneTime) {
     const double place = t.advance + 0.3 * test::normal(noise);
     return std::ceil(std::max(place + (noise.uniform() < 0.02 ? -4 : 0), 0.1) / 0.4);
   });
-  const double found = max_crack_speed(crack.body(), surface, infinity).largest;
+  const double found =
+      max_crack_speed(crack.body(), front_trajectories(crack.body(), surface, infinity)).largest;
   std::reverse(surface.facets.begin(), surface.facets.end());
   std::stable_sort(surface.facets.begin(), surface.facets.end(),
                    [](const CrackFacet& a, const CrackFacet& b) { return a.time < b.time; });
-  EXPECT_NEAR(max_crack_speed(crack.body(), surface, infinity).largest, found, 1e-9 * found);
+  EXPECT_NEAR(max_crack_speed(crack.body(), front_trajectories(crack.body(), surface, infinity)).largest,
+              found, 1e-9 * found);
 }
 
 /// A plate 24 wide (y) and 16 long (z) with notches 4 deep and 1 high: notch 0 in z-min with its plane y =
@@ -626,8 +640,9 @@ TEST(CrackPathAtOneZFace, HasAPatternAndASpeed) {
   const CrackSurface cracks = make_crack_surface(mesh.body(), mesh.realization(), breaks, 0);
   ASSERT_EQ(cracks.cracks.at(0).start, 0);
   EXPECT_EQ(classify(mesh.body(), cracks), Pattern::one_crack);
-  EXPECT_NEAR(max_crack_speed(mesh.body(), cracks, infinity).largest, 1, accuracy);
+  EXPECT_NEAR(max_crack_speed(mesh.body(), front_trajectories(mesh.body(), cracks, infinity)).largest, 1,
+              accuracy);
 }
 
 }  // namespace CRACKLE_TEST_FILE
-}  // namespace crackle::analysis
+}  // namespace crackle::cracks

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/crack_surface.h"
 #include "crackle/common/index.h"
+#include "crackle/cracks/crack_surface.h"
 
 #include "support/body_of_shape.h"
 #include "support/structured_mesh.h"
@@ -12,7 +12,7 @@
 #include <map>
 #include <set>
 
-namespace crackle::analysis {
+namespace crackle::cracks {
 namespace CRACKLE_TEST_FILE {
 
 using fracture::Break;
@@ -284,4 +284,4 @@ TEST_F(CrackOrigin, CracksFromAHoleContinueTheOneThatMeetsThemWhicheverCameFirst
 }
 
 }  // namespace CRACKLE_TEST_FILE
-}  // namespace crackle::analysis
+}  // namespace crackle::cracks

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Speed and energy release rate of cracks in any direction from where they start.
-#include "crackle/analysis/crack_history.h"
-#include "crackle/analysis/crack_path.h"
 #include "crackle/common/index.h"
+#include "crackle/cracks/crack_history.h"
+#include "crackle/cracks/crack_speed.h"
+#include "crackle/cracks/front_trajectory.h"
 #include "support/flat_cracks.h"
 #include "support/made_crack.h"
 #include "support/plate_family.h"
@@ -21,7 +22,7 @@
 #include <string>
 #include <vector>
 
-namespace crackle::analysis {
+namespace crackle::cracks {
 namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
@@ -55,7 +56,7 @@ Measured measure(const geometry::Body& body, const CrackSurface& surface,
     result.breaks.push_back({tetrahedron, 0, 0, 0, released, 0});
   result.phase_start = 0;
   result.counts.dynamic_phases = 1;
-  const CrackSpeed speed = max_crack_speed(body, surface, waves);
+  const CrackSpeed speed = max_crack_speed(body, front_trajectories(body, surface, waves));
   Measured found{speed.largest, speed.largest_ratio, {}, {}};
   for (int i = 0; i < n_rows; ++i) {
     dynamics::HistoryRow row;
@@ -69,7 +70,7 @@ Measured measure(const geometry::Body& body, const CrackSurface& surface,
     found.time.push_back(row.energy.time);
     result.history.push_back(row);
   }
-  found.history = crack_history(body, surface, result, waves);
+  found.history = crack_history(body, surface, result, front_trajectories(body, surface, waves), waves);
   return found;
 }
 
@@ -332,4 +333,4 @@ TEST(CrackWays, ACrackTooShortForAWayHasALengthAndNoSpeed) {
 }
 
 }  // namespace CRACKLE_TEST_FILE
-}  // namespace crackle::analysis
+}  // namespace crackle::cracks

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Crack paths on perturbed Delaunay tessellations, where crack surfaces are as rough as those of the
 // mechanics.
-#include "crackle/analysis/crack_path.h"
+#include "crackle/cracks/crack_pattern.h"
+#include "crackle/cracks/section_crossings.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 
@@ -15,7 +16,7 @@
 #include <functional>
 #include <memory>
 
-namespace crackle::analysis {
+namespace crackle::cracks {
 namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
@@ -131,4 +132,4 @@ TEST_F(CrackOnRealization, TwoRoughCracksAreThePatternOfTwo) {
 }
 
 }  // namespace CRACKLE_TEST_FILE
-}  // namespace crackle::analysis
+}  // namespace crackle::cracks

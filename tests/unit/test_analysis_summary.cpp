@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/analysis/sample_summary.h"
-#include "crackle/analysis/text_table.h"
 #include "crackle/common/index.h"
 #include "crackle/common/packing.h"
+#include "crackle/common/text_table.h"
+#include "crackle/cracks/branching.h"
+#include "crackle/cracks/crack_line.h"
+#include "crackle/cracks/crack_pattern.h"
+#include "crackle/cracks/front_trajectory.h"
+#include "crackle/cracks/section_crossings.h"
 #include "crackle/geometry/centroid.h"
 #include "crackle/mechanics/elasticity.h"
 
@@ -15,6 +20,8 @@
 
 namespace crackle::analysis {
 namespace CRACKLE_TEST_FILE {
+
+using namespace cracks;
 
 using geometry::Point;
 
@@ -39,9 +46,10 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
       make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
   const input::Sections sections{.y = {6.5, 13.5}, .z = {}};
   const CrackBranches branches = find_branches(mesh.body(), surface);
-  const SampleSummary row = summarize(
-      mesh.body(), result, surface, crack_lines(mesh.body(), surface, branches), branches,
-      section_crossings(mesh.body(), surface, branches, sections), mechanics::rayleigh_speed({1, 0.3, 1e-6}));
+  const SampleSummary row =
+      summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface, branches), branches,
+                section_crossings(mesh.body(), surface, branches, sections),
+                cracks::front_trajectories(mesh.body(), surface, mechanics::rayleigh_speed({1, 0.3, 1e-6})));
 
   EXPECT_EQ(row.status, SampleStatus::done);
   EXPECT_EQ(row.error, "");
@@ -176,6 +184,29 @@ TEST(ResultList, NamesOutcomesAsTheLogDoes) {
     for (int k = 0; k < n_categories(info.categories); ++k)
       EXPECT_EQ(category_name(info.categories, k), to_string(static_cast<dynamics::Outcome>(k)));
   });
+}
+
+TEST(ResultList, SaysWhichTablesShowAResult) {
+  std::vector<std::string> nominal, in_sweep_table, of_computation;
+  for_each_result([&](const ResultInfo& info, auto) {
+    if (info.is_nominal()) nominal.emplace_back(info.name);
+    if ((info.short_tables & in_sweep) != 0) in_sweep_table.emplace_back(info.name);
+    if (info.about == About::computation) of_computation.emplace_back(info.name);
+  });
+  EXPECT_THAT(nominal, testing::ElementsAre("outcome", "pattern", "leading_notch", "hole", "hole_passage"));
+  // The table of a sweep lets the first two change places.
+  EXPECT_THAT(in_sweep_table,
+              testing::ElementsAre("onset_force", "peak_load", "pattern", "bifurcations_projected",
+                                   "crack_area", "crack_speed_max"));
+  EXPECT_THAT(of_computation, testing::ElementsAre("energy_error", "equilibrium_residual"));
+}
+
+TEST(TextTable, AlignsItsColumns) {
+  EXPECT_EQ(aligned({{"", "mean", "note"}, {"load", "12", "a"}, {"work done", "3", ""}}, 1, true),
+            "           mean  note\nload         12  a\nwork done     3\n");
+  EXPECT_EQ(aligned({{"a", "1"}, {"long", "2"}}, " = "), "a    = 1\nlong = 2\n");
+  EXPECT_EQ(with_unit("load", "N"), "load [N]");
+  EXPECT_EQ(with_unit("kinks", ""), "kinks");
 }
 
 TEST(ResultList, HasARowForEachResult) {

@@ -3,6 +3,7 @@
 #include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/running_statistics.h"
 #include "crackle/common/random.h"
+#include "crackle/cracks/crack_pattern.h"
 
 #include "support/geometry_bodies.h"
 
@@ -16,6 +17,8 @@
 
 namespace crackle::analysis {
 namespace CRACKLE_TEST_FILE {
+
+using namespace cracks;
 
 using crackle::testing::body;
 using crackle::testing::mm;
@@ -410,19 +413,19 @@ TEST(LeaderStatistics, TheOrderOfFinishingPlaysNoPart) {
       EXPECT_EQ(ranks.reached, same.reached) << name;
       EXPECT_EQ(ranks.counted, same.counted) << name;
     });
-    EXPECT_EQ(running.mean_leader_position(2), expected.leader.z_mean[2]);
+    EXPECT_EQ(running.leader_position(2).mean, expected.leader.z_mean[2]);
   }
 }
 
 TEST(LeaderStatistics, TheRunningMeanIsThatOfTheClassThatArrivesMost) {
   RunningStatistics running(3, 2, 4, 0.95);
-  EXPECT_TRUE(std::isnan(running.mean_leader_position(0)));
+  EXPECT_TRUE(std::isnan(running.leader_position(0).mean));
   running.add(0, row(1, {none, none, none, none, 70, 71, 72, 73}));
-  EXPECT_EQ(running.mean_leader_position(2), 72 * mm);
+  EXPECT_EQ(running.leader_position(2).mean, 72 * mm);
   running.add(1, row(0, {67, 67, 67, 67, none, none, none, none}));
-  EXPECT_EQ(running.mean_leader_position(2), 67 * mm) << "of equals the first";
+  EXPECT_EQ(running.leader_position(2).mean, 67 * mm) << "of equals the first";
   running.add(2, row(1, {none, none, none, none, 70, 71, 74, 73}));
-  EXPECT_NEAR(running.mean_leader_position(2), 73 * mm, 1e-12);
+  EXPECT_NEAR(running.leader_position(2).mean, 73 * mm, 1e-12);
 }
 
 TEST(LeaderStatistics, LeadersThatAreNoNotchAreRefused) {
@@ -463,13 +466,13 @@ TEST(LeaderStatistics, TheTextTellsRanksApart) {
               ::testing::HasSubstr("\nleading crack start: notch 0 in 1 sample, notch 1 in 1, none in 1\n"));
   EXPECT_THAT(text, ::testing::HasSubstr("by rank; samples led by notch 1 are mapped by the body's symmetry, "
                                          "as if notch 0 led\n"));
-  EXPECT_THAT(text,
-              ::testing::ContainsRegex("\nleader +0 +0 +y = 7 mm +z +2 +67\\.100 +0\\.141 +1\\.271 +2\n"));
-  EXPECT_THAT(
-      text, ::testing::ContainsRegex("\nleader, one crack +0 +0 +y = 12\\.25 mm +z +1 +66\\.500 +- +- +1\n"));
-  EXPECT_THAT(text, ::testing::ContainsRegex("\nfollower +0 +1 +y = 17\\.5 mm +z +2 +73\\.100 "));
+  EXPECT_THAT(text, ::testing::ContainsRegex(
+                        "\nleader +notch 0 +notch 0 +y = 7 mm +z +2 +67\\.100 +0\\.141 +1\\.271 +2\n"));
+  EXPECT_THAT(text, ::testing::ContainsRegex(
+                        "\nleader, one crack +notch 0 +notch 0 +y = 12\\.25 mm +z +1 +66\\.500 +- +- +1\n"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nfollower +notch 0 +notch 1 +y = 17\\.5 mm +z +2 +73\\.100 "));
   EXPECT_THAT(text, ::testing::HasSubstr("\nall cracks of the start, leading and following\nstart "));
-  EXPECT_THAT(text, ::testing::ContainsRegex("\n +0 +y = 7 mm +z +2 +66\\.900 "));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nnotch 0 +y = 7 mm +z +2 +66\\.900 "));
   EXPECT_THAT(text, ::testing::HasSubstr(interval_scope(input::Base::shared)));
 }
 

@@ -173,9 +173,11 @@ TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
   const std::string text = path_inference_text(make_statistics(rows, parameters), rows, parameters);
   std::printf("%s", text.c_str());
   // Three stopped, at 51 mm on average, the others at 55.5; with them the mean is 64 mm.
-  EXPECT_THAT(text, ::testing::ContainsRegex("\nleader +0 +0 +y = 15 mm +65\\.500 +1\\.963 +[0-9.]+\n"));
-  EXPECT_THAT(text, ::testing::ContainsRegex("\nleader +0 +0 +y = 15 mm +y = 10 mm +6 +55\\.500 +3 +51\\.000 "
-                                             "+0\\.[0-9]+ +64\\.000 +[0-9.]+ +3 +3\n"));
+  EXPECT_THAT(
+      text, ::testing::ContainsRegex("\nleader +notch 0 +notch 0 +y = 15 mm +65\\.500 +1\\.963 +[0-9.]+\n"));
+  EXPECT_THAT(text, ::testing::ContainsRegex(
+                        "\nleader +notch 0 +notch 0 +y = 15 mm +y = 10 mm +6 +55\\.500 +3 +51\\.000 "
+                        "+0\\.[0-9]+ +64\\.000 +[0-9.]+ +3 +3\n"));
   EXPECT_THAT(text, HasSubstr("+- band"));
   for (SampleSummary& row : rows) row.position[1] = 0.06;
   EXPECT_THAT(path_inference_text(make_statistics(rows, parameters), rows, parameters),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Progress shown to the user: counts, time left, means; the line on a terminal and in a log.
+#include "crackle/common/text_table.h"
 #include "crackle/ensemble/group.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
@@ -35,7 +36,8 @@ SampleReport done(std::uint64_t sample, double force, double z_middle) {
   report.summary = analysis::SampleSummary{};
   report.summary.status = analysis::SampleStatus::done;
   report.summary.onset_force = force;
-  report.summary.position = {0, z_middle, 0, 0, 0, 0};
+  const double elsewhere = std::isnan(z_middle) ? nan : 0;
+  report.summary.position = {elsewhere, z_middle, elsewhere, elsewhere, elsewhere, elsewhere};
   report.summary.z_spread.resize(6);
   report.summary.leading_start = 0;
   report.stored = true;
@@ -92,19 +94,32 @@ TEST(Progress, WatchesASectionThatNotch0CanReach) {
   auto report = done(0, 400, 0);
   report.summary.position = {nan, 0.0121, 0.0122, 0.065, nan, nan};
   progress.finished(report, 10);
-  EXPECT_EQ(progress.mean_position(), 0.0122);
+  EXPECT_EQ(progress.mean_position().second, 0.0122);
   EXPECT_THAT(progress.means(), HasSubstr("mean y of leading cracks at z = 40 mm: 12.200 mm"));
+}
+
+TEST(Progress, WatchesASectionThatMostLeadingCracksCross) {
+  auto progress = make_progress(4, 1, 1);
+  for (std::uint64_t sample = 0; sample < 4; ++sample) {
+    auto report = done(sample, 400, 0);
+    // As if the middle section lay in a hole, which one crack of four passes by.
+    report.summary.position = {0.07, sample == 0 ? 0.08 : nan, 0.071};
+    report.summary.z_spread.resize(3);
+    progress.finished(report, 10);
+  }
+  EXPECT_EQ(progress.mean_position().first, 0u);
+  EXPECT_DOUBLE_EQ(progress.mean_position().second, 0.07);
 }
 
 TEST(Progress, MeansLeaveOutWhatDidNotArrive) {
   auto progress = make_progress(4, 1);
-  EXPECT_TRUE(std::isnan(progress.mean_position()));
+  EXPECT_TRUE(std::isnan(progress.mean_position().second));
   EXPECT_TRUE(std::isnan(progress.statistics().median_load().median.value));
   progress.kept(0, done(0, 400, 0.070).summary);
   progress.finished(done(1, 420, 0.072), 1);
   progress.finished(done(2, nan, nan), 2);
   progress.finished(failed(3), 3);
-  EXPECT_DOUBLE_EQ(progress.mean_position(), 0.071);
+  EXPECT_DOUBLE_EQ(progress.mean_position().second, 0.071);
   EXPECT_DOUBLE_EQ(progress.statistics().median_load().median.value, 410);
 }
 
@@ -200,11 +215,11 @@ TEST(Progress, BodyWithoutNotchesHasNoPosition) {
 }
 
 TEST(Progress, DurationsReadWell) {
-  EXPECT_EQ(format_duration(0.2), "0 s");
-  EXPECT_EQ(format_duration(59.6), "1 min 0 s");
-  EXPECT_EQ(format_duration(754), "12 min 34 s");
-  EXPECT_EQ(format_duration(12000), "3 h 20 min");
-  EXPECT_EQ(format_duration(2 * 86400 + 3 * 3600 + 59 * 60), "2 d 3 h");
+  EXPECT_EQ(duration_text(0.2), "0.2 s");
+  EXPECT_EQ(duration_text(59.6), "1 min 0 s");
+  EXPECT_EQ(duration_text(754), "12 min 34 s");
+  EXPECT_EQ(duration_text(12000), "3 h 20 min");
+  EXPECT_EQ(duration_text(2 * 86400 + 3 * 3600 + 59 * 60), "2 d 3 h");
 }
 
 TEST(SampleReport, OneLineForEachSample) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/common/packing.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/front_trajectory.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
@@ -9,8 +10,8 @@
 #include "support/structured_mesh.h"
 #include "support/temporary_folder.h"
 
-#include "io/checked_file.h"
 #include "io/hdf5.h"
+#include "io/partial_file.h"
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -68,11 +69,12 @@ protected:
       result.frames.push_back({f * 1e-6, std::vector<float>(n, float(f)), std::vector<float>(n, 2.5f), f});
     }
     result.timings = {1, 2, 3, 4, 5e6};
-    surface = analysis::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
-    branches = analysis::find_branches(mesh.body(), surface);
-    lines = analysis::crack_lines(mesh.body(), surface, branches);
-    crossings = analysis::section_crossings(mesh.body(), surface, branches, parameters.sections);
-    summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, rayleigh_speed());
+    surface = cracks::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
+    branches = cracks::find_branches(mesh.body(), surface);
+    lines = cracks::crack_lines(mesh.body(), surface, branches);
+    crossings = cracks::section_crossings(mesh.body(), surface, branches, parameters.sections);
+    summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings,
+                                  cracks::front_trajectories(mesh.body(), surface, rayleigh_speed()));
   }
   double rayleigh_speed() const { return mechanics::rayleigh_speed(parameters.material()); }
   void write(const fs::path& file, std::uint64_t sample = 3) const {
@@ -93,12 +95,12 @@ protected:
   input::Parameters parameters;
   test::StructuredMesh mesh{test::notched_plate()};
   dynamics::SampleResult result;
-  analysis::CrackSurface surface;
-  std::vector<analysis::CrackLine> lines;
-  analysis::CrackBranches branches;
-  std::vector<analysis::SectionCrossing> crossings;
+  cracks::CrackSurface surface;
+  std::vector<cracks::CrackLine> lines;
+  cracks::CrackBranches branches;
+  std::vector<cracks::SectionCrossing> crossings;
   SampleSummary summary;
-  analysis::CrackHistory crack_history;
+  cracks::CrackHistory crack_history;
 };
 
 TEST_F(SampleFile, ReadsTheRowThatWasWritten) {
@@ -226,8 +228,10 @@ TEST_F(SampleFile, HoldsTheHistory) {
                               .probes = {{{1, 2, 3}, {x, 0, 0}, {0, 0, x, 0, 0, 0}}}});
   }
   result.loads = {7, 0, 5};
-  crack_history = analysis::crack_history(mesh.body(), surface, result, infinity);
-  summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, rayleigh_speed());
+  crack_history = cracks::crack_history(mesh.body(), surface, result,
+                                        cracks::front_trajectories(mesh.body(), surface, infinity), infinity);
+  summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings,
+                                cracks::front_trajectories(mesh.body(), surface, rayleigh_speed()));
   EXPECT_EQ(summary.peak_load, 7);
   EXPECT_EQ(summary.displacement_at_peak, 0);
   EXPECT_EQ(summary.work_of_fracture, 5);
@@ -261,8 +265,8 @@ TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   ASSERT_EQ(stored.surface.facets.size(), surface.facets.size());
   ASSERT_GT(surface.facets.size(), 100u);
   for (std::size_t i = 0; i < surface.facets.size(); ++i) {
-    const analysis::CrackFacet& a = stored.surface.facets[i];
-    const analysis::CrackFacet& b = surface.facets[i];
+    const cracks::CrackFacet& a = stored.surface.facets[i];
+    const cracks::CrackFacet& b = surface.facets[i];
     EXPECT_EQ(std::tie(a.corner, a.area, a.time, a.tetrahedron, a.crack),
               std::tie(b.corner, b.area, b.time, b.tetrahedron, b.crack));
   }
@@ -277,9 +281,10 @@ TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   EXPECT_EQ(to_bytes(row), to_bytes(summary));
   const input::Sections others{.y = {5.25, 6.5}, .z = {12}};
   analysis::measure_crossings(mesh.body(), stored.surface, others, row);
-  const SampleSummary expected = analysis::summarize(
-      mesh.body(), result, surface, lines, branches,
-      analysis::section_crossings(mesh.body(), surface, branches, others), rayleigh_speed());
+  const SampleSummary expected =
+      analysis::summarize(mesh.body(), result, surface, lines, branches,
+                          cracks::section_crossings(mesh.body(), surface, branches, others),
+                          cracks::front_trajectories(mesh.body(), surface, rayleigh_speed()));
   EXPECT_EQ(to_bytes(row), to_bytes(expected));
   EXPECT_NE(row.position, summary.position);
 }
@@ -290,20 +295,21 @@ TEST_F(SampleFile, GivesTheBranchingOfTheRun) {
                                             : p[2] > 8.5                     ? 1
                                                                              : 0; },
       [](const geometry::Point& p) { return p[1] > 4 ? p[1] : -1.0; });
-  surface = analysis::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, 0);
-  branches = analysis::find_branches(mesh.body(), surface);
-  crossings = analysis::section_crossings(mesh.body(), surface, branches, parameters.sections);
+  surface = cracks::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, 0);
+  branches = cracks::find_branches(mesh.body(), surface);
+  crossings = cracks::section_crossings(mesh.body(), surface, branches, parameters.sections);
   ASSERT_EQ(branches.points.size(), 1U);
-  summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings, rayleigh_speed());
+  summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings,
+                                cracks::front_trajectories(mesh.body(), surface, rayleigh_speed()));
   EXPECT_EQ(summary.branching_points, 1);
   EXPECT_EQ(summary.branching_points_projected, 1);
   EXPECT_EQ(summary.branches, (std::vector<std::int32_t>{1, 2, 2, 0, 0, 0}));
   write(sample_path(folder.path(), 3));
   const StoredSample stored = SampleReader(folder.path(), parameters).whole(3);
   ASSERT_EQ(stored.branching.size(), 1U) << stored.summary.error;
-  const analysis::BranchingPoint& found = stored.branching[0];
-  const analysis::BranchingPoint& point = branches.points[0];
-  const auto numbers = [](const analysis::BranchingPoint& f) {
+  const cracks::BranchingPoint& found = stored.branching[0];
+  const cracks::BranchingPoint& point = branches.points[0];
+  const auto numbers = [](const cracks::BranchingPoint& f) {
     return std::vector<double>{f.x, f.y, f.z, f.time, f.length, f.angle, f.share};
   };
   EXPECT_EQ(numbers(found), numbers(point));

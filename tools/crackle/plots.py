@@ -24,15 +24,14 @@ if TYPE_CHECKING:
     import pandas as pd
     from crackle_report.plate import Plate
 
-    from .ensemble import Ensemble
-
 MOST_NAMED = 10  # lines that have colours and names of their own
 
 
 class Plots:
     """`ensemble.plot.load()` and so on."""
 
-    def __init__(self, ensemble: "Ensemble") -> None:
+    def __init__(self, ensemble: Any) -> None:
+        """@param ensemble: the Ensemble of which it is the `plot`"""
         self._ensemble = ensemble
 
     def histogram(self, result: str, bins: int | str = "auto", axes: Optional[Axes] = None) -> Axes:

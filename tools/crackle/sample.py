@@ -93,7 +93,7 @@ class Sample:
     @cached_property
     def regions(self) -> Optional["Regions"]:
         """The parts of other materials than the first, in the plane at mid-thickness; None of a body of one material."""
-        from crackle_report.reading import read_regions
+        from crackle_report.sample_files import read_regions
         with self._need("mesh") as root:
             return read_regions(root)
 

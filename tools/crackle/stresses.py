@@ -14,7 +14,7 @@ from xarray.core import indexing
 from .files import SAMPLE_KIND, results
 
 if TYPE_CHECKING:
-    from crackle_report.results import Frames
+    from crackle_report.fields import Frames
 
 
 def frame_stress(file: Path, dimension: str, n_frames: int, n_tetrahedra: int) -> xr.Variable:
@@ -32,7 +32,7 @@ class _FrameStress(BackendArray):
 
     @cached_property
     def _frames(self) -> "Frames":
-        from crackle_report.reading import read_frames
+        from crackle_report.sample_files import read_frames
         with results(self._file, SAMPLE_KIND) as root:
             return read_frames(root)
 

@@ -20,7 +20,7 @@ from crackle.units import MM, US, Unit
 from . import style
 from .mesh import Regions
 from .plate import Plate
-from .results import BranchingPoints, CrackSurface
+from .fields import BranchingPoints, CrackSurface
 
 # At most so much [m], or in small bodies so much of the width.
 MARGIN = (3e-3, 0.12)  # round notches and cracks

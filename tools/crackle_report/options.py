@@ -9,7 +9,7 @@ from typing import Any, Optional
 import numpy as np
 
 from .photoelasticity import WAVELENGTH, Optics, coefficients
-from .results import Frames
+from .fields import Frames
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from crackle.files import ResultsError
 from . import vtkhdf
 from .choosing import samples_in_detail
 from .mesh import field_gradient
-from .reading import SampleFiles, read_ensemble
-from .results import CrackSurface, Frames
+from .reading import read_ensemble
+from .sample_files import SampleFiles
+from .fields import CrackSurface, Frames
 from .stress import frame_stress
 from .writing import write_whole
 

@@ -39,7 +39,7 @@ class Optics:
 
     @property
     def order_per_stress_length(self) -> float | np.ndarray:
-        """Fringe order for each Pa of stress difference and m of way."""
+        """Fringe order for each Pa of stress difference and m of ray."""
         return self.stress_optic / self.wavelength
 
 
@@ -109,7 +109,7 @@ def make_fringes(nodes: np.ndarray, tetrahedra: np.ndarray, stress: np.ndarray, 
 def make_series(nodes: np.ndarray, tetrahedra: np.ndarray, stresses: Sequence[np.ndarray], grid: Grid,
                 optics: Optics = Optics()) -> list[Fringes]:
     """As make_fringes, for several states of stress of one body: its chords are cut once."""
-    # Two components of the retardation for each m of way, in fringes: the traceless stress across the ray.
+    # Two components of the retardation for each m of ray, in fringes: the traceless stress across the ray.
     rates = [optics.order_per_stress_length * np.stack([stress[:, 1] - stress[:, 2], 2 * stress[:, 3]])
              for stress in stresses]
     orders, products = (np.full((len(rates), *grid.shape), np.nan) for _ in range(2))
@@ -122,7 +122,7 @@ def make_series(nodes: np.ndarray, tetrahedra: np.ndarray, stresses: Sequence[np
 
 @dataclass(frozen=True)
 class _Chords:
-    """What the rays of a band of pixel rows cut out of tetrahedra, ray by ray in the order of their way."""
+    """What the rays of a band of pixel rows cut out of tetrahedra, ray by ray in the order in which they meet them."""
 
     count: np.ndarray  # on each ray
     pixel: np.ndarray  # of each chord; counts within the band

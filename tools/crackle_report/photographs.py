@@ -18,7 +18,8 @@ from .mesh import Mesh
 from .options import Options
 from .photoelasticity import NO_FRINGES, Fringes, Grid, Optics, make_series
 from .plate import Plate
-from .results import Ensemble, Frames
+from .fields import Frames
+from .results import Ensemble
 from .stress import frame_stress
 from .writing import write_whole
 

@@ -5,126 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Optional
+from typing import Any, Optional
 
 import numpy as np
 from crackle.files import DONE, PENDING
 from crackle.units import US, Unit, fitting
 
+from .fields import Places
 from .mesh import Regions
 from .plate import Plate
-
-if TYPE_CHECKING:
-    from .reading import SampleFiles
+from .sample_files import SampleFiles
 
 N_TIMED = 3  # samples whose durations tell the unit of times
 UNBROKEN = 0  # among the outcomes
-
-
-@dataclass(frozen=True)
-class CrackSurface:
-    """The opened dual facets of one sample, in order of breaking."""
-
-    corner: np.ndarray  # facets x 4 x 3 [m]
-    time: np.ndarray  # facets; since the onset of the last dynamic phase, negative before it [s]
-    notch: np.ndarray  # facets; the notch that the facet's crack started at, or -1
-    tetrahedron: np.ndarray  # facets; the one that the facet lies in
-    phase_end: float  # of the last dynamic phase, since its onset [s]
-
-    @property
-    def last_opening(self) -> float:
-        """When the last facet opened in the last dynamic phase, since its onset [s]: slow loading may open others minutes later."""
-        return float(self.time[self.time <= (1 + 1e-9) * self.phase_end].max(initial=0.0))
-
-
-@dataclass(frozen=True)
-class Places:
-    """Where a sample broke."""
-
-    first: np.ndarray  # x, y, z: middle of the tetrahedron that broke first [m]
-    first_time: float  # of that break, of the loads' programs [s]
-    largest: np.ndarray  # x, y, z: middle of the largest crack [m]; NaN where none has opened
-    largest_area: float  # [m^2]
-    largest_start: float  # when it began, since the onset of the last dynamic phase [s]; negative before it
-
-
-@dataclass(frozen=True)
-class CrackLine:
-    """A crack as a line in the YZ plane: the mean of its surface over the thickness."""
-
-    notch: int
-    is_branch: bool
-    points: np.ndarray  # n x 2: y, z [m]
-
-
-@dataclass(frozen=True)
-class BranchingPoints:
-    """Where one crack becomes two branches, of one sample."""
-
-    position: np.ndarray  # n x 2: y, z where the gap between the branches begins [m]
-    x: np.ndarray  # middle of the range through the thickness [m]
-    time: np.ndarray  # when the later branch opened, since onset [s]
-    length: np.ndarray  # of the secondary branch [m]
-    angle: np.ndarray  # between the branches [rad]
-    share: np.ndarray  # of the thickness that the secondary branch spans
-    notch: np.ndarray
-    in_projection: np.ndarray  # 0 or 1
-    in_space: np.ndarray  # 0 or 1
-
-
-@dataclass(frozen=True)
-class Energy:
-    """The energy account over the last dynamic phase [J], counted from the unloaded body."""
-
-    time: np.ndarray  # since its onset [s]
-    kinetic: np.ndarray
-    strain: np.ndarray
-    external: np.ndarray
-    released: np.ndarray
-    dissipated: np.ndarray
-
-
-@dataclass(frozen=True)
-class History:
-    """Moments of a whole sample: equilibria of quasi-static loading and outputs of its dynamic phases."""
-
-    time: np.ndarray  # of the loads' programs [s]
-    phase: np.ndarray  # number of the dynamic phase; 0 in quasi-static loading
-    phase_time: np.ndarray  # since the start of the dynamic phase [s]
-    governing_load: np.ndarray  # of the testing machine, along its drive [N]
-    governing_displacement: np.ndarray  # likewise [m]
-    crack_area: np.ndarray  # moments x crack starts [m^2]
-    crack_length: np.ndarray  # likewise [m]
-    tip_speed: np.ndarray  # likewise [m/s]; NaN where no tip runs
-    tip_speed_ratio: np.ndarray  # likewise; to the Rayleigh speed where it runs
-    energy_release_rate: np.ndarray  # likewise [J/m^2]
-    rayleigh_speed: float  # mean where cracks ran [m/s]
-
-    @property
-    def in_last_phase(self) -> np.ndarray:
-        """Which moments are of the last dynamic phase."""
-        return (self.phase == self.phase.max(initial=0)) & (self.phase > 0)
-
-
-@dataclass(frozen=True)
-class Frames:
-    """A sample's fields at some times of the last dynamic phase, and what their stress follows from."""
-
-    nodes: np.ndarray  # n x 3 [m]
-    tetrahedra: np.ndarray  # m x 4
-    time: np.ndarray  # frames; since onset [s]
-    displacement: np.ndarray  # frames x n x 3 [m]
-    velocity: np.ndarray  # frames x n x 3 [m/s]
-    broken: list[np.ndarray]  # for each frame the tetrahedra broken by then
-    cut: list[np.ndarray]  # the most loaded cut of each of them when it broke, index into stress.CUTS
-    released: list[np.ndarray]  # the edges that each of them has released by then, as bits in the order of mesh.EDGES
-    remaining: list[np.ndarray]  # the share of its stiffness that each of them still has, while it is released over some time
-    stiffness: list[np.ndarray]  # m for each frame, the share that softening has left; 1 without softening
-    has_contact: bool  # whether broken tetrahedra resist being closed again
-    youngs_modulus: np.ndarray  # m [Pa]
-    poisson_ratio: np.ndarray  # m
-    material: np.ndarray  # m, numbers; 0 if there is one
-    initial_strain: np.ndarray  # m x 6, at which each tetrahedron is free of stress, in the order of stress.element_stress
 
 
 @dataclass(frozen=True)
@@ -151,6 +44,8 @@ class Result:
     quantiles: tuple[float, ...] = ()  # least, 25 %, median, 75 %, greatest over the samples [SI]; NaN where only a bound is known
     bounds: tuple[float, ...] = ()  # these bounds; empty without
     n_bounds: int = 0  # samples of which only a bound is known: they did not break
+    about: str = "body"  # what it tells of: also "place", "path", "hole" or "computation"
+    explained: bool = False  # one of those whose sensitivities a reader asks for first
 
 
 @dataclass
@@ -194,8 +89,8 @@ class CrossSection:
     def places(self, positions: np.ndarray) -> np.ndarray:
         """y, z of positions on a line [m]."""
         start, end = self.ends
-        way = end - start
-        return start + np.asarray(positions)[..., None] * way / np.hypot(*way)
+        along = end - start
+        return start + np.asarray(positions)[..., None] * along / np.hypot(*along)
 
 
 def along(sections: tuple[CrossSection, ...]) -> str:
@@ -219,7 +114,7 @@ class Paths:
 
 @dataclass
 class PathGroup:
-    """Samples of a row of Ranks whose cracks take one of several ways."""
+    """Samples of a row of Ranks whose cracks take one of several paths."""
 
     row: int
     n: int  # its samples
@@ -250,7 +145,7 @@ class Ranks(Paths):
     def groups_of(self, row: int) -> list[PathGroup]:
         return [group for group in self.groups if group.row == row]
 
-    def ways(self, row: int, name: str) -> list[np.ndarray]:
+    def by_group(self, row: int, name: str) -> list[np.ndarray]:
         """A statistic of the positions at each section, as `z_mean`: of the row's cracks or, where these are apart, of each group."""
         of_all, divided = getattr(self, name)[row], self.is_divided[row].astype(bool)
         return [np.where(divided, getattr(group, name), of_all) for group in self.groups_of(row)] or [of_all]
@@ -304,7 +199,7 @@ class Ensemble:
     notes: list[str]  # what else is to be known of these results
     provenance: dict[str, str]
     input_text: str
-    files: "SampleFiles"
+    files: SampleFiles
     inputs: list[dict[str, Any]]  # the random ones: key, units, distribution, values of each sample [SI]
     sensitivities: Optional[dict[str, Any]]  # what the results owe to these; None without
     warnings: list[str]  # of the program

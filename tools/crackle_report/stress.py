@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .mesh import EDGES, field_gradient, gradients
-from .results import Frames
+from .fields import Frames
 
 ALL_EDGES = (1 << len(EDGES)) - 1
 # The corners on one side of each of the seven cuts.

@@ -18,11 +18,6 @@ from .results import Ensemble, Paths, Ranks, Result, Samples
 STATUS_NAMES = ("pending", "done", "failed")
 MISSING = "–"
 TEXT = ' class="text"'
-# Results measured along cracks that start at notches, holes or outlines.
-OF_PATHS = ("pattern", "leading_notch", "overlap", "bifurcations", "bifurcations_projected", "kinks", "crack_speed_max", "crack_speed_ratio",
-            "traced_area", "effective_toughness")
-OF_PLACES = ("first_break_x", "first_break_y", "first_break_z")  # the others begin at these
-OF_HOLES = ("hole", "hole_passage")
 
 
 @dataclass(frozen=True)
@@ -60,9 +55,9 @@ def samples(ensemble: Ensemble) -> str:
     columns = [Column("sample", "", lambda s, i: i, "d"),
                Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])])]
     meets_holes = "hole" in table.numbers and bool((table.numbers["hole"][done] >= 0).any())
+    without = {"place" if ensemble.n_notches else "path"} | (set() if meets_holes else {"hole"})
     columns += [_column(result, table) for result in table.results
-                if result.name not in (OF_PLACES if ensemble.n_notches else OF_PATHS) and not (result.name in OF_HOLES and not meets_holes)
-                and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
+                if result.about not in without and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
     head = "".join(_head(column) for column in columns)
     body = []
     for i in range(len(table)):
@@ -117,7 +112,7 @@ def _groups(ensemble: Ensemble, name: str, ranks: Ranks, row: int) -> Iterator[l
             section = ensemble.sections[k]
             mean, *others = (_number(ensemble.plate.lengths.of(float(values[k])), ".2f") for values in (
                 group.z_mean, group.z_half_width, group.z_std))
-            yield [f"{name}: way {number} of {len(groups)}, {group.size}", section.name, str(int(group.reached[k])),
+            yield [f"{name}: path {number} of {len(groups)}, {group.size}", section.name, str(int(group.reached[k])),
                    mean if mean == MISSING else f"{section.along} = {mean}", *others, MISSING]
 
 
@@ -126,9 +121,9 @@ def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, counted: O
         mean, *others = (_number(ensemble.plate.lengths.of(float(value)), ".2f") for value in (
             paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], paths.spread_mean[row, k]))
         if isinstance(paths, Ranks) and paths.is_divided[row, k]:
-            mean, others = "several ways", [MISSING, MISSING, others[2]]
+            mean, others = "several paths", [MISSING, MISSING, others[2]]
         yield [name, section.name, str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else ""),
-               mean if mean in (MISSING, "several ways") else f"{section.along} = {mean}", *others]
+               mean if mean in (MISSING, "several paths") else f"{section.along} = {mean}", *others]
 
 
 def linked(titles: Iterable[tuple[str, str]], rows: Iterable[list[str]], links: dict[str, str]) -> str:

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/analysis/grouped_values.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/analysis/censored_values.h"
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/input/parameters.h"
 

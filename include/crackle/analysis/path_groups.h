@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-/// Groups of samples whose cracks take different ways, such as above or below a disc: where positions are in
+/// Groups of samples whose cracks take different paths, such as above or below a disc: where positions are in
 /// groups with a gap between them, the mean of all is a place where no crack is.
 ///
-/// At a section, sorted positions are divided at a gap if that is too wide for samples of one way, in units
+/// At a section, sorted positions are divided at a gap if that is too wide for samples of one path, in units
 /// of the standard deviation within both parts (the gap test of Tukey, Biometrics 5, 1949, 99, with the
 /// deviation within clusters as in Engelman and Hartigan, J. Am. Stat. Assoc. 64, 1969, 1647). A gap beside a
 /// single position counts half, as extreme values lie apart. The critical widths are percentage points, by

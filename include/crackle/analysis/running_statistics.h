@@ -43,9 +43,12 @@ public:
   void add(std::size_t sample, SampleSummary row);
 
   int n_done() const { return statistics_.n_done; }
-  /// Mean over the leading cracks of the class (see LeaderFrame) with most arrivals at the section [m]; NaN
-  /// if none arrived yet.
-  double mean_leader_position(int section) const;
+  /// Where the leading cracks of the class (see LeaderFrame) with most arrivals at a section cross it.
+  struct LeaderPosition {
+    double mean = not_a_number;  ///< [m]; NaN if none arrived yet
+    std::int64_t n = 0;          ///< arrivals
+  };
+  LeaderPosition leader_position(int section) const;
   /// Median of the headline_load of the samples so far; NaN while none has one.
   struct MedianLoad {
     std::string name;  ///< of the result

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/crack_line.h"
-#include "crackle/analysis/crack_path.h"
 #include "crackle/common/real.h"
+#include "crackle/cracks/crack_line.h"
+#include "crackle/cracks/front_trajectory.h"
+#include "crackle/cracks/section_crossings.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/geometry/realization.h"
-#include "crackle/mechanics/tetrahedron_field.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
@@ -42,7 +42,7 @@ struct SampleSummary {
   double crack_area_before_onset = none;
   std::int32_t outcome = -1;        ///< dynamics::Outcome; -1 without results
   std::int32_t pattern = 0;         ///< see Pattern
-  std::int32_t leading_start = -1;  ///< see analysis::leading_start
+  std::int32_t leading_start = -1;  ///< see cracks::leading_start
   std::int32_t hole = -1;           ///< see LeadersHole
   std::int32_t hole_passage = 0;    ///< likewise
   double overlap = none;            ///< see pattern_overlap
@@ -83,11 +83,12 @@ SampleSummary empty_summary(int n_starts, int n_sections, SampleStatus status, s
 /// @param lines crack_lines of the same surface
 /// @param branches find_branches of it
 /// @param crossings section_crossings of it
-/// @param rayleigh_speed rayleigh_speeds of the same surface
+/// @param trajectories front_trajectories of it
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
-                        const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        const CrackBranches& branches, const std::vector<SectionCrossing>& crossings,
-                        const mechanics::TetrahedronField<double>& rayleigh_speed);
+                        const cracks::CrackSurface& surface, const std::vector<cracks::CrackLine>& lines,
+                        const cracks::CrackBranches& branches,
+                        const std::vector<cracks::SectionCrossing>& crossings,
+                        std::span<const cracks::FrontTrajectory> trajectories);
 
 /// The parts of a body of several materials among which the area of its cracks is divided: the materials by
 /// name, then "interface A-B" of each [[interface]]. Empty if there is only one material.
@@ -95,11 +96,12 @@ std::vector<std::string> crack_parts(const input::Parameters& parameters);
 
 /// The area of a crack surface in each of these parts [m^2]. At an interface are the tetrahedra that have its
 /// toughness or strength: those that touch it.
-std::vector<double> crack_area_in_parts(const CrackSurface& surface, const geometry::Realization& realization,
+std::vector<double> crack_area_in_parts(const cracks::CrackSurface& surface,
+                                        const geometry::Realization& realization,
                                         const input::Parameters& parameters);
 
 /// Replaces the row's crossings by those at other sections.
-void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
+void measure_crossings(const geometry::Body& body, const cracks::CrackSurface& surface,
                        const input::Sections& sections, SampleSummary& row);
 
 /// The rows of all ranks, in rank order, on the root; empty elsewhere. Collective.

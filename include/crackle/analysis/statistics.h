@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/result_list.h"
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/input/parameters.h"
 
@@ -42,7 +42,7 @@ struct PathStatistics {
   std::vector<double> spread_mean;  ///< mean over the samples of SampleSummary::z_spread [m]
 };
 
-/// Samples of one row of RankStatistics whose cracks take one of several ways (path_groups.h), with the
+/// Samples of one row of RankStatistics whose cracks take one of several paths (path_groups.h), with the
 /// statistics of their positions at each section. Not stored in the ensemble file.
 struct PathGroup : PathStatistics {
   std::size_t row = 0;
@@ -60,7 +60,7 @@ struct RankStatistics : PathStatistics {
   /// rows x sections: completed samples that would count if their crack arrived; fewer than the whole class
   /// if transformed samples have no such section
   std::vector<std::int32_t> counted;
-  std::vector<PathGroup> groups;  ///< none for rows whose samples take one way
+  std::vector<PathGroup> groups;  ///< none for rows whose samples take one path
   /// rows x sections: 1 where the groups of the row are apart, so that the mean of all is no crack's position
   std::vector<std::uint8_t> is_divided;
 };
@@ -180,6 +180,9 @@ struct ResultStatistics {
 /// For all results except those missing from the files, in table order.
 std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> samples, double confidence,
                                                 const Origin& origin, int replicates = 1);
+
+/// In which tables show positions.
+ShownUnit unit_of_positions(const PathStatistics& paths);
 
 /// The statistics as readable tables: crack positions, patterns, onset, failed samples.
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,

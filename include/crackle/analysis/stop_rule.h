@@ -21,9 +21,9 @@
 /// has the one at which the ensemble stops, for whatever reason. For normally distributed positions this
 /// holds at any number of samples; for others as accurately as Student's interval.
 ///
-/// Where the leaders of a class take several ways (path_groups.h), the rule speaks of the mean of each group
+/// Where the leaders of a class take several paths (path_groups.h), the rule speaks of the mean of each group
 /// that holds at least min_group_share of them: the mean of all is no crack's position, and its scatter does
-/// not fall below the distance between the ways. A smaller group is told by its share alone: its mean would
+/// not fall below the distance between the paths. A smaller group is told by its share alone: its mean would
 /// take more than 1 / min_group_share times as many samples.
 ///
 /// A look uses the samples 0 to n - 1 once all of them have ended, so the order in which samples finish has
@@ -31,7 +31,7 @@
 namespace crackle::analysis {
 
 /// A section counts for the rule if this share of the completed samples, and at least two, have a leading
-/// crack there, of a group where the leaders take several ways.
+/// crack there, of a group where the leaders take several paths.
 inline constexpr double min_reached_share = 0.1;
 
 /// A group of samples counts for the rule if it holds this share of those of its class.
@@ -40,7 +40,7 @@ inline constexpr double min_group_share = 0.2;
 /// A mean position that counts for the rule.
 struct LeaderMean {
   std::size_t position = 0;          ///< index in Statistics::leader, rows x sections
-  const PathGroup* group = nullptr;  ///< whose mean it is, of the statistics; null where all take one way
+  const PathGroup* group = nullptr;  ///< whose mean it is, of the statistics; null where all take one path
   int n = 0;                         ///< samples with a position there
   double deviation = not_a_number;   ///< standard deviation of their positions [m]
   double half_width = not_a_number;  ///< of the mean's confidence interval [m]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/crack_history.h"
+#include "crackle/cracks/crack_history.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/ensemble/sample_report.h"
@@ -97,12 +97,12 @@ geometry::Subdomain receive_share(const SampleGroup& group, const ShareHeader& h
 
 /// Results of a sample derived from its mechanics.
 struct SampleAnalysis {
-  analysis::CrackSurface surface;
-  std::vector<analysis::CrackLine> lines;
-  analysis::CrackBranches branches;
-  std::vector<analysis::SectionCrossing> crossings;  ///< notches x sections
+  cracks::CrackSurface surface;
+  std::vector<cracks::CrackLine> lines;
+  cracks::CrackBranches branches;
+  std::vector<cracks::SectionCrossing> crossings;  ///< notches x sections
   analysis::SampleSummary summary;
-  analysis::CrackHistory history;
+  cracks::CrackHistory history;
 };
 
 /// Available data of a sample that failed part-way.

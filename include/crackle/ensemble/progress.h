@@ -10,6 +10,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::ensemble {
@@ -38,9 +39,10 @@ public:
   /// Seconds until the last sample ends, from the mean duration and the number of groups; NaN until the first
   /// one has ended.
   double time_left(double now) const;
-  /// Mean position [m] of the leading cracks at the middle one of the sections that the crack of notch 0 can
-  /// cross, see RunningStatistics; NaN if none arrived.
-  double mean_position() const { return statistics_.mean_leader_position(static_cast<int>(watched_)); }
+  /// A section and the mean position of the leading cracks there [m], NaN if none arrived, see
+  /// RunningStatistics. Of the sections that the crack of notch 0 can cross it is the one nearest to the
+  /// middle at which at least half as many cracks arrive as at any other: not one inside a hole.
+  std::pair<std::size_t, double> mean_position() const;
   /// Over the finished samples; decides whether more are needed.
   const analysis::RunningStatistics& statistics() const { return statistics_; }
 
@@ -54,7 +56,7 @@ private:
   std::size_t n_to_do_;
   int n_groups_;
   std::vector<input::Section> sections_;
-  std::size_t watched_ = 0;                  ///< section used for the mean position
+  std::vector<std::size_t> watched_;         ///< sections for the mean position, the preferred ones first
   std::map<std::uint64_t, double> running_;  ///< sample, start time
   std::string where_;                        ///< status of the running sample; may be empty
   int n_done_ = 0, n_failed_ = 0;
@@ -66,8 +68,5 @@ private:
 
 /// "sample 4", or "samples 3-17, 20". @param samples ascending, at least one
 std::string format_samples(std::span<const std::uint64_t> samples);
-
-/// "45 s", "12 min 30 s", "3 h 20 min", "2 d 3 h".
-std::string format_duration(double seconds);
 
 }  // namespace crackle::ensemble

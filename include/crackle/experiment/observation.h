@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/crack_surface.h"
 #include "crackle/analysis/sample_summary.h"
+#include "crackle/cracks/crack_surface.h"
 #include "crackle/experiment/distances.h"
 #include "crackle/experiment/experiments_file.h"
 #include "crackle/experiment/path_frame.h"
@@ -54,7 +54,7 @@ ObservedSamples sort_samples(std::span<const analysis::SampleSummary> rows, std:
 /// as one.
 /// @param symmetries of the body and its loads
 void add_arms(const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
-              const analysis::CrackSurface& surface, ObservedSample& sample);
+              const cracks::CrackSurface& surface, ObservedSample& sample);
 
 /// True if the arms of the samples are needed.
 bool needs_arms(std::span<const Experiment> experiments);

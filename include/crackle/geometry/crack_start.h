@@ -57,7 +57,7 @@ inline CrossPlane plane_of(const input::Section& section) {
 /// ligament. Its number, the index into Body::crack_starts(), is called `notch` in the result files.
 ///
 /// From a hole, or from the free surface, cracks can run in any direction. Such a start has no ligament:
-/// is_straight is false, and only the members name, tip and faces are meaningful. analysis::crack_ligaments
+/// is_straight is false, and only the members name, tip and faces are meaningful. cracks::crack_ligaments
 /// finds the lines along which its cracks are followed.
 struct CrackStart {
   std::string name;  ///< as shown in messages

@@ -101,11 +101,6 @@ std::string format_value(const RandomInput& random, double value);
 /// @throws std::runtime_error when the text is not such a value
 double read_value(const std::string& text, const std::string& si_unit);
 
-/// Key or name, and value.
-using Line = std::pair<std::string, std::string>;
-/// "name = value" for each line, with values aligned.
-std::string aligned(const std::vector<Line>& lines);
-
 /// The resolved input, one "key = value unit" line for each key, including defaults.
 std::string echo(const Parameters& parameters);
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/crack_history.h"
-#include "crackle/analysis/crack_line.h"
-#include "crackle/analysis/crack_surface.h"
 #include "crackle/analysis/sample_summary.h"
+#include "crackle/cracks/crack_history.h"
+#include "crackle/cracks/crack_line.h"
+#include "crackle/cracks/crack_surface.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
@@ -30,20 +30,20 @@
 /// | attributes material_names, map of / | | of several materials; checksum of the sample's own raster |
 /// | /mesh/initial_strain | m x 6 | of the last dynamic phase, with [[initial.stress]] |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
-/// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |
-/// | /crack_surface/branch | f | see analysis::CrackBranches |
-/// | /crack_surface/cracks/notch, hole, area, first_time, last_time | c | see analysis::Crack |
-/// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see analysis::LinePoint |
+/// | /crack_surface/time, area, tetrahedron, crack | f | see cracks::CrackFacet |
+/// | /crack_surface/branch | f | see cracks::CrackBranches |
+/// | /crack_surface/cracks/notch, hole, area, first_time, last_time | c | see cracks::Crack |
+/// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see cracks::LinePoint |
 /// | /crack_lines/lines/first, count | l | the points of each line |
-/// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
+/// | /crack_lines/lines/notch, parent, kinks, bend | l | see cracks::CrackLine |
 /// | /forks/position (y, z), x, time, length, angle, share, notch, in_projection, in_space | k x 2, k | see
-/// analysis::BranchingPoint |
-/// | /crossings/position, share, branch, notch, section | q | see analysis::BranchCrossing |
+/// cracks::BranchingPoint |
+/// | /crossings/position, share, branch, notch, section | q | see cracks::BranchCrossing |
 /// | /breaks/... | b | the columns of fracture::Break |
 /// | /bridge_releases/... | r | the columns of fracture::BridgeRelease; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
 /// | /history/time, phase, phase_time, governing_load, kinetic, ... | h | see dynamics::HistoryRow |
-/// | /history/crack_area, crack_length, tip_speed, ... | h x starts | see analysis::CrackHistory |
+/// | /history/crack_area, crack_length, tip_speed, ... | h x starts | see cracks::CrackHistory |
 /// | /history/load, reaction, displacement | h x c x 3 | of each boundary condition |
 /// | /history/condition_on, condition_kind | c | the input's boundary conditions, then its body forces |
 /// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |
@@ -95,12 +95,12 @@ struct SampleFileContent {
   std::uint64_t sample;
   const geometry::Realization& realization;
   const dynamics::SampleResult& result;
-  const analysis::CrackSurface& surface;
-  const std::vector<analysis::CrackLine>& lines;
-  const analysis::CrackBranches& branches;
-  const std::vector<analysis::SectionCrossing>& crossings;  ///< notches x sections
+  const cracks::CrackSurface& surface;
+  const std::vector<cracks::CrackLine>& lines;
+  const cracks::CrackBranches& branches;
+  const std::vector<cracks::SectionCrossing>& crossings;  ///< notches x sections
   const analysis::SampleSummary& summary;
-  const analysis::CrackHistory& crack_history;
+  const cracks::CrackHistory& crack_history;
   int n_ranks = 1;  ///< that computed the sample; for /provenance
 };
 
@@ -128,8 +128,8 @@ std::string read_input_text(const std::filesystem::path& file);
 /// A sample as stored in its file.
 struct StoredSample {
   analysis::SampleSummary summary;
-  analysis::CrackSurface surface;                   ///< without facets unless the sample is done
-  std::vector<analysis::BranchingPoint> branching;  ///< without `parent`
+  cracks::CrackSurface surface;                   ///< without facets unless the sample is done
+  std::vector<cracks::BranchingPoint> branching;  ///< without `parent`
 };
 
 /// Reads the samples of an ensemble's folder, also those of an older format, down to oldest_schema_version:

@@ -60,11 +60,11 @@ def _of_class(ensemble: Ensemble, row: int) -> str:
 
 
 def _of_group(ensemble: Ensemble) -> str:
-    """Of which group the mean is, where the leading cracks take several ways; smaller groups have no say."""
+    """Of which group the mean is, where the leading cracks take several paths; smaller groups have no say."""
     if "group" not in ensemble.precision:
         return ""
     group = ensemble.ranks["leader"].groups[ensemble.precision["group"]]
-    return f", of the {group.n} of {group.n_of} samples that take one way"
+    return f", of the {group.n} of {group.n_of} samples that take one path"
 
 
 def _draw(ensemble: Ensemble) -> Figure:
@@ -102,7 +102,7 @@ def _draw(ensemble: Ensemble) -> Figure:
                 axes.set_ylim(centre - span / 2, centre + span / 2)
             else:
                 axes.set_yticks([])
-                axes.text(0.5, 0.5, "several ways" if apart[row, column] else "not reached", transform=axes.transAxes, ha="center", color=style.MUTED)
+                axes.text(0.5, 0.5, "several paths" if apart[row, column] else "not reached", transform=axes.transAxes, ha="center", color=style.MUTED)
             if column == 0:
                 axes.set_ylabel(lengths.label(f"mean {along(ensemble.sections)}"))
             if row == rows[-1]:

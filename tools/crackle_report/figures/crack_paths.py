@@ -16,7 +16,8 @@ from .. import style
 from ..choosing import typical_samples
 from ..drawing import Sheet, branching_handles, draw_branching, draw_facets, draw_plate, panel_size, time_bar, time_colours, window
 from ..options import Options
-from ..results import CrackSurface, Ensemble
+from ..fields import CrackSurface
+from ..results import Ensemble
 from .picture import Picture, Section
 
 PANELS_PER_SHEET = 60

@@ -13,7 +13,8 @@ from matplotlib.patches import Patch
 from .. import style
 from ..drawing import Sheet, draw_plate, panel_size, window
 from ..options import Options
-from ..results import CrackLine, Ensemble, Ranks
+from ..fields import CrackLine
+from ..results import Ensemble, Ranks
 from .picture import Picture, Section
 
 TITLE_ROOM, LEGEND_ROOM = 2.6, 4.9  # what a panel's title and the key take [inch]
@@ -27,7 +28,7 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
         "Through-thickness means of the leading and of the following cracks, with their branches; samples are mapped "
         "by the body's symmetry, if it has one, so that the leading cracks start at the same notch (numbered from 0, "
         "in the order of the input). Mean, interval and deviation at the cross-sections (dotted) are over the "
-        "samples whose crack arrived there, or over each group of them where cracks take several ways; the numbers at "
+        "samples whose crack arrived there, or over each group of them where cracks take several paths; the numbers at "
         f"their ends count all that arrived.{ensemble.tinted}")
     if ensemble.sections and any(ensemble.rows_shown(group) for group in ("leader", "follower")):
         result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
@@ -101,7 +102,7 @@ def _lines(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int) -> None:
         if section.ends is None:
             continue
         axes.plot(*lengths.of(section.ends).T, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)
-        for mean, std, half_width, reached in {tuple(float(values[k]) for values in way) for way in _ways(statistics, row)}:
+        for mean, std, half_width, reached in {tuple(float(values[k]) for values in group) for group in _groups(statistics, row)}:
             if not np.isfinite(mean):
                 continue
             for extent, kind in ((half_width, {"linewidth": 3.0, "alpha": 0.2}), (std, {"linewidth": 0.8, "linestyle": "--"})):
@@ -113,9 +114,9 @@ def _lines(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int) -> None:
             axes.annotate(f"{reached:.0f}", place, (3, 3), textcoords="offset points", fontsize=7, color=style.MUTED)
 
 
-def _ways(statistics: Ranks, row: int) -> list[tuple[np.ndarray, ...]]:
-    """Mean, standard deviation, half width of the interval and number of samples, of each way that the row's cracks take."""
-    return list(zip(*(statistics.ways(row, name) for name in ("z_mean", "z_std", "z_half_width", "reached"))))
+def _groups(statistics: Ranks, row: int) -> list[tuple[np.ndarray, ...]]:
+    """Mean, standard deviation, half width of the interval and number of samples, of each path that the row's cracks take."""
+    return list(zip(*(statistics.by_group(row, name) for name in ("z_mean", "z_std", "z_half_width", "reached"))))
 
 
 def _sections(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int, axis: int) -> None:
@@ -136,8 +137,8 @@ def _sections(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int, axis:
                   transform=axes.get_xaxis_transform() if is_y else axes.get_yaxis_transform(),
                   ha="center" if is_y else "left", va="bottom" if is_y else "center", fontsize=7, color=style.MUTED,
                   clip_on=False)
-    for way in _ways(statistics, row):
-        mean, std, half_width = (lengths.of(values[chosen]) for values in way[:3])
+    for group in _groups(statistics, row):
+        mean, std, half_width = (lengths.of(values[chosen]) for values in group[:3])
         if not np.isfinite(mean).any():
             continue
         plot(mean, linewidth=1.0, marker="o", markersize=2.5, zorder=5)

@@ -10,7 +10,8 @@ from .. import style
 from ..choosing import samples_in_detail
 from ..drawing import draw_grid
 from ..options import Options
-from ..results import Energy, Ensemble
+from ..fields import Energy
+from ..results import Ensemble
 from .picture import Picture, Section
 
 # Name, colour and line of each share; "work" is the sum of all others.

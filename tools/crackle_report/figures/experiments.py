@@ -186,7 +186,7 @@ def _path(ensemble: Ensemble, experiment: dict[str, Any]) -> Figure:
     place, normal = np.array(found["place"]), np.array(found["normal"])
     offset, low, high = (np.array(found[name], float) for name in ("offset", "band_lower", "band_upper"))
     samples = np.array(found["sample_offsets"], float)
-    way = np.r_[0, np.hypot(*np.diff(place, axis=0).T).cumsum()]
+    arc_length = np.r_[0, np.hypot(*np.diff(place, axis=0).T).cumsum()]
     figure = Figure(figsize=(style.PAGE_WIDTH, 3.6), layout="constrained")
     body, along = figure.subplots(1, 2)
     seen = np.concatenate([place[:, 1], *(np.array(line)[:, 1] for line in experiment["observed"]["lines"])])
@@ -201,19 +201,19 @@ def _path(ensemble: Ensemble, experiment: dict[str, Any]) -> Figure:
     shown = np.isfinite(low) & np.isfinite(high)
     for one in samples:
         body.plot(*curve(one), color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
-        along.plot(lengths.of(way), lengths.of(one), color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
+        along.plot(lengths.of(arc_length), lengths.of(one), color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
     body.fill(*np.hstack([curve(low)[:, shown], curve(high)[:, shown][:, ::-1]]), color=BAND, alpha=0.2, linewidth=0)
-    along.fill_between(lengths.of(way), lengths.of(low), lengths.of(high), color=BAND, alpha=0.2, linewidth=0,
+    along.fill_between(lengths.of(arc_length), lengths.of(low), lengths.of(high), color=BAND, alpha=0.2, linewidth=0,
                        label=f"{100 * found['band_level']:.3g} % band of whole paths")
     body.plot(*curve(offset), color=EXPERIMENT, linewidth=1.6)
     if others := experiment["observed"]["lines"][1:]:
         _draw_read_off(body, others, lengths, "other arms, not compared")
         body.legend(loc="best")
-    along.plot(lengths.of(way), lengths.of(offset), color=EXPERIMENT, linewidth=1.6, label=experiment["name"])
+    along.plot(lengths.of(arc_length), lengths.of(offset), color=EXPERIMENT, linewidth=1.6, label=experiment["name"])
     along.plot([], [], color=style.BEFORE_ONSET, linewidth=0.8, label=f"{len(samples)} samples")
     body.set_xlabel(lengths.label("y"))
     body.set_ylabel(lengths.label("z"))
-    along.set_xlabel(lengths.label("way along the middle of the samples"))
+    along.set_xlabel(lengths.label("distance along the middle of the samples"))
     along.set_ylabel(lengths.label("offset"))
     draw_grid(along)
     along.legend(loc="best")

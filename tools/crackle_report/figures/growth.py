@@ -17,7 +17,8 @@ from ..drawing import Sheet, draw_borders, draw_facets, draw_plate, draw_regions
 from ..mesh import Mesh, Regions
 from ..options import Options
 from ..photoelasticity import NO_FRINGES, STRESS_OPTIC, Grid, make_series
-from ..results import CrackSurface, Ensemble, Frames
+from ..fields import CrackSurface, Frames
+from ..results import Ensemble
 from ..stress import frame_stresses
 from .picture import Animation, Picture, Section
 
@@ -50,9 +51,9 @@ def _explain(view: "_View", options: Options) -> str:
     if view.optics is None:
         return growth + (f" Fringes are not drawn: {NO_FRINGES}." if options.fringes else "")
     field = "light" if options.light_field else "dark"
-    way = ("the product of the Jones matrices along each ray" if options.product else
+    rule = ("the product of the Jones matrices along each ray" if options.product else
            "the integrated stress along each ray")
-    return (f"Above, what a circular polariscope would show ({field} field{', colours reversed' * options.reverse}), by {way}; "
+    return (f"Above, what a circular polariscope would show ({field} field{', colours reversed' * options.reverse}), by {rule}; "
             f"wavelength {options.wavelength * 1e9:g} nm, {_coefficient(options)}. Broken tetrahedra show the stress that they "
             f"still carry: none, or that of uncut edges and of contact.{view.unknown_note} Below: {growth[0].lower() + growth[1:]}")
 

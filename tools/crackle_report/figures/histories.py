@@ -15,7 +15,8 @@ from .. import style
 from ..choosing import samples_in_detail
 from ..drawing import draw_grid
 from ..options import Options
-from ..results import Ensemble, History
+from ..fields import History
+from ..results import Ensemble
 from .picture import Picture, Section
 
 BAND = (10, 90)  # per cent of the samples
@@ -50,7 +51,7 @@ def _explain(histories: dict[int, History], has_cracks: bool) -> str:
         words.append("While the load grows slowly the figure shows equilibria; the last dynamic phase then runs at an almost "
                      "unchanged load or displacement.")
     if has_cracks:
-        words.append("The length of a crack is taken along its way, the speed of a tip as the through-thickness mean "
+        words.append("The length of a crack is taken along its path, the speed of a tip as the through-thickness mean "
                      "over a tenth of the ligament.")
     return " ".join(words)
 

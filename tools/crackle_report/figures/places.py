@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from .. import style
 from ..drawing import Sheet, draw_plate, panel_size, whole_length
 from ..options import Options
-from ..results import Ensemble, Places
+from ..fields import Places
+from ..results import Ensemble
 from .picture import Picture, Section
 
 KEY_ROOM = 1.9  # beside the body [inch]

@@ -14,9 +14,6 @@ from ..options import Options
 from ..results import UNBROKEN, Ensemble
 from .picture import Picture, Section
 
-# What a reader asks for first; the positions at the sections follow.
-ASKED = ("first_break_load", "peak_load", "displacement_at_peak", "work_of_fracture", "pattern", "leading_notch", "bifurcations_projected",
-         "crack_area", "crack_speed_max", "effective_toughness")
 N_SCATTERED = 4  # results in scatter plots
 ROW_HEIGHT = 0.21  # [inch]
 MESH, REST = style.MUTED, style.BODY
@@ -27,7 +24,7 @@ def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
     found = ensemble.sensitivities
     if not found or not found["results"]:
         return None
-    rows = _rows(found["results"], len(ensemble.sections))
+    rows = _rows(found["results"], ensemble)
     result = Section("Sensitivity to the random inputs",
                      f"Shares of each result's variance, from {found['n_draws']} draws and {found['n_samples']} samples: Sobol' indices of first "
                      "order of the random inputs, by a polynomial chaos expansion"
@@ -46,11 +43,11 @@ def _fewer(rows: list[dict[str, Any]], n_draws: int) -> str:
     return f" Of fewer draws, as of those that broke: {', '.join(dict.fromkeys(fewer))}." if fewer else ""
 
 
-def _rows(results: list[dict[str, Any]], n_sections: int) -> list[dict[str, Any]]:
-    """The results that are shown: of two that say the opposite ("one crack", "two cracks") the second."""
-    groups = [[one for one in results if one["result"] == name] for name in ASKED]
+def _rows(results: list[dict[str, Any]], ensemble: Ensemble) -> list[dict[str, Any]]:
+    """The results that are shown: of two that say the opposite ("one crack", "two cracks") the second; then positions at the middle section."""
+    groups = [[one for one in results if one["result"] == result.name] for result in ensemble.samples.results if result.explained]
     shown = [one for group in groups for one in (group[1:] if len(group) == 2 and group[0]["share_of"] else group)]
-    middle = n_sections // 2
+    middle = len(ensemble.sections) // 2
     return shown + [one for one in results if one.get("section") == middle]
 
 

@@ -13,7 +13,8 @@ from ..choosing import samples_in_detail
 from ..drawing import facet_colours, time_bar, time_colours
 from ..options import Options
 from ..plate import Plate
-from ..results import CrackSurface, Ensemble
+from ..fields import CrackSurface
+from ..results import Ensemble
 from .picture import Picture, Section, View
 
 AT_THICKNESS = np.array([1e-6, 0.5, 1 - 1e-6])  # where the borders of materials are drawn

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/cracks/crack_history.h"
+
+#include "crackle/common/index.h"
+#include "crackle/common/real.h"
+
+#include "polyline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace crackle::cracks {
+
+namespace {
+
+/// The energy released by the cracks that began at a start over time.
+class Releases {
+public:
+  /// @pre times ascend
+  void add(double time, double energy) {
+    times_.push_back(time);
+    sums_.push_back((sums_.empty() ? 0 : sums_.back()) + energy);
+  }
+  double until(double time) const {
+    const auto n = std::ranges::upper_bound(times_, time) - times_.begin();
+    return n > 0 ? sums_[index(n - 1)] : 0;
+  }
+
+private:
+  std::vector<double> times_, sums_;  // [s], [J]
+};
+
+/// The course of a tip along the path of its crack.
+class TipCourse {
+public:
+  TipCourse() = default;
+  explicit TipCourse(FrontTrajectory trajectory) : trajectory_(std::move(trajectory)) {}
+  /// A crack that is too short for a path: how far its facets lie from the start; without speeds.
+  TipCourse(const CrackSurface& surface, const geometry::CrackStart& start, std::int32_t number) {
+    for (const CrackFacet& facet : surface.facets) {
+      if (surface.cracks[index(facet.crack)].origin() != number) continue;
+      double place = 0;
+      for (const geometry::Point& corner : facet.corner) place += start.advance(corner) / 4;
+      if (place <= length()) continue;
+      auto& points = trajectory_.points;
+      if (!points.empty() && facet.time <= points.back().reached)
+        points.back().place = place;
+      else
+        points.push_back({place, facet.time, facet.time, 0, not_a_number, 0});
+    }
+  }
+
+  double length() const { return trajectory_.points.empty() ? 0 : trajectory_.length(); }
+
+  /// Position of the tip at a time.
+  double place_at(double time) const {
+    const auto next = next_at(time);
+    if (next == trajectory_.points.begin()) return 0;
+    if (next == trajectory_.points.end()) return length();
+    const FrontTrajectory::Point& last = *std::prev(next);
+    return std::lerp(last.place, next->place, (time - last.reached) / (next->reached - last.reached));
+  }
+
+  struct Tip {
+    double speed = not_a_number;
+    double speed_ratio = not_a_number;   ///< to the Rayleigh speed there
+    double release_rate = not_a_number;  ///< per length of its path [J/m]
+  };
+  /// The tip at a time of the dynamic phase while it is moving, by straight lines fitted over the part of
+  /// the window around it that it passed in that phase, up to its jumps.
+  Tip tip_at(double time, const Releases& releases) const {
+    LineFit arrival, energy;
+    const auto& points = trajectory_.points;
+    if (points.empty() || time <= std::max(0.0, points.front().reached) || time >= points.back().reached)
+      return {};
+    const double place = place_at(time);
+    const int run = next_at(time)->run;
+    if (run < 0) return {};
+    double first = infinity, last = 0;
+    for (const FrontTrajectory::Point& point : points) {
+      const double ahead = point.place - place;
+      if (std::abs(ahead) > trajectory_.window / 2 || point.reached <= 0 || point.run != run) continue;
+      arrival.add(ahead, point.time);
+      energy.add(ahead, releases.until(point.reached));
+      first = std::min(first, point.place);
+      last = point.place;
+    }
+    if (arrival.n() <= 2 || !(arrival.slope() > 0)) return {};
+    const double speed = 1 / arrival.slope();
+    return {speed, speed * trajectory_.slowness(first, last), energy.slope()};
+  }
+
+private:
+  /// The point that the front comes to next.
+  std::vector<FrontTrajectory::Point>::const_iterator next_at(double time) const {
+    return std::ranges::upper_bound(trajectory_.points, time, {}, &FrontTrajectory::Point::reached);
+  }
+
+  FrontTrajectory trajectory_{};
+};
+
+/// The longest path of each crack start.
+std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurface& surface,
+                                   std::span<const FrontTrajectory> trajectories) {
+  const auto& starts = body.crack_starts();
+  std::vector<TipCourse> courses(starts.size());
+  for (const FrontTrajectory& one : trajectories) {
+    TipCourse& longest = courses[index(one.start)];
+    if (one.length() > longest.length()) longest = TipCourse(one);
+  }
+  for (std::size_t k = 0; k < starts.size(); ++k)
+    if (courses[k].length() == 0) courses[k] = TipCourse(surface, starts[k], static_cast<std::int32_t>(k));
+  return courses;
+}
+
+/// Energy released by the tetrahedra of each start's cracks, in order of breaking. A facet's time is that of
+/// its tetrahedron.
+std::vector<Releases> releases_of(const CrackSurface& surface, std::size_t n_starts,
+                                  const dynamics::SampleResult& result) {
+  std::map<std::int64_t, double> energy;
+  const auto add = [&](const auto& records) {
+    for (const auto& record : records) energy[record.tetrahedron] += record.released_energy;
+  };
+  add(result.breaks);
+  add(result.bridge_releases);
+  add(result.stiffness_reductions);
+  std::vector<Releases> releases(n_starts);
+  for (const CrackFacet& facet : surface.facets) {
+    const auto found = energy.find(facet.tetrahedron);
+    const auto origin = surface.cracks[index(facet.crack)].origin();
+    if (found == energy.end() || origin < 0) continue;
+    releases[index(origin)].add(facet.time, found->second);
+    energy.erase(found);
+  }
+  return releases;
+}
+
+}  // namespace
+
+CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
+                           const dynamics::SampleResult& result,
+                           std::span<const FrontTrajectory> trajectories,
+                           const mechanics::TetrahedronField<double>& rayleigh_speed) {
+  CrackHistory history;
+  std::vector<std::size_t> all(surface.facets.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  history.rayleigh_speed = 1 / mean_slowness(surface, all, rayleigh_speed);
+  const std::size_t n_starts = history.n_starts = body.crack_starts().size();
+  const std::vector<TipCourse> courses = tip_courses(body, surface, trajectories);
+  const auto releases = releases_of(surface, n_starts, result);
+  std::vector<double> area(n_starts, 0.0);  // by the start where the crack began
+  std::vector<std::size_t> belongs_to(n_starts);
+  std::iota(belongs_to.begin(), belongs_to.end(), 0);
+  for (const Crack& crack : surface.cracks)
+    if (crack.hole >= 0) belongs_to[index(crack.hole)] = index(crack.start);
+  const double start = start_of_times(result.breaks, result.phase_start);
+  std::size_t facet = 0, n_open = 0;
+  for (const dynamics::HistoryRow& row : result.history) {
+    // Facets are in order of breaking, several per tetrahedron.
+    for (; facet < surface.facets.size(); ++facet) {
+      const bool is_next =
+          facet == 0 || surface.facets[facet].tetrahedron != surface.facets[facet - 1].tetrahedron;
+      if (is_next && n_open == index(row.energy.broken)) break;
+      if (is_next) ++n_open;
+      const auto origin = surface.cracks[index(surface.facets[facet].crack)].origin();
+      if (origin >= 0) area[index(origin)] += surface.facets[facet].area;
+    }
+    const bool is_dynamic = row.phase > 0 && row.phase == result.counts.dynamic_phases;
+    // On the time axis of the facets.
+    const double time = is_dynamic ? row.energy.time : row.load_time - start;
+    for (std::size_t k = 0; k < n_starts; ++k) {
+      double all_area = 0, length = 0;
+      TipCourse::Tip tip;
+      for (std::size_t from = 0; from < n_starts; ++from) {
+        if (belongs_to[from] != k) continue;
+        all_area += area[from];
+        if (area[from] > 0) length += courses[from].place_at(time);
+        const auto here = is_dynamic ? courses[from].tip_at(time, releases[from]) : TipCourse::Tip{};
+        if (here.speed > tip.speed || std::isnan(tip.speed)) tip = here;
+      }
+      history.area.push_back(all_area);
+      history.length.push_back(length);
+      history.speed.push_back(tip.speed);
+      history.speed_ratio.push_back(tip.speed_ratio);
+      history.release_rate.push_back(tip.release_rate / body.size()[0]);
+    }
+  }
+  return history;
+}
+
+}  // namespace crackle::cracks

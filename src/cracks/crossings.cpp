@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crossings.h"
+
+#include "crackle/common/disjoint_sets.h"
+#include "crackle/common/index.h"
+#include "crackle/common/real.h"
+#include "crackle/common/vector.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+
+namespace crackle::cracks {
+
+namespace {
+
+double gap(double a_low, double a_high, double b_low, double b_high) {
+  return std::max({0.0, a_low - b_high, b_low - a_high});
+}
+
+bool are_near(const Trace& a, const Trace& b) {
+  const double spacing = (a.spacing + b.spacing) / 2;
+  if (gap(a.x[0], a.x[1], b.x[0], b.x[1]) > hole_size * spacing) return false;
+  const auto [a_low, a_high] = std::minmax(a.across[0], a.across[1]);
+  const auto [b_low, b_high] = std::minmax(b.across[0], b.across[1]);
+  return gap(a_low, a_high, b_low, b_high) <= crossing_gap * spacing;
+}
+
+/// The ends of all traces, ascending: between two of them the set of traces is constant.
+std::vector<double> ends(std::span<const Trace> traces, std::span<const std::size_t> members) {
+  std::vector<double> x;
+  for (const std::size_t i : members) x.insert(x.end(), {traces[i].x[0], traces[i].x[1]});
+  std::sort(x.begin(), x.end());
+  x.erase(std::unique(x.begin(), x.end()), x.end());
+  return x;
+}
+
+/// Integrals over the covered thickness of 1, of the mean over the traces at equal x, of its square, and of
+/// the first opening time.
+struct Integrals {
+  double length = 0;
+  double first = 0;
+  double second = 0;
+  double time = 0;
+  double dynamic_time = 0;  // with 0 for openings before the last dynamic phase
+};
+
+Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> members) {
+  const std::vector<double> x = ends(traces, members);
+  Integrals integrals;
+  // Squares are taken relative to a nearby value, to preserve digits.
+  const double origin = traces[members.front()].across[0];
+  for (std::size_t k = 0; k + 1 < x.size(); ++k) {
+    const double middle = (x[k] + x[k + 1]) / 2;
+    double sum = 0;
+    double slope = 0;
+    double time = infinity;
+    int n = 0;
+    for (const std::size_t i : members) {
+      const Trace& trace = traces[i];
+      if (trace.x[0] > x[k] || trace.x[1] < x[k + 1]) continue;
+      const double steepness = (trace.across[1] - trace.across[0]) / (trace.x[1] - trace.x[0]);
+      sum += trace.across[0] + steepness * (middle - trace.x[0]);
+      slope += steepness;
+      time = std::min(time, trace.time);
+      ++n;
+    }
+    if (n == 0) continue;
+    const double length = x[k + 1] - x[k];
+    const double value = sum / n - origin;
+    const double rise = slope / n * length;
+    integrals.length += length;
+    integrals.time += time * length;
+    integrals.dynamic_time += std::max(0.0, time) * length;
+    integrals.first += value * length;
+    integrals.second += (value * value + rise * rise / 12) * length;
+  }
+  return integrals;
+}
+
+/// The facets of cracks with this number of a start.
+Indices facets_of(const CrackSurface& surface, std::int32_t start, auto number_of) {
+  Indices facets;
+  for (std::size_t i = 0; i < surface.facets.size(); ++i)
+    if (std::invoke(number_of, surface.cracks[index(surface.facets[i].crack)]) == start) facets.push_back(i);
+  return facets;
+}
+
+}  // namespace
+
+std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t start) {
+  return facets_of(surface, start, &Crack::start);
+}
+
+std::vector<std::size_t> facets_begun_at(const CrackSurface& surface, std::int32_t start) {
+  return facets_of(surface, start, &Crack::origin);
+}
+
+double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets) {
+  double sum = 0;
+  for (const std::size_t i : facets) sum += local_spacing(surface.facets[i]);
+  return facets.empty() ? 0 : sum / static_cast<double>(facets.size());
+}
+
+std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets,
+                             const geometry::CrossPlane& plane) {
+  std::vector<Trace> traces;
+  for (const std::size_t i : facets) {
+    const CrackFacet& facet = surface.facets[i];
+    std::array<double, 4> along{};
+    for (std::size_t k = 0; k < 4; ++k) along[k] = dot(facet.corner[k], plane.normal);
+    std::array<std::pair<double, double>, 2> end;
+    std::size_t n_ends = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t next = (k + 1) % 4;
+      // Half-open intervals, so that a corner on the plane belongs to only one of its sides; a convex facet
+      // then has two intersected sides or none.
+      if ((along[k] < plane.position) == (along[next] < plane.position) || n_ends == 2) continue;
+      const geometry::Point& a = facet.corner[k];
+      const geometry::Point& b = facet.corner[next];
+      const double share = (plane.position - along[k]) / (along[next] - along[k]);
+      const double side = plane.coordinate(a);
+      end[n_ends++] = {a[0] + share * (b[0] - a[0]), side + share * (plane.coordinate(b) - side)};
+    }
+    if (n_ends < 2) continue;
+    if (end[1].first < end[0].first) std::swap(end[0], end[1]);
+    traces.push_back(
+        {{end[0].first, end[1].first}, {end[0].second, end[1].second}, local_spacing(facet), facet.time, i});
+  }
+  return traces;
+}
+
+Trace extent(const CrackSurface& surface, std::size_t facet, const Vector& across) {
+  const std::array<geometry::Point, 4>& corner = surface.facets[facet].corner;
+  const double first = dot(corner[0], across);
+  Trace box{{corner[0][0], corner[0][0]},
+            {first, first},
+            local_spacing(surface.facets[facet]),
+            surface.facets[facet].time,
+            facet};
+  for (const geometry::Point& p : corner) {
+    box.x[0] = std::min(box.x[0], p[0]);
+    box.x[1] = std::max(box.x[1], p[0]);
+    box.across[0] = std::min(box.across[0], dot(p, across));
+    box.across[1] = std::max(box.across[1], dot(p, across));
+  }
+  return box;
+}
+
+std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness) {
+  DisjointSets sets(traces.size());
+  for (std::size_t i = 0; i < traces.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j)
+      if (are_near(traces[i], traces[j])) sets.join(i, j);
+  }
+  std::vector<std::vector<std::size_t>> members(traces.size());
+  for (std::size_t i = 0; i < traces.size(); ++i) members[sets.smallest(i)].push_back(i);
+  std::erase_if(members, [&](const auto& some) {
+    return some.empty() || integrate(traces, some).length < min_thickness_share * thickness;
+  });
+  return members;
+}
+
+std::pair<double, double> advances(const CrackFacet& facet, const geometry::CrackStart& start) {
+  std::array<double, 4> advance{};
+  std::ranges::transform(facet.corner, advance.begin(),
+                         [&](const geometry::Point& corner) { return start.advance(corner); });
+  const auto [low, high] = std::ranges::minmax(advance);
+  return {low, high};
+}
+
+void sort_unique(Indices& numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+bool intersects(const Indices& a, const Indices& b) {
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
+    if (*i == *j) return true;
+    *i < *j ? ++i : ++j;
+  }
+  return false;
+}
+
+void add(Indices& to, const Indices& from) {
+  to.insert(to.end(), from.begin(), from.end());
+  sort_unique(to);
+}
+
+std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,
+                                      std::span<const std::int32_t> branch,
+                                      const geometry::CrossPlane* plane) {
+  struct Part {
+    BranchCrossing crossing;
+    double spread;
+    double time;
+    double arrival;
+  };
+  std::vector<Part> parts;
+  std::map<std::int32_t, double> largest;  // share of each branch
+  for (const auto& group_members : group(traces, thickness)) {
+    std::map<std::int32_t, std::vector<std::size_t>> branches;
+    for (const std::size_t i : group_members)
+      branches[branch.empty() ? 0 : branch[traces[i].facet]].push_back(i);
+    for (const auto& [number, members] : branches) {
+      const Integrals found = integrate(traces, members);
+      if (!(found.length > 0)) continue;
+      const double mean = found.first / found.length;
+      if (plane != nullptr && !plane->holds(traces[members.front()].across[0] + mean)) continue;
+      const double variance = std::max(0.0, found.second / found.length - mean * mean);
+      const double share = found.length / thickness;
+      parts.push_back({{traces[members.front()].across[0] + mean, share, number},
+                       std::sqrt(variance),
+                       traces[group_members.front()].time,
+                       (found.dynamic_time > 0 ? found.dynamic_time : found.time) / found.length});
+      largest[number] = std::max(largest[number], share);
+    }
+  }
+  // Remains of a branch next to another one are not a separate crossing.
+  std::erase_if(parts, [&](const Part& part) {
+    const double share = part.crossing.share;
+    return share < (share == largest[part.crossing.branch] ? min_branch_share : min_thickness_share);
+  });
+  if (parts.empty()) return std::nullopt;
+  // Traces are in order of breaking and groups in order of their first trace, so among parts of equal
+  // coverage the earliest is the main one.
+  const auto rank = [](const Part& part) {
+    return std::pair(part.crossing.branch == 0, part.crossing.share);
+  };
+  const Part& main = *std::ranges::max_element(parts, {}, rank);
+  Crossing crossing{main.crossing.position, main.spread, main.time, main.arrival, {}};
+  for (const Part& part : parts) crossing.branches.push_back(part.crossing);
+  std::ranges::stable_sort(crossing.branches, {}, &BranchCrossing::position);
+  return crossing;
+}
+
+std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
+                                               const CrackBranches& branches,
+                                               const input::Sections& sections) {
+  std::vector<SectionCrossing> crossings;
+  for (std::size_t number = 0; number < body.crack_starts().size(); ++number) {
+    const std::vector<std::size_t> facets = facets_from(surface, static_cast<std::int32_t>(number));
+    for (const input::Section& section : sections.all()) {
+      const geometry::CrossPlane plane = geometry::plane_of(section);
+      const geometry::CrackStart& start = body.crack_starts()[number];
+      std::optional<Crossing> crossing;
+      if (!start.is_straight || start.advance_to(plane))
+        crossing = main_crossing(intersect(surface, facets, plane), body.size()[0], branches.branch, &plane);
+      crossings.push_back(
+          crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arrival, crossing->branches}
+                   : SectionCrossing{not_a_number, not_a_number, not_a_number, {}});
+    }
+  }
+  return crossings;
+}
+
+namespace {
+
+/// A connected piece of a crack in one slab, with the pieces of the next slab that share a facet with it.
+struct Piece {
+  Indices facets;
+  Indices next;  ///< indices into the next slab
+};
+using Slab = std::vector<Piece>;
+
+/// Facets of a crack, cut into slabs of thickness `spacing` along its advance, starting at the tip.
+std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std::size_t> facets,
+                               const geometry::CrackStart& start, double spacing, double thickness) {
+  const auto n_slabs = static_cast<std::size_t>(std::ceil(start.ligament / spacing));
+  std::vector<std::vector<Trace>> traces(n_slabs);
+  for (const std::size_t i : facets) {
+    const auto [low, high] = advances(surface.facets[i], start);
+    if (high < 0 || low >= start.ligament) continue;
+    const auto first = static_cast<std::size_t>(std::max(0.0, std::floor(low / spacing)));
+    const auto last = std::min(static_cast<std::size_t>(std::floor(high / spacing)), n_slabs - 1);
+    const Trace box = extent(surface, i, start.across);
+    for (std::size_t k = first; k <= last; ++k) traces[k].push_back(box);
+  }
+  std::vector<Slab> slabs(n_slabs);
+  for (std::size_t k = 0; k < n_slabs; ++k) {
+    for (const auto& members : group(traces[k], thickness)) {
+      Piece piece;
+      for (const std::size_t i : members) piece.facets.push_back(traces[k][i].facet);
+      slabs[k].push_back(std::move(piece));
+    }
+  }
+  for (std::size_t k = 0; k + 1 < n_slabs; ++k) {
+    for (Piece& piece : slabs[k]) {
+      for (std::size_t j = 0; j < slabs[k + 1].size(); ++j) {
+        if (intersects(piece.facets, slabs[k + 1][j].facets)) piece.next.push_back(j);
+      }
+    }
+  }
+  return slabs;
+}
+
+}  // namespace
+
+std::vector<ChainLink> longest_chain(const CrackSurface& surface, std::span<const std::size_t> facets,
+                                     const geometry::CrackStart& line, double spacing, double thickness,
+                                     bool from_first) {
+  std::vector<Slab> slabs = cut_in_slabs(surface, facets, line, spacing, thickness);
+  std::vector<std::vector<std::size_t>> n_ahead(slabs.size());  // slabs of the longest chain from each piece
+  const auto longest = [&](std::size_t slab, const Indices& pieces) {
+    return *std::ranges::max_element(pieces, {}, [&](std::size_t piece) { return n_ahead[slab][piece]; });
+  };
+  std::size_t slab = slabs.size(), first = 0;
+  for (std::size_t k = slabs.size(); k-- > 0;) {
+    for (const Piece& piece : slabs[k])
+      n_ahead[k].push_back(1 + (piece.next.empty() ? 0 : n_ahead[k + 1][longest(k + 1, piece.next)]));
+    if (slabs[k].empty()) continue;
+    const auto best = std::ranges::max_element(n_ahead[k]);
+    if (!from_first && slab < slabs.size() && *best < n_ahead[slab][first]) continue;
+    slab = k;
+    first = static_cast<std::size_t>(best - n_ahead[k].begin());
+  }
+  std::vector<ChainLink> chain;
+  for (std::size_t piece = first; slab < slabs.size(); ++slab) {
+    Piece& here = slabs[slab][piece];
+    chain.push_back({slab, std::move(here.facets)});
+    if (here.next.empty()) break;
+    piece = longest(slab + 1, here.next);
+  }
+  return chain;
+}
+
+}  // namespace crackle::cracks

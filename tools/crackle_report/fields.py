@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a sample's file holds, in SI units; `sample_files` fills them."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class CrackSurface:
+    """The opened dual facets of one sample, in order of breaking."""
+
+    corner: np.ndarray  # facets x 4 x 3 [m]
+    time: np.ndarray  # facets; since the onset of the last dynamic phase, negative before it [s]
+    notch: np.ndarray  # facets; the notch that the facet's crack started at, or -1
+    tetrahedron: np.ndarray  # facets; the one that the facet lies in
+    phase_end: float  # of the last dynamic phase, since its onset [s]
+
+    @property
+    def last_opening(self) -> float:
+        """When the last facet opened in the last dynamic phase, since its onset [s]: slow loading may open others minutes later."""
+        return float(self.time[self.time <= (1 + 1e-9) * self.phase_end].max(initial=0.0))
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where a sample broke."""
+
+    first: np.ndarray  # x, y, z: middle of the tetrahedron that broke first [m]
+    first_time: float  # of that break, of the loads' programs [s]
+    largest: np.ndarray  # x, y, z: middle of the largest crack [m]; NaN where none has opened
+    largest_area: float  # [m^2]
+    largest_start: float  # when it began, since the onset of the last dynamic phase [s]; negative before it
+
+
+@dataclass(frozen=True)
+class CrackLine:
+    """A crack as a line in the YZ plane: the mean of its surface over the thickness."""
+
+    notch: int
+    is_branch: bool
+    points: np.ndarray  # n x 2: y, z [m]
+
+
+@dataclass(frozen=True)
+class BranchingPoints:
+    """Where one crack becomes two branches, of one sample."""
+
+    position: np.ndarray  # n x 2: y, z where the gap between the branches begins [m]
+    x: np.ndarray  # middle of the range through the thickness [m]
+    time: np.ndarray  # when the later branch opened, since onset [s]
+    length: np.ndarray  # of the secondary branch [m]
+    angle: np.ndarray  # between the branches [rad]
+    share: np.ndarray  # of the thickness that the secondary branch spans
+    notch: np.ndarray
+    in_projection: np.ndarray  # 0 or 1
+    in_space: np.ndarray  # 0 or 1
+
+
+@dataclass(frozen=True)
+class Energy:
+    """The energy account over the last dynamic phase [J], counted from the unloaded body."""
+
+    time: np.ndarray  # since its onset [s]
+    kinetic: np.ndarray
+    strain: np.ndarray
+    external: np.ndarray
+    released: np.ndarray
+    dissipated: np.ndarray
+
+
+@dataclass(frozen=True)
+class History:
+    """Moments of a whole sample: equilibria of quasi-static loading and outputs of its dynamic phases."""
+
+    time: np.ndarray  # of the loads' programs [s]
+    phase: np.ndarray  # number of the dynamic phase; 0 in quasi-static loading
+    phase_time: np.ndarray  # since the start of the dynamic phase [s]
+    governing_load: np.ndarray  # of the testing machine, along its drive [N]
+    governing_displacement: np.ndarray  # likewise [m]
+    crack_area: np.ndarray  # moments x crack starts [m^2]
+    crack_length: np.ndarray  # likewise [m]
+    tip_speed: np.ndarray  # likewise [m/s]; NaN where no tip runs
+    tip_speed_ratio: np.ndarray  # likewise; to the Rayleigh speed where it runs
+    energy_release_rate: np.ndarray  # likewise [J/m^2]
+    rayleigh_speed: float  # mean where cracks ran [m/s]
+
+    @property
+    def in_last_phase(self) -> np.ndarray:
+        """Which moments are of the last dynamic phase."""
+        return (self.phase == self.phase.max(initial=0)) & (self.phase > 0)
+
+
+@dataclass(frozen=True)
+class Frames:
+    """A sample's fields at some times of the last dynamic phase, and what their stress follows from."""
+
+    nodes: np.ndarray  # n x 3 [m]
+    tetrahedra: np.ndarray  # m x 4
+    time: np.ndarray  # frames; since onset [s]
+    displacement: np.ndarray  # frames x n x 3 [m]
+    velocity: np.ndarray  # frames x n x 3 [m/s]
+    broken: list[np.ndarray]  # for each frame the tetrahedra broken by then
+    cut: list[np.ndarray]  # the most loaded cut of each of them when it broke, index into stress.CUTS
+    released: list[np.ndarray]  # the edges that each of them has released by then, as bits in the order of mesh.EDGES
+    remaining: list[np.ndarray]  # the share of its stiffness that each of them still has, while it is released over some time
+    stiffness: list[np.ndarray]  # m for each frame, the share that softening has left; 1 without softening
+    has_contact: bool  # whether broken tetrahedra resist being closed again
+    youngs_modulus: np.ndarray  # m [Pa]
+    poisson_ratio: np.ndarray  # m
+    material: np.ndarray  # m, numbers; 0 if there is one
+    initial_strain: np.ndarray  # m x 6, at which each tetrahedron is free of stress, in the order of stress.element_stress
