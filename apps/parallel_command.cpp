@@ -53,7 +53,7 @@ namespace {
 constexpr double minute = 60, hour = 3600, day = 86400;  // [s]
 
 /// "8h", "30 min", "90"
-std::optional<double> with_unit(std::string_view text) {
+std::optional<double> seconds_with_unit(std::string_view text) {
   constexpr std::array<std::pair<std::string_view, double>, 7> units{
       {{"", 1}, {"s", 1}, {"m", minute}, {"min", minute}, {"h", hour}, {"d", day}, {"days", day}}};
   double number = 0;
@@ -100,7 +100,7 @@ std::optional<double> duration(std::string_view text) {
   std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
   const bool has_unit = std::ranges::any_of(lower, [](unsigned char c) { return std::isalpha(c) != 0; });
   const bool is_of_slurm = !has_unit && lower.find_first_of(":-") != std::string::npos;
-  const auto seconds = is_of_slurm ? as_slurm_writes(lower) : with_unit(lower);
+  const auto seconds = is_of_slurm ? as_slurm_writes(lower) : seconds_with_unit(lower);
   return seconds && *seconds > 0 && std::isfinite(*seconds) ? seconds : std::nullopt;
 }
 
