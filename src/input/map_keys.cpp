@@ -27,6 +27,7 @@ Key of_map(Key key) {
     if (!parameters.map || i + 1 < parameters.materials.size()) return {};
     return show(parameters, 0);
   };
+  key.affects = Affects::materials;
   return key;
 }
 
