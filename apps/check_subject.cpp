@@ -21,7 +21,7 @@
 #include "crackle/input/reader.h"
 #include "crackle/input/softening_limits.h"
 #include "crackle/mechanics/elasticity.h"
-#include "crackle/plane/chords.h"
+#include "crackle/plane/shape.h"
 
 #include "commands.h"
 #include "mesh_tables.h"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/index.h"
 #include "crackle/dynamics/energy_account.h"
+#include "crackle/dynamics/integrator.h"
 #include "crackle/dynamics/moving_body.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
@@ -14,7 +15,6 @@
 #include "ghost_displacements.h"
 #include "initial_force.h"
 #include "state_range.h"
-#include "substeps.h"
 #include "viscous_force.h"
 
 #include "fracture/stress_screening.h"

@@ -2,7 +2,7 @@
 #include "crackle/common/index.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/moving_body.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 

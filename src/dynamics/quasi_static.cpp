@@ -6,7 +6,7 @@
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/fracture/connectivity.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"

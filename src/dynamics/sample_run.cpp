@@ -2,6 +2,7 @@
 #include "crackle/dynamics/sample_run.h"
 
 #include "crackle/common/freed_memory.h"
+#include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
@@ -16,10 +17,7 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
-#include "counted_results.h"
-#include "initial_velocity.h"
 #include "phase_output.h"
-#include "phase_progress.h"
 #include "sample_checkpoints.h"
 
 #include <fmt/format.h>
@@ -36,6 +34,59 @@
 namespace crackle::dynamics {
 
 namespace {
+
+/// Reports the progress of a dynamic phase on a group's root: by the sample's status line if there is one,
+/// otherwise now and then by a line of its log.
+class PhaseProgress {
+public:
+  /// @param control must outlive the object
+  /// @param phase number of the phase, from 1
+  /// @param duration of the phase [s]
+  /// @param first_time since the start of the phase, at which this run begins [s]
+  PhaseProgress(const SampleControl& control, std::int64_t phase, double duration, double first_time)
+      : control_(&control), phase_(phase), duration_(duration), first_time_(first_time) {}
+
+  /// @param row of the energy account; rows up to the start of this run are left out
+  void report(const EnergyRow& row);
+
+private:
+  const SampleControl* control_;
+  std::int64_t phase_;
+  double duration_, first_time_;
+  Stopwatch watch_;
+  double last_report_ = 0;  // by the stopwatch [s]
+};
+
+/// Seconds between two lines of the log.
+constexpr double report_interval = 20;
+
+void PhaseProgress::report(const EnergyRow& row) {
+  if (!(row.time > first_time_)) return;
+  const double seconds = watch_.seconds();
+  const bool is_due = seconds >= last_report_ + report_interval;
+  const SampleLog& log = control_->progress ? control_->progress : control_->log;
+  if (!log || (!control_->progress && !is_due)) return;
+  last_report_ = seconds;
+  log(fmt::format(
+      "dynamic phase {}: {:.0f} %, {:.1f} of {:.1f} us, {} tetrahedra broken, {:.0f} s left at most", phase_,
+      100 * row.time / duration_, 1e6 * row.time, 1e6 * duration_, row.broken,
+      seconds * (duration_ - row.time) / (row.time - first_time_)));
+}
+
+/// Gives owned nodes the input's velocity at the start. Components with a prescribed motion stay at rest:
+/// their drive gives them their velocity. Local.
+void set_initial_velocity(const MotionContext& context, const input::Parameters& parameters,
+                          MotionState& state) {
+  const auto v = state.velocity.owned();
+  const auto& nodes = context.body->subdomain().nodes;
+  for (const input::BodyLoad& load : parameters.initial_velocities())
+    for (std::size_t n = 0; 3 * n < v.size(); ++n) {
+      const Vector velocity = load.at(nodes[n]);
+      for (std::size_t c = 0; c < 3; ++c) v[3 * n + c] += velocity[c];
+    }
+  for (const auto& motion : context.loads->motions)
+    for (const auto node : motion.nodes) v[index(node, motion.component)] = 0;
+}
 
 /// Memory needed to analyse and write a sample, beyond the sample itself [byte].
 constexpr std::size_t room_for_results = std::size_t{64} << 20;

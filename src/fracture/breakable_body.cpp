@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/breakable_body.h"
 
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/geometry/dual_facets.h"
 #include "crackle/geometry/face_neighbours.h"
 #include "crackle/parallel/collectives.h"

@@ -3,7 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/fracture/toughness.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"

@@ -2,7 +2,7 @@
 #include "consistency.h"
 
 #include "crackle/common/index.h"
-#include "crackle/input/poisson_limits.h"
+#include "crackle/input/parameters.h"
 
 #include "dimension.h"
 

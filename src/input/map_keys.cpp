@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [material.map]: rasters of materials, stiffness or strength.
 #include "consistency.h"
-#include "crackle/common/file_digest.h"
+#include "crackle/common/checksum.h"
 #include "crackle/common/quantity_text.h"
 #include "schema.h"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Consistency of materials and interfaces.
+#include "crackle/input/parameters.h"
+
 #include "consistency.h"
-#include "crackle/input/poisson_limits.h"
 #include "dimension.h"
 
 #include <fmt/ranges.h>

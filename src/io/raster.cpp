@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/raster.h"
 
+#include "crackle/common/checksum.h"
 #include "crackle/common/failure.h"
-#include "crackle/common/file_digest.h"
 #include "crackle/common/printable.h"
 #include "crackle/common/quantity_text.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
-#include "crackle/common/file_digest.h"
+#include "crackle/common/checksum.h"
 #include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/input/reader.h"

@@ -9,7 +9,7 @@
 #include "crackle/cracks/crack_pattern.h"
 #include "crackle/cracks/front_trajectory.h"
 #include "crackle/cracks/section_crossings.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 #include "crackle/mechanics/elasticity.h"
 
 #include "support/structured_mesh.h"

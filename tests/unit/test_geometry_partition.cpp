@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/centroid.h"
 #include "crackle/geometry/partition.h"
+#include "crackle/geometry/point.h"
 #include "crackle/geometry/subdomain.h"
 
 #include "support/geometry_bodies.h"

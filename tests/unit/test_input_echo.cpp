@@ -407,7 +407,32 @@ TEST(InputEcho, EveryKeySaysWhatItAffects) {
     }
     table_of_effects += "\n";
   }
-  EXPECT_EQ(table_of_effects, R"()");
+  EXPECT_EQ(table_of_effects, R"(ensemble: layers samples; points seed; run ranks_per_sample meshes; draws plan replicates
+ensemble.stop: run half_width confidence min_samples
+specimen: body size thickness outline radius
+specimen.hole: body center radius semi_axes angle polygon
+specimen.notch: body face at depth height from to end
+specimen.region: body material x y z center radius semi_axes angle polygon
+mesh: points spacing notch_spacing growth; mesh perturbation; points min_quality; mesh symmetry; points base; run points
+mesh.region: points x y z spacing
+material: materials name; sample youngs_modulus poisson_ratio density strength toughness fracture_toughness impulse release_time
+material.variation: sample of distribution modulus coefficient_of_variation correlation_length with_strength
+material.map: materials file dataset of axes origin spacing scale checksum
+interface: materials between; sample strength toughness
+fracture: sample strength toughness fracture_toughness length nucleation exponent impulse accumulation release release_time softening teeth contact
+fracture.variation: sample of distribution modulus reference_volume coefficient_of_variation correlation_length
+boundary: place on; points region.x region.y region.z; sample fix force traction velocity displacement pressure absorbing rate history factor.along factor.table name
+load: sample acceleration body_force angular_velocity axis point velocity velocity_gradient center rate history
+initial.stress: sample along surface profile components temperature expansion material history
+time: sample start step duration integrator engine precision arrest after_separation
+damping: sample mass bulk
+sections: reading y z
+sections.line: reading from to
+output: records frames history governing
+output.probe: records name at
+random: draws key distribution mean standard_deviation lower upper mode scale shape
+sweep: sample key values
+)");
 }
 
 /// The keys of the list, as "table.key".

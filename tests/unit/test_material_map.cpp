@@ -2,7 +2,7 @@
 // [material.map]: rasters in two formats, their place in the body, and the mistakes that users make.
 #include "crackle/ensemble/material_map.h"
 #include "crackle/ensemble/memory.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 #include "crackle/io/raster.h"
 #include "io/hdf5.h"
 #include "support/box_mesh.h"

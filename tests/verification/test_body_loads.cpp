@@ -31,10 +31,7 @@ using input::LoadKind;
 /// rests on rollers, so that nothing hinders the sides.
 struct Bar {
   explicit Bar(const Vector& size, std::array<int, 3> cells) {
-    parameters.specimen.size = size;
-    parameters.materials[0] = {3300e6, 0, 1180};
-    parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
-    parameters.time.duration = 4e-5;
+    parameters = test::brittle(size, {3300e6, 0, 1180});
     for (const Face face : {Face::x_min, Face::y_min, Face::z_min}) {
       std::array<bool, 3> held{};
       held[index(input::axis_of(face))] = true;

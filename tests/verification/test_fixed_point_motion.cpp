@@ -3,7 +3,7 @@
 // with the plain double-precision dynamics, and no overloaded tetrahedron missed.
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/fracture/tuler_butcher.h"
 
 #include "dynamics/fixed_point_state.h"

@@ -6,7 +6,7 @@
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/fracture/toughness.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 
 #include "support/criterion.h"
 #include "support/job.h"

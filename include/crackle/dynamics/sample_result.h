@@ -154,4 +154,9 @@ struct SampleResult {
 
 std::string to_string(Outcome outcome);
 
+/// Drops breaks, energy rows and history rows after the counted time of the last dynamic phase: they only
+/// served to show that it was the last one. Everything counts if loading continued after it.
+/// @param counted_time since the start of the last phase [s]
+void drop_uncounted(SampleResult& result, double counted_time);
+
 }  // namespace crackle::dynamics

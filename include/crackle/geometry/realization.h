@@ -6,7 +6,9 @@
 #include "crackle/geometry/point.h"
 #include "crackle/input/parameters.h"
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace crackle::geometry {
@@ -83,5 +85,10 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
 /// @return quality of the worst tetrahedron
 /// @throws std::runtime_error naming the first violation with its figures
 double verify(const Realization& realization, const Body& body, double min_quality);
+
+/// Realization::interface, from the other members.
+/// @param pairs of materials
+std::vector<std::uint8_t> interface_numbers(const Realization& realization,
+                                            std::span<const std::array<int, 2>> pairs);
 
 }  // namespace crackle::geometry
