@@ -69,7 +69,7 @@ void for_each_array(Subdomain& part, const Work& work) {
   work(part.layout.first_owned);
   work(part.tetrahedra);
   work(part.tetrahedron_number);
-  work(part.counted);
+  work(part.owned);
   work(part.boundary);
   work(part.boundary_number);
   work(part.material);
