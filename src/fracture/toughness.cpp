@@ -140,7 +140,7 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
     at_node[index(node)] = std::cbrt(6 * std::sqrt(2.0) * volume);
   }
   parallel::GhostExchange<double> exchange(group, subdomain.layout);
-  parallel::agree(group);
+  parallel::check_peers(group);
   exchange.update(at_node);
   std::vector<double> spacings;
   spacings.reserve(operators.tetrahedra.size());

@@ -17,7 +17,7 @@ std::vector<Point> missing_face_points(const Body& body, std::span<const Point> 
   for (const Tetrahedron& t : crossing) {
     const std::array<Point, 4> corners{points[index(t[0])], points[index(t[1])], points[index(t[2])],
                                        points[index(t[3])]};
-    if (body.place(corners) != Place::crossing) continue;
+    if (body.classify(corners) != Containment::straddling) continue;
     for (std::size_t face = 0; face < body.n_meshed_faces(); ++face)
       for (std::size_t i = 0; i < 4; ++i)
         for (std::size_t j = 0; j < i; ++j) {

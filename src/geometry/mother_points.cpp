@@ -146,7 +146,8 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
 [[noreturn]] void refuse(const Body& body, const MotherPoints& points, double min_quality,
                          const std::vector<Tetrahedron>& bad) {
   const auto corner = [&](std::size_t i) { return points.position[index(bad.front()[i])]; };
-  const bool crossing = body.place({corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
+  const bool crossing =
+      body.classify({corner(0), corner(1), corner(2), corner(3)}) == Containment::straddling;
   fail(
       "mesh: the body cannot be tessellated with these points: {} tetrahedra extend beyond the body or are "
       "below min_quality = {}; the first, near ({:g}, {:g}, {:g}) mm, {}; use a finer spacing there or a "

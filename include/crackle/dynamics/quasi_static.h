@@ -7,7 +7,7 @@
 #include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/stress_average.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
@@ -21,7 +21,7 @@
 
 namespace crackle::dynamics {
 
-class CarriedShare;
+class StiffnessRatio;
 
 /// How a quasi-static phase ended.
 enum class QuasiStaticEnd {
@@ -44,9 +44,9 @@ public:
   /// @param ending_loads the loads, which end on fragments that come loose; nullptr: they continue
   /// @param vicinity of cracks, on which the criterion's strengths depend, or nullptr
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                     const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion, double patience,
+                     const mechanics::Conditions& loads, fracture::Criterion& criterion, double patience,
                      fracture::StressAverage* average = nullptr,
-                     mechanics::BoundaryLoads* ending_loads = nullptr,
+                     mechanics::Conditions* ending_loads = nullptr,
                      fracture::CrackVicinity* vicinity = nullptr);
   ~QuasiStaticLoading();
 
@@ -152,8 +152,8 @@ private:
 
   const parallel::Communicator* group_;
   fracture::BreakableBody* body_;
-  const mechanics::BoundaryLoads* loads_;
-  mechanics::BoundaryLoads* ending_loads_;
+  const mechanics::Conditions* loads_;
+  mechanics::Conditions* ending_loads_;
   fracture::Criterion* criterion_;
   fracture::StressAverage* average_;
   fracture::CrackVicinity* vicinity_;
@@ -162,7 +162,7 @@ private:
   std::vector<parallel::NodeField> unit_;          // for each force pattern, then for each driven motion
   std::vector<parallel::NodeField> initial_unit_;  // for each part of the initial strain
   std::vector<std::uint8_t> is_solved_;            // of these, with the current stiffness
-  std::unique_ptr<const CarriedShare> carried_share_;
+  std::unique_ptr<const StiffnessRatio> carried_share_;
   parallel::NodeField displacement_;  // equilibrium at time_
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
   double extent_ = 0;                 // of the body, the largest along an axis [m]
