@@ -53,7 +53,7 @@ Table material_table() {
   return {"material",
           Occurrence::once_or_many,
           "isotropic linear elasticity, and its own values of keys of [fracture]",
-          {name_key(),
+          {name_key().that_affects(Affects::materials),
            quantity_key("youngs_modulus", material(&Material::youngs_modulus),
                         with_example(stress_dimension, "3300 MPa"), positive_stress, required(),
                         "Young's modulus")
@@ -162,7 +162,7 @@ Table interface_table() {
   return {"interface",
           Occurrence::many,
           "where two materials meet: the tetrahedra with a node on their boundary",
-          {between_key(),
+          {between_key().that_affects(Affects::materials),
            optional_quantity_key("strength", interface(&Interface::strength), stress_dimension,
                                  positive_stress, own, "of these tetrahedra"),
            toughness_key(interface(&Interface::toughness), own, "of these tetrahedra")

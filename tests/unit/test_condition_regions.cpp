@@ -292,8 +292,9 @@ TEST(ConditionRegion, IsNotCrossedByBoundaryTriangles) {
 
 TEST(ConditionRegion, IsPartOfWhatAMeshFollowsFrom) {
   const auto settings = [](const std::string& region, const char* traction) {
-    return input::body_settings(parsed(box, held + std::string("[[boundary]]\non = \"z-max\"\n") + region +
-                                                "traction = [\"0 MPa\", \"0 MPa\", \"" + traction + "\"]\n"));
+    return input::settings_of(parsed(box, held + std::string("[[boundary]]\non = \"z-max\"\n") + region +
+                                              "traction = [\"0 MPa\", \"0 MPa\", \"" + traction + "\"]\n"),
+                              {input::Affects::body, input::Affects::points});
   };
   const std::string region = "region = { y = [\"7 mm\", \"12 mm\"] }\n";
   EXPECT_EQ(settings(region, "1 MPa"), settings(region, "2 MPa"));

@@ -3,6 +3,7 @@
 // all.
 #include "crackle/common/checksum.h"
 #include "crackle/input/reader.h"
+#include "input/schema.h"
 
 #include "unit/input_samples.h"
 
@@ -10,6 +11,7 @@
 #include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
+#include <array>
 #include <charconv>
 #include <filesystem>
 #include <fstream>
@@ -387,6 +389,25 @@ TEST(InputEcho, ShowsReadableUnitsInAlignedLines) {
                             "= [[0 s, 0], [20 ms, 1.25], [3 s, -2]]\n", "= [free, 2 mm/s, free]\n"}) {
     EXPECT_THAT(echo, ::testing::HasSubstr(shown));
   }
+}
+
+/// Which meshes cases share, which samples a folder may keep and what may be random follow from this.
+TEST(InputEcho, EveryKeySaysWhatItAffects) {
+  constexpr std::array words{"run",  "layers",    "draws",  "body",    "points", "place",
+                             "mesh", "materials", "sample", "records", "reading"};
+  std::string table_of_effects;
+  for (const input::Table& table : input::schema()) {
+    table_of_effects += table.path + ":";
+    std::string before;
+    for (const input::Key& key : table.keys) {
+      const std::string word = words.at(static_cast<std::size_t>(key.affects));
+      if (word != before) table_of_effects += (before.empty() ? " " : "; ") + word;
+      before = word;
+      table_of_effects += " " + key.name;
+    }
+    table_of_effects += "\n";
+  }
+  EXPECT_EQ(table_of_effects, R"()");
 }
 
 /// The keys of the list, as "table.key".

@@ -44,6 +44,17 @@ struct Realization {
   RealizationReport report;
 };
 
+/// Calls work(array) for each array of a Realization, or those that a Subdomain has in common with it.
+template <class Mesh, class Work>
+void for_each_array(Mesh& mesh, const Work& work) {
+  work(mesh.nodes);
+  work(mesh.tetrahedra);
+  work(mesh.boundary);
+  work(mesh.material);
+  work(mesh.interface);
+  work(mesh.map_factor);
+}
+
 /// Perturbs the base points, tessellates them (Delaunay, CGAL) and redraws points locally until the
 /// realization fills the body exactly and every tetrahedron has the minimum quality.
 ///
