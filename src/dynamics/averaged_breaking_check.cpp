@@ -24,12 +24,6 @@ constexpr double look_ahead = 1.25;
 
 }  // namespace
 
-void StressCache::clear() {
-  for (const auto t : known_) place_[index(t)] = -1;
-  known_.clear();
-  stress_.clear();
-}
-
 AveragedBreakingCheck::AveragedBreakingCheck(const MotionContext& context, MovingBody& motion)
     : context_(&context),
       motion_(&motion),

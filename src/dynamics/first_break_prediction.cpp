@@ -90,7 +90,8 @@ RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Re
   try {
     EnergyAccount account(self, setup.body);
     QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion,
-                               arrest_window(parameters, setup.waves), setup.average.get());
+                               arrest_window(parameters, setup.waves), setup.average.get(), nullptr,
+                               setup.vicinity.get());
     loading.load_at_start(account);
     outlook.equilibrium = first_break(loading, setup.loads, account);
     outlook.equilibrium->transit = wave_transit(parameters, setup.waves);

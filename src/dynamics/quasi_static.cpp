@@ -162,6 +162,7 @@ void QuasiStaticLoading::combine() {
       displacement_.local(), [this](const auto& amplitude) { return amplitude.at(time_); },
       [this](const auto& motion) { return motion.displacement(time_); });
   body_->set_time(time_);
+  means_.clear();
 }
 
 bool QuasiStaticLoading::grows() const {
@@ -248,10 +249,17 @@ std::int32_t QuasiStaticLoading::place_of(std::int32_t tetrahedron) const {
   return body_->subdomain().owned[index(centre)] != 0 ? centre : -1;
 }
 
+const std::vector<mechanics::Symmetric>& QuasiStaticLoading::means() const {
+  if (means_.empty() && vicinity_ != nullptr && vicinity_->means() != nullptr)
+    means_ = vicinity_->means()->all([&](std::int32_t t) { return body_->stress(t, displacement_.local()); });
+  return means_;
+}
+
 QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
   Critical best;
   best.value = -infinity;
   const auto u = displacement_.local();
+  const auto& means = this->means();
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
   std::unordered_map<std::int32_t, double> averaged;  // loads of balls
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
@@ -270,6 +278,11 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
       const auto [ball, is_new] = averaged.try_emplace(place);
       if (is_new) ball->second = criterion_->stress()((*average_)(place, stress));
       load = std::min(load, ball->second);
+    }
+    if (load > best.value && needs_mean(t)) {
+      double largest = -infinity;
+      for_means(t, [&](std::size_t patch) { largest = criterion_->stress().larger(largest, means[patch]); });
+      load = std::min(load, largest / strength);
     }
     if (best.number < 0 || load > best.value) {
       best.value = load;
@@ -290,6 +303,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
   const auto stress_rate = [&](std::int32_t t) { return body_->stress_rate(t, rate); };
   std::unordered_map<std::int32_t, double> averaged;  // crossings of balls
+  const auto& means = this->means();
+  const auto mean_rates = means.empty() ? means : vicinity_->means()->all(stress_rate);
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     const std::int32_t place = place_of(t);
     if (place < 0) continue;
@@ -301,6 +316,15 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
         if (is_new)
           ball->second = first.crossing_from((*average_)(place, stress), (*average_)(place, stress_rate), 1);
         return ball->second;
+      });
+    else if (needs_mean(t))
+      first.see(stress(t), stress_rate(t), strength, number, [&] {
+        double earliest = infinity;
+        for_means(t, [&](std::size_t patch) {
+          earliest =
+              std::min(earliest, first.crossing_unless_later(means[patch], mean_rates[patch], strength));
+        });
+        return earliest;
       });
     else
       first.see(stress(t), stress_rate(t), strength, number);

@@ -112,7 +112,7 @@ struct MotionContext {
   fracture::StressAverage* average =
       nullptr;              ///< used by the criterion instead of a tetrahedron's own stress
   double damping_rate = 0;  ///< of mass-proportional damping: force / (mass * velocity) [1/s]
-  fracture::CrackVicinity* vicinity = nullptr;  ///< if strengths depend on where cracks are
+  fracture::CrackVicinity* vicinity = nullptr;  ///< if breaking depends on where cracks are
   /// Stiffness or initial strain differs between tetrahedra, on any rank.
   bool material_varies = false;
   input::BulkViscosity bulk_viscosity = {};

@@ -32,6 +32,13 @@ struct Subdomain {
 
   /// Local number of a tetrahedron of the realization, or -1.
   std::int32_t local_number(std::int64_t tetrahedron) const;
+  /// Number of a tetrahedron's material and interface together.
+  std::int32_t kind(std::int32_t tetrahedron) const {
+    const auto number = [&](const std::vector<std::uint8_t>& of) {
+      return of.empty() ? 0 : static_cast<std::int32_t>(of[static_cast<std::size_t>(tetrahedron)]);
+    };
+    return 256 * number(material) + number(interface);
+  }
   std::int32_t n_local() const { return static_cast<std::int32_t>(nodes.size()); }
   std::int32_t n_tetrahedra() const { return static_cast<std::int32_t>(tetrahedra.size()); }
 };
