@@ -4,7 +4,7 @@
 #include "crackle/common/heartbeat.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/text_table.h"
-#include "crackle/dynamics/load_outlook.h"
+#include "crackle/dynamics/first_break_prediction.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/cost_model.h"
 #include "crackle/ensemble/measured_cost.h"
@@ -70,7 +70,7 @@ std::string plan_text(const FirstSample& subject, const ensemble::MeasuredCost& 
 
 /// The load and time of the first break in equilibrium, up to which the loading rate has no effect; empty if
 /// the loads do not break the body.
-std::string loading_text(const dynamics::LoadOutlook& outlook) {
+std::string loading_text(const dynamics::FirstBreakPrediction& outlook) {
   if (!std::isfinite(outlook.time)) return {};
   return fmt::format(
       "in equilibrium up to the first break ({}, after {}); until then the loading rate has no effect",

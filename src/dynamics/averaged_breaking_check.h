@@ -4,35 +4,14 @@
 #include "crackle/dynamics/breaking_check.h"
 #include "crackle/fracture/stress_average.h"
 
+#include "stress_cache.h"
+
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace crackle::dynamics {
-
-/// Stresses of a few tetrahedra, computed on first use.
-class StressCache {
-public:
-  explicit StressCache(std::int32_t n_tetrahedra) : place_(static_cast<std::size_t>(n_tetrahedra), -1) {}
-
-  void clear();
-  template <class Compute>
-  const mechanics::Symmetric& get(std::int32_t tetrahedron, const Compute& compute) {
-    auto& place = place_[index(tetrahedron)];
-    if (place < 0) {
-      stress_.push_back(compute(tetrahedron));
-      known_.push_back(tetrahedron);
-      place = static_cast<std::int32_t>(known_.size()) - 1;
-    }
-    return stress_[index(place)];
-  }
-
-private:
-  std::vector<std::int32_t> place_;  // index of each tetrahedron in stress_, or -1
-  std::vector<std::int32_t> known_;
-  std::vector<mechanics::Symmetric> stress_;
-};
 
 /// Check with the stress averaged over balls, one for each cell of a grid (fracture::StressAverage). Cells in
 /// which no tetrahedron is near its own strength are skipped. The criterion's damage is that of the ball's

@@ -43,7 +43,7 @@ Found find(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& 
            const geometry::Point& p) {
   Found best;
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
-    if (subdomain.counted[index(t)] == 0) continue;
+    if (subdomain.owned[index(t)] == 0) continue;
     const auto n = coordinates_of(operators.tetrahedra[index(t)], subdomain.nodes, p);
     const double inside = *std::ranges::min_element(n);
     if (inside > best.inside) best = {inside, subdomain.tetrahedron_number[index(t)]};
@@ -61,7 +61,7 @@ Probes::Probes(const parallel::Communicator& group, const fracture::BreakableBod
   const auto round_node = mechanics::node_tetrahedra(subdomain);
   for (std::size_t i = 0; i < probes.size(); ++i) {
     const Found mine = find(subdomain, operators, probes[i].at);
-    parallel::agree(group);
+    parallel::check_peers(group);
     const double inside = parallel::all_reduce(group, mine.inside, MPI_MAX);
     const auto number = parallel::all_reduce(
         group, mine.inside == inside ? mine.number : std::numeric_limits<std::int64_t>::max(), MPI_MIN);

@@ -14,17 +14,17 @@ std::string to_string(Outcome outcome) {
   return names.at(index(outcome));
 }
 
-void drop_uncounted(SampleResult& result, double counted_time) {
+void truncate_results(SampleResult& result, double end_time) {
   const bool has_loaded_on = std::ranges::any_of(
       result.breaks, [&](const fracture::Break& one) { return one.load_time > result.phase_start; });
   if (has_loaded_on) return;
-  const auto is_late_row = [&](const EnergyRow& row) { return row.time > counted_time; };
+  const auto is_late_row = [&](const EnergyRow& row) { return row.time > end_time; };
   std::erase_if(result.energy, is_late_row);
   std::erase_if(result.history, [&](const HistoryRow& row) {
     return row.phase == result.counts.dynamic_phases && is_late_row(row.energy);
   });
   const auto is_late = [&](const auto& release) {
-    return release.load_time == result.phase_start && release.phase_time > counted_time;
+    return release.load_time == result.phase_start && release.phase_time > end_time;
   };
   std::erase_if(result.breaks, is_late);
   std::erase_if(result.bridge_releases, is_late);

@@ -128,7 +128,7 @@ public:
     try {
       // A failure on one rank is thrown on all of them here, after they have saved the partial results
       // together.
-      parallel::together<NumberRangeExceeded, CheckpointMismatch>(group_, [&] {
+      parallel::run_collectively<NumberRangeExceeded, CheckpointMismatch>(group_, [&] {
         if (parameters_.time.start == input::Start::rest)
           move_from_rest();
         else
@@ -158,7 +158,7 @@ private:
     // energy, and whatever set the body in motion its kinetic energy.
     loads_.set_displacements(0, state.displacement.owned());
     set_initial_velocity(context_, parameters_, state);
-    parallel::agree(group_);
+    parallel::check_peers(group_);
     state.displacement.update_ghosts();
     const double strain = strain_energy(group_, body_, state.displacement.local());
     account_.add_phase(strain + kinetic_energy(context_, state), 0);
@@ -215,7 +215,7 @@ private:
         return;
       }
       result_.separated_at = SampleResult::none;
-      counted_time_ = infinity;  // loading continues from all breaks
+      end_time_ = infinity;  // loading continues from all breaks
     }
   }
 
@@ -261,7 +261,7 @@ private:
 
   /// True if anything has broken.
   bool has_broken() const {
-    parallel::agree(group_);
+    parallel::check_peers(group_);
     return parallel::any_of_all(group_, !body_.breaks().empty());
   }
 
@@ -351,7 +351,7 @@ private:
     result_.energy = std::move(phase.energy);
     result_.frames = std::move(phase.frames);
     result_.note = phase.note;
-    counted_time_ = phase.counted_time;
+    end_time_ = phase.end_time;
     if (phase.arrested) note_early_arrest(phase);
     say(fmt::format("dynamic phase {}: {} after {:.1f} us, {} tetrahedra broken so far",
                     result_.counts.dynamic_phases,
@@ -359,11 +359,12 @@ private:
                     : phase.separated ? "the body is apart"
                                       : "complete",
                     1e6 * phase.time, result_.energy.back().broken));
-    if (result_.note.empty() && !phase.arrested && phase.time > phase.counted_time)
+    if (result_.note.empty() && !phase.arrested && phase.time > phase.end_time)
       result_.note = fmt::format(
-          "cracks still ran at the end of time.duration, {:.4g} us, where what is stored ends; {} {:.4g} us: "
-          "raise time.duration",
-          1e6 * phase.counted_time, phase.separated ? "the body had come apart at" : "it was in one piece at",
+          "cracks were still running at time.duration = {:.4g} us, and the results end there (the body {} at "
+          "{:.4g} us): "
+          "increase time.duration",
+          1e6 * phase.end_time, phase.separated ? "had come apart" : "was still in one piece",
           1e6 * phase.time);
     if (!result_.note.empty()) say(result_.note);
   }
@@ -393,7 +394,7 @@ private:
     result_.frames = checkpoint.frames;
     result_.counts.steps += ended.n_steps;
     result_.counts.force_evaluations += ended.n_forces;
-    counted_time_ = std::min(ended.time, setup_.grid.duration());
+    end_time_ = std::min(ended.time, setup_.grid.duration());
     PhaseResult phase;
     phase.arrested = true;
     phase.time = ended.time;
@@ -459,7 +460,7 @@ private:
     result_.bridge_releases = gather_bridge_releases(group_, body_.bridge_releases());
     result_.stiffness_reductions = gather_stiffness_reductions(group_, body_.stiffness_reductions());
     result_.history = history_.rows();
-    drop_uncounted(result_, counted_time_);
+    truncate_results(result_, end_time_);
     finish_history();
     result_.energy_error = energy_error(result_.energy);
     if (!result_.breaks.empty()) {
@@ -481,10 +482,10 @@ private:
   void save_partial_results() {
     if (!control_.failed) return;
     try {
-      counted_time_ = infinity;
+      end_time_ = infinity;
       // After an allocation failure nothing can be saved.
       parallel::agree(group_, [] { parallel::check_room(room_for_results); });
-      parallel::together(group_, [&] { finish(); });
+      parallel::run_collectively(group_, [&] { finish(); });
       control_.failed(std::move(result_));
     } catch (...) {  // report the first failure
     }
@@ -497,15 +498,15 @@ private:
   const SampleControl& control_;
   SampleSetup setup_;
   fracture::BreakableBody& body_ = setup_.body;
-  mechanics::BoundaryLoads& loads_ = setup_.loads;
-  const mechanics::BoundaryLoads whole_loads_ = loads_;  // before any of them has ended
+  mechanics::Conditions& loads_ = setup_.loads;
+  const mechanics::Conditions whole_loads_ = loads_;  // before any of them has ended
   SampleCheckpoints checkpoints_;
   EnergyAccount account_;
   HistoryRecorder history_;
   MotionContext context_;
   SampleResult result_;
   double load_at_first_break_ = not_a_number;  // in quasi-static loading [N]
-  double counted_time_ = 0;                    // of the last dynamic phase [s]
+  double end_time_ = 0;                        // of the last dynamic phase [s]
   std::string early_arrest_;                   // the remark on it, if any
 };
 
@@ -550,7 +551,7 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
 SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
                                  const geometry::Subdomain& subdomain, const SampleControl& control) {
   group.enter("restoring");
-  parallel::agree(group);
+  parallel::check_peers(group);
   if (parallel::share(group, !control.checkpoint.empty())) {
     // Every rank has the same checkpoint, so either all reject it or none.
     std::optional<Checkpoint> from;
@@ -585,7 +586,8 @@ double wave_transit(const input::Parameters& parameters, const fracture::BodyWav
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Subdomain& subdomain, const SampleControl& control) {
   SampleResult result;
-  parallel::together(group, [&] { result = run_from_checkpoint(group, parameters, subdomain, control); });
+  parallel::run_collectively(group,
+                             [&] { result = run_from_checkpoint(group, parameters, subdomain, control); });
   return result;
 }
 

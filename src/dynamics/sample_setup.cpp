@@ -21,9 +21,9 @@ void refuse_overdamping(double rate, const TimeGrid& grid) {
                                              rate, 1e9 * grid.step, 1 / grid.step));
 }
 
-mechanics::BoundaryLoads all_loads(const parallel::Communicator& group, const input::Parameters& parameters,
-                                   const fracture::BreakableBody& body) {
-  mechanics::BoundaryLoads loads =
+mechanics::Conditions all_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                                const fracture::BreakableBody& body) {
+  mechanics::Conditions loads =
       mechanics::make_boundary_loads(group, parameters, body.subdomain(), body.material());
   mechanics::add_body_forces(group, parameters, body.subdomain(), body.operators(), loads);
   return loads;

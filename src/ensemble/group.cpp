@@ -68,7 +68,7 @@ void for_each_array_of(Part& part, const Work& work) {
   work(part.layout.ghosts);
   work(part.layout.first_owned);
   work(part.tetrahedron_number);
-  work(part.counted);
+  work(part.owned);
   work(part.boundary_number);
 }
 

@@ -47,7 +47,7 @@ public:
     const ThreadClock first;
     dynamics::QuasiStaticLoading loading(self_, setup_.body, setup_.loads, *setup_.criterion,
                                          dynamics::arrest_window(parameters_, setup_.waves),
-                                         setup_.average.get());
+                                         setup_.average.get(), nullptr, setup_.vicinity.get());
     cost.first_solve = first.seconds();
     loading.load_at_start(account_);
     if (!setup_.body.initial_strain().is_none())

@@ -71,7 +71,7 @@ void refuse_negative(const CsvTable& table, std::span<const double> values, cons
 }
 
 constexpr const char* negative_time = "the time is below 0; times count from when the crack began to run";
-constexpr const char* negative_load = "the load is below 0; loads count along the machine's drive";
+constexpr const char* negative_load = "negative load; loads are positive in the machine's direction";
 
 void add_path(Draft& draft, const CsvTable& table, CsvErrors& errors) {
   const auto columns = needed_columns(table, {y_column, z_column}, "y_mm,z_mm", 2, errors);

@@ -7,6 +7,7 @@
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/parallel/exact_sum.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,53 +19,78 @@ namespace {
 /// How far beyond the corners of a slot's end a tetrahedron counts as at the crack, in spacings.
 constexpr double reach_in_spacings = 1.5;
 
-struct SlotTip {
-  plane::Point place;  // y and z [m]
-  double half_height;  // [m]
-};
+bool is_at(const SquareEnd& end, const geometry::Point& place, double spacing) {
+  return std::hypot(place[1] - end.place[0], place[2] - end.place[1]) <=
+         end.half_height + reach_in_spacings * spacing;
+}
 
-/// The square ends of slots. An open end is included: nothing is loaded there.
-std::vector<SlotTip> square_ends(const input::Specimen& specimen) {
-  std::vector<SlotTip> tips;
-  for (const input::Notch& notch : specimen.notches) {
-    if (notch.slot) {
-      if (notch.slot->end == input::SlotEnd::round) continue;
-      tips.push_back({notch.slot->from, notch.height / 2});
-      tips.push_back({notch.slot->to, notch.height / 2});
-      continue;
-    }
-    const int depth_axis = input::axis_of(notch.face);
-    plane::Point tip{};
-    tip[index(input::position_axis(notch.face) - 1)] = notch.at;
-    tip[index(depth_axis - 1)] =
-        input::is_upper(notch.face) ? specimen.size[index(depth_axis)] - notch.depth : notch.depth;
-    tips.push_back({tip, notch.height / 2});
+/// Leaves the ends that are at most highest_end_in_spacings high, by the mean spacing at each. Collective.
+void erase_high_ends(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                     std::span<const double> spacings, std::vector<SquareEnd>& ends) {
+  std::vector<std::vector<double>> terms(2 * ends.size());  // spacings and ones at each end
+  for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
+    if (subdomain.owned[index(t)] == 0) continue;
+    const auto middle = geometry::centroid(subdomain.nodes, subdomain.tetrahedra[index(t)]);
+    for (std::size_t i = 0; i < ends.size(); ++i)
+      if (is_at(ends[i], middle, spacings[index(t)])) {
+        terms[2 * i].push_back(spacings[index(t)]);
+        terms[2 * i + 1].push_back(1);
+      }
   }
-  return tips;
+  const auto sums = parallel::exact_sums(group, terms);
+  std::size_t i = 0;
+  std::erase_if(ends, [&](const SquareEnd& end) {
+    const double sum = sums[2 * i], number = sums[2 * i + 1];
+    ++i;
+    return 2 * end.half_height * number > CrackVicinity::highest_end_in_spacings * sum;
+  });
 }
 
 }  // namespace
 
+std::vector<SquareEnd> square_ends(const input::Specimen& specimen) {
+  std::vector<SquareEnd> ends;
+  for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
+    const input::Notch& notch = specimen.notches[i];
+    if (notch.slot) {
+      if (notch.slot->end == input::SlotEnd::round) continue;
+      const auto& [from, to, end] = *notch.slot;
+      const double length = std::hypot(to[0] - from[0], to[1] - from[1]);
+      const plane::Point along{(to[0] - from[0]) / length, (to[1] - from[1]) / length};
+      ends.push_back({i, from, {-along[0], -along[1]}, notch.height / 2});
+      ends.push_back({i, to, along, notch.height / 2});
+      continue;
+    }
+    const int depth_axis = input::axis_of(notch.face);
+    plane::Point tip{}, ahead{};
+    tip[index(input::position_axis(notch.face) - 1)] = notch.at;
+    tip[index(depth_axis - 1)] =
+        input::is_upper(notch.face) ? specimen.size[index(depth_axis)] - notch.depth : notch.depth;
+    ahead[index(depth_axis - 1)] = input::is_upper(notch.face) ? -1 : 1;
+    ends.push_back({i, tip, ahead, notch.height / 2});
+  }
+  return ends;
+}
+
 CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
-                             std::vector<double> growth_strengths, const input::Specimen& specimen,
-                             std::span<const double> spacings)
+                             std::vector<double> growth_strengths, std::span<const SquareEnd> ends,
+                             std::span<const double> spacings, bool by_means)
     : body_(&body),
       criterion_(&criterion),
       average_(average),
       growth_strengths_(std::move(growth_strengths)),
       round_node_(mechanics::node_tetrahedra(body.subdomain())),
+      reached_(body.subdomain().tetrahedra.size(), 0),
       at_crack_(body.subdomain().nodes.size(), 0) {
+  if (by_means) means_.emplace(body, round_node_);
   const auto& subdomain = body.subdomain();
   for (std::int32_t node = 0; node < subdomain.n_local(); ++node)
     local_node_[subdomain.layout.number[index(node)]] = node;
-  const auto tips = square_ends(specimen);
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
     const auto middle = geometry::centroid(subdomain.nodes, subdomain.tetrahedra[index(t)]);
-    const bool is_at_tip = std::ranges::any_of(tips, [&](const SlotTip& tip) {
-      return std::hypot(middle[1] - tip.place[0], middle[2] - tip.place[1]) <=
-             tip.half_height + reach_in_spacings * spacings[index(t)];
-    });
-    if (is_at_tip) lower(t);
+    if (std::ranges::any_of(ends,
+                            [&](const SquareEnd& end) { return is_at(end, middle, spacings[index(t)]); }))
+      reach(t);
   }
   changed_.clear();
   for (std::size_t t = 0; t < spacings.size(); ++t) {
@@ -96,7 +122,7 @@ std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator
     const auto node = local_node_.find(number);
     if (node == local_node_.end() || at_crack_[index(node->second)] != 0) continue;
     at_crack_[index(node->second)] = 1;
-    for (const auto t : round_node_[node->second]) lower(t);
+    for (const auto t : round_node_[node->second]) reach(t);
   }
   std::ranges::sort(changed_);
   if (average_ != nullptr) average_->forget(changed_);
@@ -107,18 +133,25 @@ std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator&
                                                    const input::Parameters& parameters, std::uint64_t sample,
                                                    const BreakableBody& body, Criterion& criterion,
                                                    StressAverage* average) {
-  if (!parameters.fracture_of(0).separates_nucleation()) return nullptr;
+  const input::Fracture fracture = parameters.fracture_of(0);
+  const bool by_means = fracture.nucleates_by_means();
+  if (!by_means && !fracture.separates_nucleation()) return nullptr;
   auto strengths = growth_strengths(group, parameters, sample, body);
   const auto spacings = local_spacings(group, body.subdomain(), body.operators());
+  auto ends = parallel::agree(group, [&] { return square_ends(parameters.specimen); });
+  if (by_means) erase_high_ends(group, body.subdomain(), spacings, ends);
   return parallel::agree(group, [&] {
-    return std::make_unique<CrackVicinity>(body, criterion, average, std::move(strengths),
-                                           parameters.specimen, spacings);
+    return std::make_unique<CrackVicinity>(body, criterion, average, std::move(strengths), ends, spacings,
+                                           by_means);
   });
 }
 
-void CrackVicinity::lower(std::int32_t tetrahedron) {
+void CrackVicinity::reach(std::int32_t tetrahedron) {
   const auto t = index(tetrahedron);
-  if (body_->is_broken(tetrahedron) || !(growth_strengths_[t] < criterion_->strength(t))) return;
+  reached_[t] = 1;
+  if (body_->is_broken(tetrahedron) || growth_strengths_.empty() ||
+      growth_strengths_[t] == criterion_->strength(t))
+    return;
   criterion_->set_strength(t, growth_strengths_[t]);
   changed_.push_back(tetrahedron);
 }

@@ -28,16 +28,23 @@ public:
   void see(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
            std::int64_t number);
 
-  /// For a tetrahedron that must reach its strength both by itself and in the average. At the start, one of
+  /// For a tetrahedron that must reach its strength both by itself and in an average. At the start, one of
   /// the two values may exceed the strength, but not both.
-  /// @param average gives the crossing_from() of the average of stress over strength; called only if it may
-  /// matter
+  /// @param average gives the crossing_from() of the average, or infinity if that is certainly later than the
+  /// first
+  ///   one so far; called only if it may matter
   template <class Average>
   void see(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
            std::int64_t number, const Average& average) {
     if (comes_later(stress, rate, strength)) return;
     if (const double mean = average(); mean <= value_)
       take(std::max(crossing_from(stress, rate, strength), mean), number);
+  }
+
+  /// The crossing_from(), or infinity if it is certainly later than the first one so far.
+  double crossing_unless_later(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate,
+                               double strength) const {
+    return comes_later(stress, rate, strength) ? infinity : crossing_from(stress, rate, strength);
   }
 
   /// The crossing() within the limit; 0 if the strength is reached at the start.

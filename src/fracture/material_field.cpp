@@ -76,7 +76,7 @@ BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parame
   // Deviations from the input's values, so that these come out exactly where nothing varies.
   std::vector<std::vector<double>> terms(3 * of_input.size());
   for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
-    if (body.subdomain().counted[index(t)] == 0) continue;
+    if (body.subdomain().owned[index(t)] == 0) continue;
     const std::size_t m = tetrahedra.material_of(index(t));
     const double volume = body.operators().tetrahedra[index(t)].volume;
     const Slowness own = slowness(elasticity[t], density[t]);

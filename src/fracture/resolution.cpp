@@ -2,6 +2,7 @@
 #include "crackle/fracture/resolution.h"
 
 #include "crackle/common/quantity_text.h"
+#include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/softening_limits.h"
@@ -9,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace crackle::fracture {
 
@@ -21,6 +23,9 @@ constexpr double uneven_toughness = 4.0 / 3;
 constexpr double spacings_per_ball = 1.5;
 /// Minimum spacings per correlation length; below it neighbouring tetrahedra differ strongly.
 constexpr double spacings_per_correlation_length = 2;
+
+/// Spacings over the height of a round end that resolve its stress.
+constexpr double cells_per_round_end = 3;
 
 double finest_spacing(const input::Parameters& parameters, const geometry::Body& body) {
   return geometry::SpacingField(body, parameters.mesh).lower_bound(body.bounds());
@@ -110,6 +115,34 @@ std::string unresolved_stiffness_text(const input::Parameters& parameters,
       parameters, body);
 }
 
+/// A warning for each square end that is too high for a crack: it has two corners, whose load follows the
+/// spacing.
+std::vector<std::string> high_end_texts(const input::Parameters& parameters, const geometry::Body& body) {
+  if (parameters.fracture.length > 0 || parameters.fracture.release == input::Release::softening) return {};
+  const geometry::SpacingField spacing(body, parameters.mesh);
+  std::vector<std::string> texts;
+  for (const SquareEnd& end : square_ends(parameters.specimen)) {
+    const double height = 2 * end.half_height;
+    const auto point = [&](double advance) {
+      return geometry::Point{body.size()[0] / 2, end.place[0] + advance * end.ahead[0],
+                             end.place[1] + advance * end.ahead[1]};
+    };
+    const double local = spacing(point(0));
+    if (height <= CrackVicinity::highest_end_in_spacings * local || !body.contains(point(0.01 * height)))
+      continue;
+    texts.push_back(
+        fmt::format("the square end of specimen.notch[{}] is {} high, more than {} spacings of {}: no crack, "
+                    "but two corners "
+                    "whose load follows the spacing; give from and to with end = \"round\", a notch_spacing "
+                    "of at most {} "
+                    "and fracture.strength; or, for a crack, a notch_spacing of {} or more",
+                    end.notch, quantity_text(height, "m"), CrackVicinity::highest_end_in_spacings,
+                    quantity_text(local, "m"), quantity_text(height / cells_per_round_end, "m"),
+                    quantity_text(height / CrackVicinity::highest_end_in_spacings, "m")));
+  }
+  return texts;
+}
+
 /// A warning if the time step does not resolve the release of a tetrahedron; otherwise empty.
 std::string unresolved_release_text(const input::Parameters& parameters, double time_step) {
   double release = 0;  // the shortest that is resolved too coarsely
@@ -134,9 +167,11 @@ std::vector<std::string> resolution_warnings(const input::Parameters& parameters
                                              double time_step) {
   std::vector<std::string> warnings;
   // The spacings of points from a file are not known.
-  if (!parameters.mesh.points)
+  if (!parameters.mesh.points) {
     warnings = {uneven_toughness_text(parameters, body, time_step), unresolved_length_text(parameters, body),
                 unresolved_softening_text(parameters, body)};
+    for (auto& text : high_end_texts(parameters, body)) warnings.push_back(std::move(text));
+  }
   warnings.push_back(unresolved_strength_text(parameters, body));
   for (const input::Material& material : parameters.materials)
     if (material.variation)

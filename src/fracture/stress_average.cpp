@@ -34,14 +34,6 @@ StressAverage::StressAverage(const BreakableBody& body, std::span<const double> 
   find_cells();
 }
 
-std::int32_t StressAverage::kind(std::int32_t tetrahedron) const {
-  const auto& subdomain = body_->subdomain();
-  const auto number = [&](const std::vector<std::uint8_t>& of) {
-    return of.empty() ? 0 : static_cast<std::int32_t>(of[index(tetrahedron)]);
-  };
-  return 256 * number(subdomain.material) + number(subdomain.interface);
-}
-
 void StressAverage::find_cells() {
   struct Placed {
     std::array<std::int64_t, 4> cell;  // its place, and the kind
@@ -58,7 +50,7 @@ void StressAverage::find_cells() {
       const double offset = place - std::floor(place) - 0.5;
       placed.from_middle += offset * offset;
     }
-    placed.cell[3] = kind(placed.tetrahedron);
+    placed.cell[3] = body_->subdomain().kind(placed.tetrahedron);
     all.push_back(placed);
   }
   std::ranges::sort(all, {}, [](const Placed& placed) {
@@ -152,6 +144,7 @@ std::vector<StressAverage::Share> StressAverage::find_ball(std::int32_t centre) 
   std::vector<Share> ball;
   ++n_searches_;
   double sum = 0;
+  const auto kind = [&](std::int32_t t) { return body_->subdomain().kind(t); };
   const auto reach = [&](std::int32_t t) {
     if (t < 0 || reached_by_[index(t)] == n_searches_) return;
     reached_by_[index(t)] = n_searches_;

@@ -17,12 +17,6 @@ namespace crackle::fracture {
 
 namespace {
 
-/// Decreases from `at_zero` with Poisson's ratio: towards 0.5 the pressure of linear tetrahedra oscillates
-/// increasingly, and the most loaded ones break earlier.
-double fitted(double at_zero, double exponent, double poisson_ratio) {
-  return at_zero * (1 + poisson_ratio) * std::pow(1 - 2 * poisson_ratio, exponent);
-}
-
 /// toughness_factor() over Young's modulus.
 double energy_factor(input::Release release, double poisson_ratio, double youngs_modulus) {
   return toughness_factor(release, poisson_ratio) / youngs_modulus;
@@ -83,12 +77,8 @@ private:
 
 }  // namespace
 
-double toughness_factor(input::Release release, double poisson_ratio) {
-  return fitted(release == input::Release::facet ? 0.97 : 0.91, 0.46, poisson_ratio);
-}
-
 double spacings_per_length(input::Release release, double poisson_ratio) {
-  return fitted(3.05, 0.34, poisson_ratio) / toughness_factor(release, poisson_ratio);
+  return input::fitted_to_poisson_ratio(3.05, 0.34, poisson_ratio) / toughness_factor(release, poisson_ratio);
 }
 
 double toughness_of(const input::Parameters& parameters, double strength, double spacing) {
@@ -140,7 +130,7 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
     at_node[index(node)] = std::cbrt(6 * std::sqrt(2.0) * volume);
   }
   parallel::GhostExchange<double> exchange(group, subdomain.layout);
-  parallel::agree(group);
+  parallel::check_peers(group);
   exchange.update(at_node);
   std::vector<double> spacings;
   spacings.reserve(operators.tetrahedra.size());
@@ -180,6 +170,7 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
       for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
     });
   for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= local.strength_factor(t);
+  if (parameters.fracture_of(0).nucleates_by_means()) return strengths;
   const auto growth = growth_strengths(group, parameters, sample, body);
   for (std::size_t t = 0; t < growth.size(); ++t) strengths[t] = std::max(strengths[t], growth[t]);
   return strengths;

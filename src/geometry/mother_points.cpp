@@ -33,7 +33,7 @@ std::vector<Point> missing_face_points(const Body& body, std::span<const Point> 
   for (const Tetrahedron& t : crossing) {
     const std::array<Point, 4> corners{points[index(t[0])], points[index(t[1])], points[index(t[2])],
                                        points[index(t[3])]};
-    if (body.place(corners) != Place::crossing) continue;
+    if (body.classify(corners) != Containment::straddling) continue;
     for (std::size_t face = 0; face < body.n_meshed_faces(); ++face)
       for (std::size_t i = 0; i < 4; ++i)
         for (std::size_t j = 0; j < i; ++j) {
@@ -216,7 +216,8 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
 [[noreturn]] void refuse(const Body& body, const MotherPoints& points, double min_quality,
                          const std::vector<Tetrahedron>& bad) {
   const auto corner = [&](std::size_t i) { return points.position[index(bad.front()[i])]; };
-  const bool crossing = body.place({corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
+  const bool crossing =
+      body.classify({corner(0), corner(1), corner(2), corner(3)}) == Containment::straddling;
   fail(
       "mesh: the body cannot be tessellated with these points: {} tetrahedra extend beyond the body or are "
       "below min_quality = {}; the first, near ({:g}, {:g}, {:g}) mm, {}; use a finer spacing there or a "

@@ -92,7 +92,7 @@ void for_owning_parts(std::span<const std::int32_t> nodes, const std::vector<std
 void reserve(Subdomain& part, std::size_t n_tetrahedra, const Realization& realization) {
   part.tetrahedra.reserve(n_tetrahedra);
   part.tetrahedron_number.reserve(n_tetrahedra);
-  part.counted.reserve(n_tetrahedra);
+  part.owned.reserve(n_tetrahedra);
   if (!realization.material.empty()) part.material.reserve(n_tetrahedra);
   if (!realization.map_factor.empty()) part.map_factor.reserve(n_tetrahedra);
   if (!realization.interface.empty()) part.interface.reserve(n_tetrahedra);
@@ -170,7 +170,7 @@ std::vector<Subdomain> split(const Realization& realization, const Partition& pa
     Subdomain& part = parts[index(number)];
     part.tetrahedra.push_back(realization.tetrahedra[i]);
     part.tetrahedron_number.push_back(static_cast<std::int64_t>(i));
-    part.counted.push_back(number == node_part[index(realization.tetrahedra[i][0])]);
+    part.owned.push_back(number == node_part[index(realization.tetrahedra[i][0])]);
     if (!realization.material.empty()) part.material.push_back(realization.material[i]);
     if (!realization.map_factor.empty()) part.map_factor.push_back(realization.map_factor[i]);
     if (!realization.interface.empty()) part.interface.push_back(realization.interface[i]);

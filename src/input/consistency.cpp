@@ -313,6 +313,18 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
         "fracture.toughness",
         "the key is missing; give a toughness such as \"93 J/m^2\", or fracture_toughness, such as \"0.6 MPa "
         "m^0.5\"; or a strength alone, with which the toughness depends on the spacing");
+  Fracture by_means = parameters.fracture_of(0);
+  by_means.nucleation = Nucleation::nodal_mean;
+  if (findings.given("fracture.nucleation") && !by_means.nucleates_by_means())
+    findings.note("fracture.nucleation",
+                  "has no effect: it applies to fracture.strength, without length and softening");
+  if (by_means.strength > 0 || fracture.length > 0) return;
+  // At a smooth surface the threshold that follows from a toughness is that of the spacing.
+  for (std::size_t i = 0; i < parameters.specimen.notches.size(); ++i)
+    if (const auto& slot = parameters.specimen.notches[i].slot; slot && slot->end == SlotEnd::round)
+      findings.report(notch_key(i) + ".end",
+                      "\"round\" is a smooth surface, where cracks start by a strength; give "
+                      "fracture.strength beside the toughness");
 }
 
 void check_time(const Parameters& parameters, Findings& findings) {

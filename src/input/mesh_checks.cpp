@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
 #include "crackle/input/parameters.h"
+#include "crackle/input/poisson_limits.h"
 #include "crackle/input/softening_limits.h"
 #include "dimension.h"
 
@@ -77,6 +78,34 @@ void check_softening(const Parameters& parameters, Findings& findings) {
       show(rounded_down(resolving_share * process_zone_length(parameters))));
 }
 
+/// Spacings below this share of E G / (c strength^2), at which both thresholds are equal, are refused: with
+/// thresholds at cracks of four times the strength, what is near a crack would break before it grows.
+constexpr double finest_share = 0.07;
+
+/// Rejects a mesh so fine that cracks cannot grow between tetrahedra of this strength.
+void check_nucleation(const Parameters& parameters, Findings& findings) {
+  if (parameters.mesh.points) return;
+  for (const char* const key : {"fracture", "material"})
+    if (findings.faulty(key)) return;
+  const double finest = parameters.mesh.finest_spacing();
+  for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
+    const Fracture fracture = parameters.fracture_of(i);
+    if (!fracture.nucleates_by_means() || !fracture.separates_nucleation()) continue;
+    const Material& material = parameters.materials[i];
+    const double least =
+        finest_share * material.youngs_modulus * fracture.toughness /
+        (toughness_factor(fracture.release, material.poisson_ratio) * fracture.strength * fracture.strength);
+    if (finest >= least) continue;
+    findings.report(
+        "mesh.spacing",
+        "the finest spacing, {}, is below {}: tetrahedra at cracks would take more than four times "
+        "the strength, so that others break before them; give at least {}, or fracture.length, "
+        "the radius over which stresses are averaged",
+        show(finest), show(least), show(rounded_up(least)));
+    return;
+  }
+}
+
 void check_region(const Parameters& parameters, std::size_t i, Findings& findings) {
   const MeshRegion& region = parameters.mesh.regions[i];
   const std::string key = fmt::format("mesh.region[{}]", i);
@@ -133,7 +162,9 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
   if (!shape_is_known(parameters.specimen, findings)) return;
   check_number(mesh, mesh.spacing, material_volume(parameters.specimen, everywhere), "mesh.spacing",
                findings);
-  if (!findings.faulty("mesh")) check_softening(parameters, findings);
+  if (findings.faulty("mesh")) return;
+  check_softening(parameters, findings);
+  check_nucleation(parameters, findings);
 }
 
 }  // namespace crackle::input

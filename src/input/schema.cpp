@@ -126,6 +126,17 @@ Key of_softening(Key key) {
   return key;
 }
 
+/// The key, hidden where stresses are not those of the nucleation of cracks.
+Key of_nucleation(Key key) {
+  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    Fracture fracture = parameters.fracture_of(0);
+    fracture.nucleation = Nucleation::nodal_mean;
+    if (!fracture.nucleates_by_means()) return {};
+    return show(parameters, i);
+  };
+  return key;
+}
+
 /// The key, hidden without random inputs, to which it belongs.
 Key with_random_inputs(Key key) {
   key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
@@ -280,6 +291,12 @@ Table fracture_table() {
                              with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
                              "time in which a breaking tetrahedron loses its stiffness, in dynamic phases")
            .also_called({"tau"}),
+       of_nucleation(choice_key<Nucleation>(
+           "nucleation", in(&Parameters::fracture, &Fracture::nucleation),
+           {{"nodal-mean", Nucleation::nodal_mean}, {"own-stress", Nucleation::own_stress}},
+           by_default("\"nodal-mean\""),
+           "away from cracks a tetrahedron breaks when its own stress and the mean around a corner have "
+           "reached the strength, or by its own alone")),
        of_softening(choice_key<SofteningCurve>(
            "softening", in(&Parameters::fracture, &Fracture::softening),
            {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},

@@ -17,7 +17,7 @@ namespace crackle::io {
 
 namespace {
 
-constexpr std::uint32_t schema = 10;
+constexpr std::uint32_t schema = 11;
 
 /// Items that must agree, each with its error message.
 std::vector<std::pair<std::string, std::string>> identity(const input::Parameters& parameters,

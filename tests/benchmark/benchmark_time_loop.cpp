@@ -70,7 +70,7 @@ struct Sample {
   geometry::Realization realization;
   geometry::Subdomain subdomain;
   fracture::BreakableBody body;
-  mechanics::BoundaryLoads loads;
+  mechanics::Conditions loads;
 
   explicit Sample(const input::Parameters& input)
       : parameters(input),

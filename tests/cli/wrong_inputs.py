@@ -499,6 +499,9 @@ CASES = [
          lambda t: t.set("fracture", "release", '"softening"').set("fracture", "toughness", '"50 J/m^2"')
          .at("mesh", "spacing"), "mesh.spacing",
          "too coarse for softening", "give less than"),
+    Case("strength and toughness on a mesh that is too fine",
+         lambda t: t.set("fracture", "toughness", '"57 J/m^2"').set("fracture", "strength", '"300 MPa"').at("mesh", "spacing")
+         .set("mesh", "notch_spacing", '"0.2 um"'), "mesh.spacing", "the finest spacing, 0.2 um, is below", "fracture.length", errors=1),
     Case("variation without a distribution", lambda t: t.append("[fracture.variation]", "modulus = 10"),
          "fracture.variation.distribution", "missing", '"weibull" or "lognormal"'),
     Case("Weibull without a modulus",
@@ -583,6 +586,10 @@ CASES = [
     Case("round slot that is too high",
          lambda t: with_slot(t, '["9 mm", "100 mm"]', '["10 mm", "100 mm"]', 'end = "round"', height="4 mm", at=3),
          "specimen.notch[2].height", "is too high for a slot of length"),
+    Case("round slot without a strength",
+         lambda t: with_slot(t.drop("fracture", "strength").set("fracture", "toughness", '"57 J/m^2"'), '["9 mm", "100 mm"]',
+                             '["12 mm", "100 mm"]', 'end = "round"', at=4), "specimen.notch[2].end", "is a smooth surface",
+         "give fracture.strength"),
     Case("slot with a face", lambda t: with_slot(t, '["9 mm", "100 mm"]', '["12 mm", "100 mm"]', 'face = "y-min"', at=4),
          "specimen.notch[2].face", "cannot be combined with from and to"),
     Case("slot without an end", lambda t: t.append("[[specimen.notch]]", 'from = ["0 mm", "9 mm"]', 'height = "1 mm"'),

@@ -190,10 +190,15 @@ TEST_F(Checkpoints, KeepReleasesUnderWay) {
 
 TEST_F(Checkpoints, KeepTheStrengthsNearCracks) {
   for (auto parameters : {torn_bar(), test::pulled_bar(torn_bar())}) {
-    parameters.fracture.strength = 45e6;
     parameters.fracture.toughness = 50;
     parameters.time.step = 1e-8;
-    compare("strength and toughness", parameters, true);
+    for (const double strength : {45e6, 12e6}) {  // more and less than at cracks
+      parameters.fracture.strength = strength;
+      compare("strength and toughness", parameters, true);
+    }
+    parameters.fracture.strength = 45e6;
+    parameters.fracture.nucleation = input::Nucleation::own_stress;
+    compare("strength and toughness, own stress", parameters, true);
   }
 }
 

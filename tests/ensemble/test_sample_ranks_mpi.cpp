@@ -220,8 +220,9 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithSoftening) {
   compare(parameters, 20, {test::hostile_partitions(parameters.specimen.size)[2]});
 }
 
-/// Tetrahedra that lose their stiffness over many steps, and strengths that decrease where a break comes
-/// near: also at nodes of which a rank does not hold the broken tetrahedron.
+/// Tetrahedra that lose their stiffness over many steps, and strengths that change where a break comes near:
+/// also at nodes of which a rank does not hold the broken tetrahedron. Elsewhere means around nodes, which
+/// several ranks own of one tetrahedron, decide, or the own stress alone.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithReleaseInTimeAndNucleation) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();
@@ -229,7 +230,11 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithReleaseInTimeAndNucleation) {
   parameters.fracture.strength = 45e6;
   parameters.fracture.toughness = 50;
   compare(parameters, 50);
+  parameters.fracture.nucleation = input::Nucleation::own_stress;
+  compare(parameters, 50);
+  parameters.fracture.nucleation = input::Nucleation::nodal_mean;
   parameters.fracture.release = input::Release::facet;
+  parameters.fracture.strength = 12e6;  // less than at cracks
   compare(parameters, 50, {test::hostile_partitions(parameters.specimen.size)[2]});
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});

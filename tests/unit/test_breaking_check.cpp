@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Breaking at the ends of steps, with scripted stresses.
 #include "crackle/dynamics/breaking_check.h"
+#include "crackle/fracture/crack_vicinity.h"
 
 #include "support/box_mesh.h"
 #include "support/criterion.h"
@@ -22,11 +23,13 @@ namespace CRACKLE_TEST_FILE {
 constexpr double strength = 35e6, stable_step = 6e-8;
 constexpr std::int32_t loaded = 2;
 
-/// One tetrahedron under time-dependent uniaxial tension, the others unloaded.
+/// One tetrahedron under time-dependent uniaxial tension, and the others under a share of it. Only that one is
+/// reported.
 class ScriptedMotion final : public MovingBody {
 public:
-  ScriptedMotion(const fracture::BreakableBody& body, std::function<double(double)> stress, double share)
-      : body_(&body), stress_(std::move(stress)), share_(share) {}
+  ScriptedMotion(const fracture::BreakableBody& body, std::function<double(double)> stress, double share,
+                 double around)
+      : body_(&body), stress_(std::move(stress)), share_(share), around_(around) {}
 
   void step(std::span<const Stage>, double time_step, double) override {
     before_ = {time_, before_[0]};
@@ -37,9 +40,9 @@ public:
     if (!body_->is_broken(loaded) && stress_(time_) > share_ * strength) overloaded_.push_back(loaded);
     return overloaded_;
   }
-  mechanics::Symmetric strain(std::int32_t) const override { return strain_at(time_); }
-  mechanics::Symmetric strain_before(std::int32_t, int n_steps) const override {
-    return strain_at(before_[n_steps == 1 ? 0 : 1]);
+  mechanics::Symmetric strain(std::int32_t t) const override { return strain_at(t, time_); }
+  mechanics::Symmetric strain_before(std::int32_t t, int n_steps) const override {
+    return strain_at(t, before_[n_steps == 1 ? 0 : 1]);
   }
   void relative_displacements(std::span<const std::int32_t>, int, std::span<Vector>) const override {}
   void release(std::span<const std::int32_t>) override {}
@@ -54,15 +57,15 @@ public:
   double time() const { return time_; }
 
 private:
-  mechanics::Symmetric strain_at(double time) const {
+  mechanics::Symmetric strain_at(std::int32_t t, double time) const {
     const auto epoxy = test::epoxy();
-    const double along = stress_(time) / epoxy.youngs_modulus, across = -epoxy.poisson_ratio * along;
+    const double along = (t == loaded ? 1 : around_) * stress_(time) / epoxy.youngs_modulus, across = -epoxy.poisson_ratio * along;
     return {across, across, along, 0, 0, 0};
   }
 
   const fracture::BreakableBody* body_;
   std::function<double(double)> stress_;
-  double share_;
+  double share_, around_;
   std::array<double, 2> before_{};
   double time_ = 0;
   std::vector<std::int32_t> overloaded_;
@@ -79,20 +82,34 @@ protected:
   /// @param restart recreates the check after this many steps
   End run(const std::function<double(double)>& stress, double step, int n_steps, double impulse = 1e4,
           int restart = -1) const {
+    return run(stress, step, n_steps, impulse, restart, false, 0);
+  }
+
+  /// @param by_means nucleation by means around nodes
+  /// @param around stress of the other tetrahedra over that of the loaded one
+  /// @param cracked breaks one of these first
+  End run(const std::function<double(double)>& stress, double step, int n_steps, double impulse, int restart,
+          bool by_means, double around, bool cracked = false) const {
     const auto mesh = test::make_box({.cells = {1, 1, 1}});
     const auto subdomain = test::whole(mesh);
     fracture::BreakableBody body(subdomain, test::epoxy());
     auto criterion =
         test::tuler_butcher({.strength = strength, .exponent = 2, .impulse = impulse}, subdomain, step);
     const parallel::Communicator self(MPI_COMM_SELF);
+    fracture::CrackVicinity vicinity(body, criterion, nullptr, {}, {},
+                                     std::vector<double>(subdomain.tetrahedra.size(), 1e-3), by_means);
+    if (cracked) body.release(loaded + 1, {}, 0, 0);
+    vicinity.update(self);
+    const std::size_t n_broken = body.breaks().size();
     const MotionContext context{.group = &self,
                                 .body = &body,
                                 .loads = nullptr,
                                 .criterion = &criterion,
-                                .screening_share = criterion.screening_share(stable_step)};
-    ScriptedMotion motion(body, stress, context.screening_share);
+                                .screening_share = criterion.screening_share(stable_step),
+                                .vicinity = &vicinity};
+    ScriptedMotion motion(body, stress, context.screening_share, around);
     std::unique_ptr<BreakingCheck> check;
-    for (int i = 0; i < n_steps && body.breaks().empty(); ++i) {
+    for (int i = 0; i < n_steps && body.breaks().size() == n_broken; ++i) {
       if (i == 0 || i == restart) {
         check = make_breaking_check(context, motion);
         check->start();
@@ -100,7 +117,8 @@ protected:
       motion.step({}, step, 0);
       for (const auto t : check->end_step(i + 1)) body.release(t, motion.strain(t), 0, motion.time());
     }
-    return {body.breaks().empty() ? INFINITY : body.breaks()[0].phase_time, criterion.memory()[loaded]};
+    return {body.breaks().size() == n_broken ? INFINITY : body.breaks().back().phase_time,
+            criterion.memory()[loaded]};
   }
 };
 
@@ -151,6 +169,24 @@ TEST_F(ScriptedBreaking, CountsTheStepInWhichTheStressFalls) {
     for (int restart = 1; restart < n_steps; ++restart)
       EXPECT_NEAR(run(stress, step, n_steps, 1e9, restart).impulse, expected, 1e-9 * expected)
           << n_steps << " steps, made anew after " << restart;
+  }
+}
+
+/// The six tetrahedra of a cube have one volume and share a diagonal, around which the mean is largest.
+TEST_F(ScriptedBreaking, AwayFromCracksIsByTheSmallerOfTheOwnStressAndTheMeanAroundACorner) {
+  const double step = 1e-9, rate = 3e6 / 5e-8;
+  const auto stress = [&](double t) { return rate * t; };
+  const auto time_at = [&](double around, bool cracked = false) {
+    return run(stress, step, 4000, 1e4, -1, true, around, cracked).break_time;
+  };
+  const double alone = run(stress, step, 4000).break_time;
+  EXPECT_EQ(time_at(1), alone);
+  const double delay = alone - strength / rate;
+  for (const double around : {0.5, 0.8}) {
+    const double largest = std::max((1 + 5 * around) / 6, around == 1 ? 1.0 : (1 + around) / 2);
+    const double at_strength = strength / rate / largest;
+    EXPECT_NEAR(time_at(around), at_strength + delay * std::pow(largest, -2.0 / 3), 1.5 * step) << around;
+    EXPECT_EQ(time_at(around, true), alone) << "at a crack by its own stress";
   }
 }
 

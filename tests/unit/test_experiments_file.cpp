@@ -220,7 +220,7 @@ TEST_F(ExperimentsFile, ErrorsOfLoads) {
   EXPECT_THAT(error("strength_MPa,peak_load_N\n3,3\n"), HasSubstr("leave one of them out"));
   EXPECT_THAT(error("peak_load_N\n"), EndsWith("has no rows"));
   EXPECT_THAT(error("peak_load_N\n3\n-3\n"),
-              EndsWith("line 3: the load is below 0; loads count along the machine's drive"));
+              EndsWith("line 3: negative load; loads are positive in the machine's direction"));
   EXPECT_THAT(one_error("load_error = \"3 N\"\n[[experiment]]\nname = \"a\"\npeak_load = \"3 N\"\n"),
               HasSubstr("load_error: is for loads"));
   write("loads.csv", "peak_load_N\n3\n");

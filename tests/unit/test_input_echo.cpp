@@ -407,7 +407,8 @@ TEST(InputEcho, EveryKeySaysWhatItAffects) {
     }
     table_of_effects += "\n";
   }
-  EXPECT_EQ(table_of_effects, R"(ensemble: layers samples; points seed; run ranks_per_sample meshes; draws plan replicates
+  EXPECT_EQ(table_of_effects,
+            R"(ensemble: layers samples; points seed; run ranks_per_sample meshes; draws plan replicates
 ensemble.stop: run half_width confidence min_samples
 specimen: body size thickness outline radius
 specimen.hole: body center radius semi_axes angle polygon

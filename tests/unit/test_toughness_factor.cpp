@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The relation between strength and toughness, by Poisson's ratio.
 #include "crackle/fracture/toughness.h"
-#include "crackle/input/parameters.h"
+#include "crackle/input/poisson_limits.h"
 
 #include <gtest/gtest.h>
 

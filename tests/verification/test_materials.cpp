@@ -81,7 +81,7 @@ struct Composite {
   input::Parameters parameters;
   geometry::Subdomain subdomain;
   fracture::BreakableBody body;
-  mechanics::BoundaryLoads loads;
+  mechanics::Conditions loads;
   fracture::TulerButcher criterion;
 };
 

@@ -281,7 +281,7 @@ TEST_F(WedgedStrip, WhatHasNotArrestedWithinThreeDurationsIsUndecided) {
   parameters.time.arrest = 4e-5;  // longer than three durations
   const auto result = run();
   EXPECT_EQ(result.outcome, Outcome::undecided);
-  EXPECT_THAT(result.note, HasSubstr("cracks still ran at the end of time.duration, 6 us"));
+  EXPECT_THAT(result.note, HasSubstr("cracks were still running at time.duration = 6 us"));
   ASSERT_FALSE(result.breaks.empty());
   // Outputs are limited to the duration.
   for (const auto& one : result.breaks) EXPECT_LE(one.phase_time, 6e-6 * (1 + 1e-12));

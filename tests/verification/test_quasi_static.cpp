@@ -229,7 +229,7 @@ protected:
   geometry::Realization mesh_;
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
-  mechanics::BoundaryLoads loads_;
+  mechanics::Conditions loads_;
   std::int64_t iterations_ = 0;
 };
 

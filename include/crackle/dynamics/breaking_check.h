@@ -26,13 +26,13 @@ public:
   virtual void start() = 0;
 
   /// The local tetrahedra that break at the end of the step just completed, ascending. The body must release
-  /// them before the next step. Steps count from 1. Collective if the context averages the stress; a rank
-  /// throws only after its communication is complete.
+  /// them before the next step. Steps count from 1. Collective if the stress is averaged, over balls or
+  /// around nodes; a rank throws only after its communication is complete.
   virtual std::span<const std::int32_t> end_step(std::int64_t step) = 0;
 };
 
-/// The check for the context's criterion, which uses either each tetrahedron's own stress or the context's
-/// average.
+/// The check for the context's criterion, which uses each tetrahedron's own stress, that and means around
+/// nodes, or the context's average.
 /// @param context, motion must outlive the result
 /// @param motion of the context's body, at the start of a phase or restored from a checkpoint
 std::unique_ptr<BreakingCheck> make_breaking_check(const MotionContext& context, MovingBody& motion);

@@ -44,7 +44,7 @@ struct PhaseResult {
   double separated_at = not_a_number;
   double last_break = 0;  ///< time of the last break, likewise [s]
   /// Breaks up to this time count if this is the last phase: at most the duration [s].
-  double counted_time = 0;
+  double end_time = 0;
   std::string note;          ///< reason for an unplanned early end
   double kinetic = 0;        ///< kinetic energy at the end [J]
   double external_work = 0;  ///< external work in the phase [J]
@@ -92,7 +92,7 @@ struct PhaseOptions {
   /// Receives the partial result of a phase that fails; on every rank, may be empty.
   std::function<void(PhaseResult partial)> on_failure = {};
   /// The context's loads, which end on fragments that come loose; nullptr: they continue.
-  mechanics::BoundaryLoads* ending_loads = nullptr;
+  mechanics::Conditions* ending_loads = nullptr;
   const Checkpoint* from = nullptr;  ///< resumes this checkpoint's running phase
 };
 

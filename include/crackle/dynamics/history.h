@@ -5,7 +5,7 @@
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/input/parameters.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 
@@ -51,7 +51,7 @@ class HistoryRecorder {
 public:
   /// The references must outlive the object.
   HistoryRecorder(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                  const mechanics::BoundaryLoads& loads, const EnergyAccount& account,
+                  const mechanics::Conditions& loads, const EnergyAccount& account,
                   const std::vector<input::Probe>& probes)
       : group_(&group), body_(&body), loads_(&loads), account_(&account), probes_(group, body, probes) {}
 
@@ -82,7 +82,7 @@ private:
 
   const parallel::Communicator* group_;
   const fracture::BreakableBody* body_;
-  const mechanics::BoundaryLoads* loads_;
+  const mechanics::Conditions* loads_;
   const EnergyAccount* account_;
   Probes probes_;
   std::vector<HistoryRow> rows_;

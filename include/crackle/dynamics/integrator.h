@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/input/parameters.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 
 #include <span>
 #include <vector>

@@ -9,7 +9,7 @@
 #include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/stress_average.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 
@@ -105,14 +105,14 @@ public:
 struct MotionContext {
   const parallel::Communicator* group;
   fracture::BreakableBody* body;
-  const mechanics::BoundaryLoads* loads;
+  const mechanics::Conditions* loads;
   fracture::Criterion* criterion;
   double screening_share =
       1;  ///< of the strength, above which MovingBody::overloaded() reports a tetrahedron
   fracture::StressAverage* average =
       nullptr;              ///< used by the criterion instead of a tetrahedron's own stress
   double damping_rate = 0;  ///< of mass-proportional damping: force / (mass * velocity) [1/s]
-  fracture::CrackVicinity* vicinity = nullptr;  ///< if strengths depend on where cracks are
+  fracture::CrackVicinity* vicinity = nullptr;  ///< if breaking depends on where cracks are
   /// Stiffness or initial strain differs between tetrahedra, on any rank.
   bool material_varies = false;
   input::BulkViscosity bulk_viscosity = {};

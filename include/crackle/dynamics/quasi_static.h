@@ -7,7 +7,7 @@
 #include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/stress_average.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
@@ -21,7 +21,7 @@
 
 namespace crackle::dynamics {
 
-class CarriedShare;
+class StiffnessRatio;
 
 /// How a quasi-static phase ended.
 enum class QuasiStaticEnd {
@@ -42,11 +42,11 @@ public:
   ///   is released quasi-statically, as a dynamic phase would arrest before its first break
   /// @param average used by the criterion instead of a tetrahedron's own stress, or nullptr
   /// @param ending_loads the loads, which end on fragments that come loose; nullptr: they continue
-  /// @param vicinity of cracks, on which the criterion's strengths depend, or nullptr
+  /// @param vicinity of cracks, on which breaking depends, or nullptr
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                     const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion, double patience,
+                     const mechanics::Conditions& loads, fracture::Criterion& criterion, double patience,
                      fracture::StressAverage* average = nullptr,
-                     mechanics::BoundaryLoads* ending_loads = nullptr,
+                     mechanics::Conditions* ending_loads = nullptr,
                      fracture::CrackVicinity* vicinity = nullptr);
   ~QuasiStaticLoading();
 
@@ -133,8 +133,21 @@ private:
   /// True if a displacement exceeds the range of linear elasticity. Collective.
   bool is_far(const parallel::NodeField& displacement) const;
   /// The largest ratio of stress to strength; for averaged stress, the smaller of the tetrahedron's own ratio
-  /// and its ball's.
+  /// and its ball's; away from cracks, of its own and that of the largest mean around its corners.
   Critical most_loaded() const;
+  /// The means around nodes in the current equilibrium; empty if none are needed.
+  const std::vector<mechanics::Symmetric>& means() const;
+  /// True if a tetrahedron must reach its strength in a mean, too.
+  bool needs_mean(std::int32_t tetrahedron) const {
+    return vicinity_ != nullptr && vicinity_->needs_mean(tetrahedron);
+  }
+  /// Calls visit(patch) for the means around the corners of a tetrahedron that this rank knows. Some rank
+  /// knows each, so that the largest of all ranks' largest means is the largest of all.
+  template <class Visit>
+  void for_means(std::int32_t tetrahedron, const Visit& visit) const {
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      if (const auto patch = vicinity_->means()->patch(tetrahedron, corner); patch >= 0) visit(index(patch));
+  }
   /// The next tetrahedron to reach its strength under increasing loads.
   Critical first_to_break(double until) const;
   /// Local number of the tetrahedron that breaks there, or -1: the critical one itself, or the one selected
@@ -152,8 +165,8 @@ private:
 
   const parallel::Communicator* group_;
   fracture::BreakableBody* body_;
-  const mechanics::BoundaryLoads* loads_;
-  mechanics::BoundaryLoads* ending_loads_;
+  const mechanics::Conditions* loads_;
+  mechanics::Conditions* ending_loads_;
   fracture::Criterion* criterion_;
   fracture::StressAverage* average_;
   fracture::CrackVicinity* vicinity_;
@@ -162,8 +175,9 @@ private:
   std::vector<parallel::NodeField> unit_;          // for each force pattern, then for each driven motion
   std::vector<parallel::NodeField> initial_unit_;  // for each part of the initial strain
   std::vector<std::uint8_t> is_solved_;            // of these, with the current stiffness
-  std::unique_ptr<const CarriedShare> carried_share_;
-  parallel::NodeField displacement_;  // equilibrium at time_
+  std::unique_ptr<const StiffnessRatio> carried_share_;
+  parallel::NodeField displacement_;                 // equilibrium at time_
+  mutable std::vector<mechanics::Symmetric> means_;  // stresses around nodes there; empty: not computed yet
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
   double extent_ = 0;                 // of the body, the largest along an axis [m]
   double time_ = 0;

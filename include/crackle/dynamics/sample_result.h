@@ -156,7 +156,7 @@ std::string to_string(Outcome outcome);
 
 /// Drops breaks, energy rows and history rows after the counted time of the last dynamic phase: they only
 /// served to show that it was the last one. Everything counts if loading continued after it.
-/// @param counted_time since the start of the last phase [s]
-void drop_uncounted(SampleResult& result, double counted_time);
+/// @param end_time since the start of the last phase [s]
+void truncate_results(SampleResult& result, double end_time);
 
 }  // namespace crackle::dynamics

@@ -10,7 +10,7 @@
 #include "crackle/fracture/stress_average.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
@@ -42,7 +42,7 @@ struct SampleSetup {
   const geometry::Subdomain& subdomain;
   fracture::BreakableBody body;
   fracture::BodyWaves waves;
-  mechanics::BoundaryLoads loads;
+  mechanics::Conditions loads;
   const Splitting& splitting;
   double stable_step;  ///< [s]
   TimeGrid grid;

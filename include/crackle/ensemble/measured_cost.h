@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/load_outlook.h"
+#include "crackle/dynamics/first_break_prediction.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
@@ -20,12 +20,12 @@ struct MeasuredCost {
   double next_solve = 0;   ///< equilibrium after a break [s]; 0 if no load breaks the body
   /// Stresses and energy of the first equilibrium, with [[initial.stress]].
   std::optional<dynamics::StressState> initial = {};
-  double share_at_start = 0;      ///< of stress in strength at time 0, the largest; for quasi-static loading
-  fracture::BodyWaves waves{};    ///< see fracture::slowest_waves
-  dynamics::LoadOutlook outlook;  ///< for start = "rest": assumed to break
-  double phase_start = 0;         ///< overhead of a dynamic phase before its first step [s]
-  double step = 0;                ///< one step of a dynamic phase: forces, breaking, energies and output [s]
-  std::int64_t n_steps = 0;       ///< number of measured steps
+  double share_at_start = 0;    ///< of stress in strength at time 0, the largest; for quasi-static loading
+  fracture::BodyWaves waves{};  ///< see fracture::slowest_waves
+  dynamics::FirstBreakPrediction outlook;  ///< for start = "rest": assumed to break
+  double phase_start = 0;                  ///< overhead of a dynamic phase before its first step [s]
+  double step = 0;           ///< one step of a dynamic phase: forces, breaking, energies and output [s]
+  std::int64_t n_steps = 0;  ///< number of measured steps
 };
 
 /// The time loop could not be measured. This does not imply that a sample would fail: the measured body is

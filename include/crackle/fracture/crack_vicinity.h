@@ -4,43 +4,69 @@
 #include "crackle/common/real.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/criterion.h"
+#include "crackle/fracture/nodal_means.h"
 #include "crackle/fracture/stress_average.h"
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
+#include "crackle/plane/shape.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
 namespace crackle::fracture {
 
-/// Nucleation and growth of cracks have different thresholds if the input gives both a strength and a
-/// toughness: the strength holds where there is no crack, and the threshold that gives the toughness at the
-/// local spacing holds at a crack, that is, for tetrahedra that share a node with a broken one or lie at the
-/// square end of a slot. Where the toughness requires the higher threshold, that one holds everywhere.
+/// A square end of a slot.
+struct SquareEnd {
+  std::size_t notch;   ///< its number in the input
+  plane::Point place;  ///< middle of the end: y and z [m]
+  plane::Point ahead;  ///< unit vector out of the slot
+  double half_height;  ///< [m]
+};
+
+/// Those of all slots. An open end is included: nothing is loaded there.
+std::vector<SquareEnd> square_ends(const input::Specimen& specimen);
+
+/// Nucleation and growth of cracks differ. At a crack, that is, for tetrahedra that share a node with a
+/// broken one or lie at the square end of a narrow slot, a tetrahedron breaks by its own stress; if the input
+/// gives a toughness too, at the threshold that gives it at the local spacing. Where there is no crack the
+/// strength holds, for its own stress and the mean around a corner (NodalMeans).
 ///
-/// In a dynamic phase a broken tetrahedron lowers the strength around it after the time in which a
-/// dilatational wave, the fastest there is, crosses one spacing. Without this delay, tetrahedra whose stress
-/// lies between the two thresholds would break one after another in each step, faster than any wave could
-/// unload them.
+/// By the own stress alone (input::Nucleation::own_stress), or one averaged over balls, every square end
+/// counts as a crack, and where the toughness requires the higher threshold, that one holds everywhere.
 ///
-/// Follows the cracks of a body and lowers the criterion's strengths accordingly.
+/// In a dynamic phase a broken tetrahedron acts on those around it after the time in which a dilatational
+/// wave, the fastest there is, crosses one spacing. Without this delay, tetrahedra whose stress lies between
+/// the two thresholds would break one after another in each step, faster than any wave could unload them.
+///
+/// Follows the cracks of a body and changes the criterion's strengths accordingly.
 class CrackVicinity {
 public:
-  /// Lowers the strengths at the ends of slots. Local.
-  /// @param growth_strengths of each local tetrahedron at a crack [Pa]
+  /// Square ends up to this height, in spacings, are cracks; higher ones are smooth surfaces.
+  static constexpr double highest_end_in_spacings = 1.5;
+
+  /// Local.
+  /// @param ends that count as cracks
+  /// @param growth_strengths of each local tetrahedron at a crack [Pa]; empty: as where there is no crack
   /// @param average relative to the criterion's strengths, or nullptr
   /// @param spacings of the mesh at each local tetrahedron [m]
+  /// @param by_means as input::Fracture::nucleates_by_means()
   CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
-                std::vector<double> growth_strengths, const input::Specimen& specimen,
-                std::span<const double> spacings);
+                std::vector<double> growth_strengths, std::span<const SquareEnd> ends,
+                std::span<const double> spacings, bool by_means);
 
-  /// Lowers the strengths near broken tetrahedra that were not yet counted as a crack. Collective; does not
-  /// agree() before. A rank that fails before its communication throws; the others then do nothing.
+  /// The means that must reach the strength beside the own stress, or nullptr.
+  const NodalMeans* means() const { return means_ ? &*means_ : nullptr; }
+  /// True if they must for a local tetrahedron now.
+  bool needs_mean(std::int32_t tetrahedron) const { return means_ && reached_[index(tetrahedron)] == 0; }
+
+  /// Takes over the broken tetrahedra that were not yet counted as a crack. Collective; does not call
+  /// check_peers() before. A rank that fails before its communication throws; the others then do nothing.
   /// @param phase_time since the start of the dynamic phase [s]; infinity: all that is broken is a crack
   /// @return the local tetrahedra whose strength has changed, ascending
   std::span<const std::int32_t> update(const parallel::Communicator& group, double phase_time = infinity);
@@ -51,7 +77,7 @@ private:
     std::int32_t tetrahedron;
     double broke_at;  // phase time [s]
   };
-  void lower(std::int32_t tetrahedron);
+  void reach(std::int32_t tetrahedron);
 
   const BreakableBody* body_;
   Criterion* criterion_;
@@ -59,6 +85,8 @@ private:
   std::vector<double> growth_strengths_;
   std::vector<double> delays_;  // of each local tetrahedron [s]
   mechanics::NodeTetrahedra round_node_;
+  std::optional<NodalMeans> means_;
+  std::vector<std::uint8_t> reached_;                          // of each local tetrahedron: 1 at a crack
   std::unordered_map<std::int64_t, std::int32_t> local_node_;  // by number in the realization
   std::vector<std::uint8_t> at_crack_;                         // of each local node
   std::size_t n_seen_ = 0;                                     // breaks counted by this rank
@@ -66,7 +94,8 @@ private:
   std::vector<std::int32_t> changed_;
 };
 
-/// The vicinity for an intact body, or none if the input does not distinguish nucleation and growth.
+/// The vicinity for an intact body, or none if the input does not distinguish nucleation and growth: if it
+/// gives a toughness alone, softening, or a strength alone that holds for the own stress.
 /// Collective; equal for any number of ranks.
 std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator& group,
                                                    const input::Parameters& parameters, std::uint64_t sample,

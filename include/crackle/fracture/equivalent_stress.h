@@ -4,6 +4,7 @@
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/mechanics/tensor.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace crackle::fracture {
@@ -48,6 +49,11 @@ public:
   bool exceeds(const mechanics::Symmetric& stress, double strength) const {
     // The bound holds up to rounding, hence the tolerance.
     return bound(stress) > strength * (1 - 1e-12) && (*this)(stress) > strength;
+  }
+
+  /// The larger of a value and that of a stress; for most tensors the bound decides.
+  double larger(double value, const mechanics::Symmetric& stress) const {
+    return bound(stress) < value - rounding(stress) ? value : std::max(value, (*this)(stress));
   }
 
   /// A constant c that bounds the change of the value due to a strain sym(u b) by c |u| |b|. For this strain

@@ -118,8 +118,6 @@ private:
   template <class Ball>
   void forget_in(Cache<Ball>& cache, std::span<const std::int32_t> tetrahedra) const;
 
-  /// Number of a tetrahedron's material and interface.
-  std::int32_t kind(std::int32_t tetrahedron) const;
   void find_cells();
   void forget_broken();
   std::vector<Share> find_ball(std::int32_t centre);

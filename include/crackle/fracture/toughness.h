@@ -5,6 +5,7 @@
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
+#include "crackle/input/poisson_limits.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
 
@@ -15,13 +16,11 @@
 
 namespace crackle::fracture {
 
-/// A strength criterion has no toughness of its own: a slow crack through tetrahedra of spacing h releases
-/// the energy c(nu) strength^2 h / E per crack area. This is c, fitted to the instability loads of cracked
-/// strips and of bars in three-point bending (jobs/method.md).
-double toughness_factor(input::Release release, double poisson_ratio);
+using input::toughness_factor;
 
-/// The same with the stress averaged over a ball (fracture::StressAverage): the spacing is replaced by this
-/// multiple of the ball's radius. Measured likewise; valid on every mesh that resolves the ball.
+/// With the stress averaged over a ball (StressAverage), the spacing in the relation of strength and
+/// toughness is replaced by this multiple of the ball's radius. Measured likewise; valid on every mesh that
+/// resolves the ball.
 double spacings_per_length(input::Release release, double poisson_ratio);
 
 /// Energy per crack area for a strength and a spacing, one of fracture_spacings() [J/m^2].
@@ -56,10 +55,10 @@ std::vector<double> fracture_spacings(const parallel::Communicator& group,
                                       const input::Parameters& parameters, const BreakableBody& body);
 
 /// Strength of each local tetrahedron [Pa]: the input's for its material, or for the interface that it
-/// touches; or the one that gives the toughness at the
-/// local spacing or the averaging length; multiplied by the sample's variation. If the input gives both,
-/// except for softening, the larger of the two: that of nucleation. Collective; bitwise equal for any number
-/// of ranks.
+/// touches; or the one that gives the toughness at the local spacing or the averaging length; multiplied by
+/// the sample's variation. If the input gives both, that of nucleation: the input's, or the larger of the two
+/// if the stress that must reach it is not a mean around nodes; with softening the input's. Collective;
+/// bitwise equal for any number of ranks.
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
                                           const input::Parameters& parameters, std::uint64_t sample,
                                           const BreakableBody& body);

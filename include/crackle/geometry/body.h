@@ -162,10 +162,10 @@ inline double shape_growth(const input::Mesh& mesh) {
 }
 
 /// Location of a tetrahedron.
-enum class Place {
-  solid,     ///< in the body
-  cavity,    ///< its interior is outside the body
-  crossing,  ///< neither: it crosses the surface or an inner face
+enum class Containment {
+  inside,      ///< the body
+  outside,     ///< its interior is outside the body
+  straddling,  ///< neither: it crosses the surface or an inner face
 };
 
 /// The directions in which a point can move.
@@ -264,7 +264,7 @@ public:
 
   /// Exact, for any order of the corners. Called for each candidate tetrahedron.
   /// @param corners of a tetrahedron in the convex hull of the body
-  virtual Place place(const std::array<Point, 4>& corners) const = 0;
+  virtual Containment classify(const std::array<Point, 4>& corners) const = 0;
 
   /// Places that require a finer mesh than the input's regions.
   virtual std::vector<SpacingSource> spacing_sources(const input::Mesh& mesh) const = 0;

@@ -281,6 +281,9 @@ struct Interface {
 
 enum class Accumulation { cumulative, step };  ///< of damage
 enum class Release { element, facet, softening };
+/// The stress that must reach the strength where there is no crack: beside the tetrahedron's own the mean
+/// around one of its corners, or its own alone.
+enum class Nucleation { nodal_mean, own_stress };
 /// Shape of the curve of stress over opening.
 enum class SofteningCurve { linear, exponential };
 enum class Contact { none, frictionless };  ///< of opened facets that close again
@@ -317,11 +320,17 @@ struct Fracture {
   double fracture_toughness =
       0;              ///< K_Ic from which the toughness is derived [Pa m^0.5]; 0: toughness given directly
   double length = 0;  ///< radius of the ball for averaging the stress [m]; 0: no averaging
+  Nucleation nucleation = Nucleation::nodal_mean;
   std::optional<Variation> variation = {};
 
   bool has_strength_and_toughness() const { return strength > 0 && toughness > 0; }
   /// True if the strength applies to the nucleation of cracks only, and the toughness to their growth.
   bool separates_nucleation() const { return has_strength_and_toughness() && release != Release::softening; }
+  /// True if the stress at the nucleation of cracks is a mean around nodes.
+  bool nucleates_by_means() const {
+    return nucleation == Nucleation::nodal_mean && strength > 0 && length == 0 &&
+           release != Release::softening;
+  }
 };
 
 /// One prescribed quantity on a face or on a box region of it.
@@ -544,10 +553,5 @@ struct Parameters {
   std::vector<BodyLoad> body_forces() const;
   std::vector<BodyLoad> initial_velocities() const;
 };
-
-/// Range of Poisson's ratio for which the relation of strength and toughness has been measured. Above it,
-/// linear tetrahedra lock.
-inline constexpr double least_measured_poisson_ratio = 0;
-inline constexpr double greatest_measured_poisson_ratio = 0.45;
 
 }  // namespace crackle::input

@@ -45,7 +45,7 @@ StressState stress_state(const parallel::Communicator& group, const fracture::Br
 inline constexpr double small_strain = 0.05;
 
 /// Static prediction of the first break under the loads.
-struct LoadOutlook {
+struct FirstBreakPrediction {
   bool breaks = true;      ///< the loads break the body
   bool grows = false;      ///< without a break: the loads grow without bound
   double time = infinity;  ///< of the first break, from the start of loading; infinite without one [s]
@@ -56,19 +56,20 @@ struct LoadOutlook {
 };
 
 /// Loads an unbroken body up to its first break and through the equilibrium after it. Collective.
-LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLoads& loads,
-                        EnergyAccount& account);
+FirstBreakPrediction first_break(QuasiStaticLoading& loading, const mechanics::Conditions& loads,
+                                 EnergyAccount& account);
 
 /// Warning that the loads do not break the body in equilibrium, with the margin and advice; empty if they do.
-std::string weak_load_warning(const LoadOutlook& outlook);
+std::string weak_load_warning(const FirstBreakPrediction& outlook);
 
 /// Warning that a body is strained beyond small strains at the first break; empty if it is not.
-std::string large_strain_warning(const LoadOutlook& outlook);
+std::string large_strain_warning(const FirstBreakPrediction& outlook);
 
 /// Predictions for a start from rest.
 struct RestOutlook {
   WaveOutlook waves;
-  std::optional<LoadOutlook> equilibrium;  ///< if the waves hardly break the body, and it is supported
+  std::optional<FirstBreakPrediction>
+      equilibrium;  ///< if the waves hardly break the body, and it is supported
 };
 
 /// Not collective (runs on one rank).

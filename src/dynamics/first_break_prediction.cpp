@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/load_outlook.h"
+#include "crackle/dynamics/first_break_prediction.h"
 
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
@@ -177,7 +177,7 @@ std::string text_of_load(double load) {
   return quantity_text(std::abs(load), "N");
 }
 
-std::string too_late(const input::Parameters& parameters, const LoadOutlook& outlook) {
+std::string too_late(const input::Parameters& parameters, const FirstBreakPrediction& outlook) {
   const double reach = std::max(parameters.time.duration, outlook.transit);
   if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
   return fmt::format(
@@ -198,14 +198,14 @@ StressState stress_state(const parallel::Communicator& group, const fracture::Br
     for (double& component : sigma) component = -component;
     largest[1] = std::max(largest[1], fracture::largest_principal(sigma));
   }
-  parallel::agree(group);
+  parallel::check_peers(group);
   parallel::all_reduce(group, largest, MPI_MAX);
   return {largest[0], largest[1], strain_energy(group, body, displacement)};
 }
 
-LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLoads& loads,
-                        EnergyAccount& account) {
-  LoadOutlook outlook{.share = 0};
+FirstBreakPrediction first_break(QuasiStaticLoading& loading, const mechanics::Conditions& loads,
+                                 EnergyAccount& account) {
+  FirstBreakPrediction outlook{.share = 0};
   const auto has_broken = [&] { return loading.n_events() > 0; };
   const auto look = [&](const LoadState& now) {
     if (has_broken()) return;
@@ -237,7 +237,8 @@ RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Re
   try {
     EnergyAccount account(self, setup.body);
     QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion,
-                               arrest_window(parameters, setup.waves), setup.average.get());
+                               arrest_window(parameters, setup.waves), setup.average.get(), nullptr,
+                               setup.vicinity.get());
     loading.load_at_start(account);
     outlook.equilibrium = first_break(loading, setup.loads, account);
     outlook.equilibrium->transit = wave_transit(parameters, setup.waves);
@@ -247,7 +248,7 @@ RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Re
   return outlook;
 }
 
-std::string large_strain_warning(const LoadOutlook& outlook) {
+std::string large_strain_warning(const FirstBreakPrediction& outlook) {
   if (!outlook.breaks || !(outlook.strained > large_part)) return {};
   return fmt::format(
       "at the first break {:.3g} % of the body is strained by more than {:.2g} %, beyond the small strains "
@@ -265,7 +266,7 @@ std::string weak_load_warning(const input::Parameters& parameters, const RestOut
       100 * outlook.waves.stress / outlook.waves.strength);
 }
 
-std::string weak_load_warning(const LoadOutlook& outlook) {
+std::string weak_load_warning(const FirstBreakPrediction& outlook) {
   if (outlook.breaks) return {};
   if (outlook.share == 0)
     return fmt::format("the loads do not break the body{}: no part of it is in tension",

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "local_breaking_check.h"
+
+#include "crackle/common/index.h"
+#include "crackle/common/real.h"
+#include "crackle/parallel/collectives.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace crackle::dynamics {
+
+LocalBreakingCheck::LocalBreakingCheck(const MotionContext& context, MovingBody& motion)
+    : context_(&context),
+      motion_(&motion),
+      means_(context.vicinity != nullptr ? context.vicinity->means() : nullptr) {
+  if (means_ == nullptr) return;
+  stresses_.assign(n_times, StressCache(context.body->subdomain().n_tetrahedra()));
+  of_nodes_.assign(n_times, StressCache(means_->n_patches()));
+}
+
+void LocalBreakingCheck::start() {
+  for (auto& stresses : stresses_) stresses.clear();
+  over_.clear();
+  for (const auto t : motion_->overloaded())
+    if (own(t, 0) > context_->criterion->strength(index(t))) over_.push_back(t);
+}
+
+std::span<const std::int32_t> LocalBreakingCheck::end_step(std::int64_t) {
+  if (means_ == nullptr) {
+    find_candidates();
+  } else {
+    const auto claims = parallel::gather_found<Claim>(*context_->group, [&] {
+      find_candidates();
+      return find_shared_means();
+    });
+    take_over(claims);
+  }
+  over_.clear();
+  breaking_.clear();
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const std::int32_t t = candidates_[i];
+    const double now = own(t, 0);
+    if (breaks(i, now))
+      breaking_.push_back(t);
+    else if (now > context_->criterion->strength(index(t)))
+      over_.push_back(t);
+  }
+  return breaking_;
+}
+
+/// A tetrahedron whose stress has dropped was above the strength for part of the step.
+void LocalBreakingCheck::find_candidates() {
+  for (auto& stresses : stresses_) stresses.clear();
+  for (auto& stresses : of_nodes_) stresses.clear();
+  candidates_.clear();
+  std::ranges::set_union(over_, motion_->overloaded(), std::back_inserter(candidates_));
+}
+
+std::vector<LocalBreakingCheck::Claim> LocalBreakingCheck::find_shared_means() {
+  std::vector<Claim> claims;
+  shared_.assign(candidates_.size(), {-infinity, -infinity, -infinity});
+  is_shared_.assign(candidates_.size(), 0);
+  if (context_->group->size() == 1) return claims;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const std::int32_t t = candidates_[i];
+    if (!needs_mean(t)) continue;
+    bool is_shared = false;
+    for (std::size_t corner = 0; corner < 4; ++corner) is_shared = is_shared || means_->patch(t, corner) < 0;
+    if (!is_shared) continue;
+    is_shared_[i] = 1;
+    claims.push_back({context_->body->subdomain().tetrahedron_number[index(t)],
+                      {largest_mean(t, 0), largest_mean(t, 1), largest_mean(t, 2)}});
+  }
+  return claims;
+}
+
+void LocalBreakingCheck::take_over(std::span<const Claim> claims) {
+  for (const auto& [number, largest] : claims) {
+    const std::int32_t t = context_->body->subdomain().local_number(number);
+    if (t < 0) continue;
+    const auto place = index(std::ranges::lower_bound(candidates_, t) - candidates_.begin());
+    if (place == candidates_.size() || candidates_[place] != t) continue;  // another rank has failed
+    for (std::size_t n = 0; n < largest.size(); ++n)
+      shared_[place][n] = std::max(shared_[place][n], largest[n]);
+  }
+}
+
+bool LocalBreakingCheck::breaks(std::size_t candidate, double now) {
+  const std::int32_t t = candidates_[candidate];
+  fracture::Criterion& criterion = *context_->criterion;
+  if (!needs_mean(t)) return criterion.advance(index(t), own(t, 2), own(t, 1), now);
+  const auto mean = [&](std::size_t n_steps) {
+    return is_shared_[candidate] != 0 ? shared_[candidate][n_steps] : largest_mean(t, n_steps);
+  };
+  const double after = std::min(now, mean(0)), before = std::min(own(t, 1), mean(1));
+  if (std::max(before, after) <= context_->screening_share * criterion.strength(index(t))) return false;
+  return criterion.advance(index(t), std::min(own(t, 2), mean(2)), before, after);
+}
+
+double LocalBreakingCheck::largest_mean(std::int32_t tetrahedron, std::size_t n_steps) {
+  const fracture::EquivalentStress& value = context_->criterion->stress();
+  double largest = -infinity;
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    const std::int32_t patch = means_->patch(tetrahedron, corner);
+    if (patch < 0) continue;
+    const mechanics::Symmetric& mean = of_nodes_[n_steps].get(patch, [&](std::int32_t) {
+      return means_->at(
+          tetrahedron, corner, [&](std::int32_t t) -> const auto& { return kept_stress(t, n_steps); });
+    });
+    largest = value.larger(largest, mean);
+  }
+  return largest;
+}
+
+double LocalBreakingCheck::own(std::int32_t tetrahedron, std::size_t n_steps) {
+  const fracture::EquivalentStress& value = context_->criterion->stress();
+  return value(means_ != nullptr ? kept_stress(tetrahedron, n_steps) : stress(tetrahedron, n_steps));
+}
+
+mechanics::Symmetric LocalBreakingCheck::stress(std::int32_t tetrahedron, std::size_t n_steps) const {
+  return context_->body->intact_stress(
+      tetrahedron, n_steps == 0 ? motion_->strain(tetrahedron)
+                                : motion_->strain_before(tetrahedron, static_cast<int>(n_steps)));
+}
+
+const mechanics::Symmetric& LocalBreakingCheck::kept_stress(std::int32_t tetrahedron, std::size_t n_steps) {
+  return stresses_[n_steps].get(tetrahedron, [&](std::int32_t t) { return stress(t, n_steps); });
+}
+
+}  // namespace crackle::dynamics
