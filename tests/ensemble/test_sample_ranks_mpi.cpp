@@ -232,6 +232,9 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithReleaseInTimeAndNucleation) {
   parameters.fracture.strength = 45e6;
   parameters.fracture.toughness = 50;
   compare(parameters, 50);
+  parameters.fracture.release_time = {};
+  parameters.fracture.release_speed = 2000;
+  compare(parameters, 50);
   parameters.fracture.release = input::Release::facet;
   compare(parameters, 50, {test::hostile_partitions(parameters.specimen.size)[2]});
   parameters.time.start = input::Start::quasi_static;

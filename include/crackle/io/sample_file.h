@@ -69,7 +69,7 @@
 namespace crackle::io {
 
 /// Incremented with every change of the file's contents.
-inline constexpr std::int64_t sample_schema_version = 6;
+inline constexpr std::int64_t sample_schema_version = 7;
 
 /// Oldest version of sample and ensemble files whose results can still be read, that of version 1.0.0 of the
 /// program; samples cannot continue from them.
@@ -77,7 +77,7 @@ inline constexpr std::int64_t oldest_schema_version = 4;
 
 /// Incremented with every change that affects the results of some inputs: samples of different models cannot
 /// belong to one ensemble. Files without it are of model 1.
-inline constexpr std::int64_t model_version = 6;
+inline constexpr std::int64_t model_version = 7;
 
 /// The first model in which samples have base points of their own if the input does not say; before, they
 /// shared one set.
