@@ -26,6 +26,14 @@ namespace crackle::experiment {
 
 namespace {
 
+/// A place in the experiment's axes, in those of the body.
+plane::Point in_body(const Draft& draft, const plane::Point& p) {
+  const double y = draft.mirror == Mirror::y ? -p[0] : p[0];
+  const double z = draft.mirror == Mirror::z ? -p[1] : p[1];
+  const double c = std::cos(draft.angle), s = std::sin(draft.angle);
+  return {draft.origin[0] + c * y - s * z, draft.origin[1] + s * y + c * z};
+}
+
 const QuantityColumn y_column{"y", &input::length_dimension};
 const QuantityColumn z_column{"z", &input::length_dimension};
 const QuantityColumn time_column{"time", &input::time_dimension};
@@ -149,14 +157,6 @@ std::vector<Experiment> rows_of_loads(const Draft& draft, const CsvTable& table,
     experiments.push_back(std::move(experiment));
   }
   return experiments;
-}
-
-/// A place in the experiment's axes, in those of the body.
-plane::Point in_body(const Draft& draft, const plane::Point& p) {
-  const double y = draft.mirror == Mirror::y ? -p[0] : p[0];
-  const double z = draft.mirror == Mirror::z ? -p[1] : p[1];
-  const double c = std::cos(draft.angle), s = std::sin(draft.angle);
-  return {draft.origin[0] + c * y - s * z, draft.origin[1] + s * y + c * z};
 }
 
 /// Sets where the picture's pixels are in the body.
