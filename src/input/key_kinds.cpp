@@ -4,12 +4,67 @@
 
 namespace crackle::input {
 
+Key shown_if(Key key, std::function<bool(const Parameters& parameters, std::size_t index)> condition) {
+  key.show = [condition = std::move(condition), show = key.show](
+                 Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (!condition(parameters, i)) return {};
+    return show(parameters, i);
+  };
+  return key;
+}
+
 Key hidden_at_zero(Key key, const Access<double>& access) {
   key.show = [=, show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
     if (access(parameters, i) == 0) return {};
     return show(parameters, i);
   };
   return key;
+}
+
+Key text_key(std::string name, Access<std::string> access, Requirement requirement, std::string accepted,
+             std::string help) {
+  return {std::move(name),
+          "text",
+          std::move(requirement),
+          accepted,
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto text = read_text(source, accepted)) access(parameters, i) = *text;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const std::string& text = access(parameters, i);
+            if (text.empty()) return {};
+            return text;
+          }};
+}
+
+Key name_key(Access<std::string> access, Requirement requirement, const std::string& example,
+             std::string help) {
+  Key key = text_key("name", access, std::move(requirement), accepted_name(example), std::move(help));
+  key.read = [=](const Source& source, Parameters& parameters, std::size_t i) {
+    if (const auto name = read_name(source, example)) access(parameters, i) = *name;
+  };
+  return key;
+}
+
+std::array<bool, 3> read_axes(const Source& source) {
+  std::array<bool, 3> axes{};
+  const auto elements = read_elements(source, 0, distinct_axes);
+  for (std::size_t k = 0; elements && k < elements->size(); ++k) {
+    const Source& element = (*elements)[k];
+    const auto axis = read_choice(element, {axis_names.begin(), axis_names.end()});
+    if (!axis) continue;
+    if (axes[*axis]) element.report("{} appears twice; give {}", element.value.source, distinct_axes);
+    axes[*axis] = true;
+  }
+  return axes;
+}
+
+std::string show_axes(const std::array<bool, 3>& axes) {
+  std::vector<std::string> items;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (axes[axis]) items.emplace_back(axis_names[axis]);
+  return bracketed(items);
 }
 
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
