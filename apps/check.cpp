@@ -42,6 +42,7 @@ struct CheckOptions {
   int phases = 0;            ///< expected number of dynamic phases; 0: as such inputs have
   std::int64_t samples = 0;  ///< number of samples to try; 0: sample 0 only
   bool measure = true;
+  std::string crack_speed;  ///< with its unit; empty: none
 
   TrialExtent trial() const {
     return {samples, measure ? ensemble::TrialDepth::start : ensemble::TrialDepth::setup};
@@ -84,7 +85,8 @@ Estimate print_estimate(const input::Parameters& parameters, const CheckOptions&
   std::fflush(stdout);
   geometry::MotherPoints base;
   const FirstSample subject = make_subject(parameters, *body, base);
-  print_subject(subject, available);
+  print_subject(subject, available,
+                options.crack_speed.empty() ? 0 : input::read_value(options.crack_speed, "m/s"));
   if (const auto shortage = measuring_shortage(subject, available)) {
     fmt::print("\nNo sample was started and the cost was not measured: {}\n", *shortage);
     return {};
@@ -194,6 +196,8 @@ void add_check_command(CLI::App& app, const std::function<void()>& start_mpi, Ac
       ->add_flag("!--no-measure", options->measure,
                  "neither measure the cost of a sample on this machine nor solve for equilibria")
       ->excludes(ranks);
+  command->add_option("--crack-speed", options->crack_speed,
+                      "print the release_speed with which cracks run at this speed, such as \"450 m/s\"");
   command->callback([options, start_mpi, &run] {
     if (options->keys != options->file.empty()) {
       throw CLI::ValidationError("check takes either an input file or --keys");

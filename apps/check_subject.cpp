@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "check_subject.h"
 
+#include "crackle/analysis/sample_summary.h"
+#include "crackle/common/failure.h"
 #include "crackle/common/heartbeat.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
@@ -12,6 +14,7 @@
 #include "crackle/ensemble/cost_model.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/material_field.h"
+#include "crackle/fracture/release.h"
 #include "crackle/fracture/resolution.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/condition_region.h"
@@ -82,20 +85,21 @@ void add_curves(Rows& rows, const input::Specimen& specimen) {
       add_curve(rows, *specimen.shape, fmt::format("hole-{}", i), hole.center, hole.semi_axes, hole.angle);
 }
 
+/// "min 1, median 2, max 3 us"
+std::string spread(std::vector<double> values, double unit, const char* name) {
+  const auto q = geometry::quantiles(std::move(values));
+  return fmt::format("min {:.4g}, median {:.4g}, max {:.4g} {}", q.smallest / unit, q.median / unit,
+                     q.largest / unit, name);
+}
+
 /// The criterion on this mesh: strength and toughness are related by the local spacing.
 void add_criterion(Rows& rows, const FirstSample& subject, const fracture::BreakableBody& body) {
   const auto& parameters = subject.parameters;
   const parallel::Communicator self(MPI_COMM_SELF);
-  const auto tetrahedra = fracture::span_of(body.subdomain());
-  const auto criterion = fracture::make_criterion(
-      parameters, fracture::tetrahedron_strengths(self, parameters, 0, body), subject.phase.grid.step,
-      fracture::fracture_field(parameters, tetrahedra, &input::Fracture::impulse));
+  const auto initial = fracture::tetrahedron_strengths(self, parameters, 0, body);
+  const auto criterion = fracture::make_criterion(parameters, initial, subject.phase.grid.step,
+                                                  fracture::impulses(self, parameters, 0, body, initial));
   const auto strengths = criterion->strengths();
-  const auto spread = [](std::vector<double> values, double unit, const char* name) {
-    const auto q = geometry::quantiles(std::move(values));
-    return fmt::format("min {:.4g}, median {:.4g}, max {:.4g} {}", q.smallest / unit, q.median / unit,
-                       q.largest / unit, name);
-  };
   const char* const varied = parameters.fracture.variation ? ", with the variation of sample 0" : "";
   if (parameters.fracture.release == input::Release::softening) {
     const double length = input::process_zone_length(parameters);
@@ -145,6 +149,36 @@ void add_criterion(Rows& rows, const FirstSample& subject, const fracture::Break
                         fmt::format(", from the strength and {}{}", from, varied));
 }
 
+/// How breaking tetrahedra lose their stiffness, where that follows from a speed.
+/// @param crack_speed for which release speeds are asked [m/s]; 0: none
+void add_release(Rows& rows, const FirstSample& subject, const fracture::BreakableBody& body,
+                 double crack_speed) {
+  const auto& parameters = subject.parameters;
+  bool is_by_speed = false;
+  for (std::size_t m = 0; m < parameters.materials.size(); ++m) {
+    const input::Material& material = parameters.materials[m];
+    const std::string of = material.name.empty() ? "" : ", " + material.name;
+    const double rayleigh = mechanics::rayleigh_speed(material);
+    if (crack_speed >= rayleigh)
+      fail("--crack-speed: {} is not below the Rayleigh speed, {}", quantity_text(crack_speed, "m/s"),
+           quantity_text(rayleigh, "m/s"));
+    if (crack_speed > 0)
+      rows.emplace_back(fmt::format("cracks at {}{}", quantity_text(crack_speed, "m/s"), of),
+                        fmt::format("with twice G stored take release_speed = \"{:.0f} m/s\"",
+                                    fracture::release_speed_for(crack_speed, rayleigh)));
+    const double speed = fracture::release_speed(parameters, m);
+    if (speed == 0) continue;
+    is_by_speed = true;
+    rows.emplace_back(
+        "release speed" + of,
+        fmt::format("{:.4g} m/s, {:.2g} c_R; with twice G stored, cracks run at some {:.0f} m/s", speed,
+                    speed / rayleigh, fracture::driven_crack_speed(speed, rayleigh)));
+  }
+  if (!is_by_speed) return;
+  const auto times = fracture::release_times(parallel::Communicator(MPI_COMM_SELF), parameters, body);
+  rows.emplace_back("release time", spread(times.values(), 1e-6, "us") + ", from the local spacing");
+}
+
 void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::BreakableBody& body) {
   const auto& [elasticity, density] = body.material();
   double slowest_shear = infinity;
@@ -177,7 +211,8 @@ void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::
 }
 
 /// All quantities of sample 0 that need no measurement.
-Rows subject_rows(const FirstSample& subject, double available) {
+/// @param crack_speed as in print_subject
+Rows subject_rows(const FirstSample& subject, double available, double crack_speed) {
   const auto& parameters = subject.parameters;
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const double file = ensemble::sample_file_size(parameters, subject.n_nodes(), subject.n_tetrahedra());
@@ -197,6 +232,10 @@ Rows subject_rows(const FirstSample& subject, double available) {
       subdomain, fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
   add_criterion(rows, subject, body);
   add_waves(rows, parameters, body);
+  add_release(rows, subject, body, crack_speed);
+  if (!subject.body.crack_starts().empty())
+    rows.emplace_back("long branches",
+                      quantity_text(analysis::branch_length(parameters, subject.body), "m") + " or more");
   rows.insert(rows.end(),
               {{"stable step", quantity_text(subject.stable_step, "s")},
                {"time step", quantity_text(subject.phase.grid.step, "s")},
@@ -267,9 +306,11 @@ FirstSample make_subject(const input::Parameters& parameters, const geometry::Bo
   return {parameters, body, std::move(realization), stable_step, phase, clock.seconds() + analysis};
 }
 
-void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available) {
+void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available,
+                   double crack_speed) {
   const auto& parameters = subject.parameters;
-  fmt::print("{}{}", aligned(subject_rows(subject, available.bytes)), refining_regions_text(parameters));
+  fmt::print("{}{}", aligned(subject_rows(subject, available.bytes, crack_speed)),
+             refining_regions_text(parameters));
   for (const auto& warning : fracture::resolution_warnings(parameters, subject.body, subject.phase.grid.step))
     fmt::print("\nWarning: {}\n", warning);
   const int n_ranks = parameters.ensemble.ranks_per_sample;

@@ -359,14 +359,14 @@ std::vector<std::int32_t> QuasiStaticLoading::all_breaking(const Critical& criti
   return all;
 }
 
-bool QuasiStaticLoading::breaks_soon(std::int32_t tetrahedron, double load) const {
-  bool is_soon = false;
+double QuasiStaticLoading::time_to_break(std::int32_t tetrahedron, double load) const {
+  double time = infinity;
   if (tetrahedron >= 0) {
     const auto t = static_cast<std::size_t>(tetrahedron);
-    is_soon = criterion_->time_to_failure(t, load * criterion_->strength(t)) <= patience_;
+    time = criterion_->time_to_failure(t, load * criterion_->strength(t));
   }
   parallel::check_peers(*group_);
-  return parallel::any_of_all(*group_, is_soon);
+  return parallel::all_reduce(*group_, time, MPI_MIN);
 }
 
 double QuasiStaticLoading::stress_share() const {
@@ -436,9 +436,14 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account, const std::fu
     load_ = machine_load(*loads_, state).force;
     if (next.value <= 1) n_overloads_ = 0;
     const bool may_settle = body_->softens() && next.value <= slight_overload && n_overloads_ < max_overloads;
-    if (next.value > 1 && !may_settle && breaks_soon(breaking(next), next.value)) {
-      n_overloads_ = 0;
-      return QuasiStaticEnd::unstable;
+    if (next.value > 1 && !may_settle) {
+      // It is unstable if it breaks before a dynamic phase counts as arrested.
+      overload_ = next.value - 1;
+      onset_delay_ = time_to_break(breaking(next), next.value);
+      if (onset_delay_ <= patience_) {
+        n_overloads_ = 0;
+        return QuasiStaticEnd::unstable;
+      }
     }
     if (next.value > 1) ++n_overloads_;
     if (next.value < 1)

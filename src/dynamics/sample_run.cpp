@@ -91,6 +91,19 @@ void set_initial_velocity(const MotionContext& context, const input::Parameters&
 /// Memory needed to analyse and write a sample, beyond the sample itself [byte].
 constexpr std::size_t room_for_results = std::size_t{64} << 20;
 
+/// Share of the arrest window from which the first break of a dynamic phase is late.
+constexpr double late_share = 0.1;
+
+/// A remark on an instability at which a stress hardly exceeds the strength; otherwise empty.
+std::string marginal_onset_text(const QuasiStaticLoading& loading, double arrest_window) {
+  if (loading.onset_delay() <= late_share * arrest_window) return {};
+  return fmt::format(
+      "at the onset a stress exceeded the strength by only {:.2g} %, at which a tetrahedron breaks in {}: "
+      "the "
+      "crack may creep before it runs, the less the smaller fracture.impulse is",
+      100 * loading.overload(), quantity_text(loading.onset_delay(), "s"));
+}
+
 /// The course of a sample: its phases in chronological order. All members are collective.
 class SampleRun {
 public:
@@ -195,6 +208,8 @@ private:
           is_at_limit ? "equilibrium" : "instability", loading.time(), quantity_text(loading.load(), "N"),
           loading.n_breaks(), loading.n_solves(), loading.n_iterations(), result_.timings.quasi_static,
           result_.counts.dynamic_phases + 1));
+      marginal_onset_ = is_at_limit ? std::string() : marginal_onset_text(loading, patience);
+      if (!marginal_onset_.empty()) say(marginal_onset_);
       MotionState state = at_rest();
       state.displacement.assign(loading.displacement());
       loading.rest();
@@ -304,8 +319,7 @@ private:
                          .arrest_window = arrest_window,
                          // Loads that change, and waves, may take their time to break a body in equilibrium.
                          .awaits_break = starts_moving(number),
-                         .release_time = fracture::fracture_field(parameters_, fracture::span_of(subdomain_),
-                                                                  &input::Fracture::release_time),
+                         .release_time = &setup_.release_time,
                          .ends_out_of_range = parameters_.time.precision == input::Precision::double_,
                          .n_frames = parameters_.output.frames,
                          .history_interval = parameters_.output.history,
@@ -456,6 +470,7 @@ private:
 
   void finish() {
     if (result_.note.empty()) result_.note = early_arrest_;
+    if (!marginal_onset_.empty()) result_.note += (result_.note.empty() ? "" : "; ") + marginal_onset_;
     result_.breaks = gather_breaks(group_, body_.breaks());
     result_.bridge_releases = gather_bridge_releases(group_, body_.bridge_releases());
     result_.stiffness_reductions = gather_stiffness_reductions(group_, body_.stiffness_reductions());
@@ -508,6 +523,7 @@ private:
   double load_at_first_break_ = not_a_number;  // in quasi-static loading [N]
   double end_time_ = 0;                        // of the last dynamic phase [s]
   std::string early_arrest_;                   // the remark on it, if any
+  std::string marginal_onset_;                 // that on the last onset, if any
 };
 
 /// Runs the sample in the precision of the input, or in double if mixed precision is out of range.

@@ -96,18 +96,4 @@ BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parame
   return slowest;
 }
 
-mechanics::TetrahedronField<double> fracture_field(const input::Parameters& parameters,
-                                                   const TetrahedronSpan& tetrahedra,
-                                                   double input::Fracture::*key) {
-  std::vector<double> of_material;
-  for (std::size_t m = 0; m < parameters.materials.size(); ++m)
-    of_material.push_back(parameters.fracture_of(m).*key);
-  if (tetrahedra.material.empty()) return mechanics::TetrahedronField<double>(of_material.front());
-  std::vector<double> values;
-  values.reserve(tetrahedra.tetrahedra.size());
-  for (std::size_t t = 0; t < tetrahedra.tetrahedra.size(); ++t)
-    values.push_back(of_material[tetrahedra.material_of(t)]);
-  return mechanics::TetrahedronField<double>(std::move(values));
-}
-
 }  // namespace crackle::fracture

@@ -13,25 +13,6 @@ Access<T> material(T Material::*member) {
   return [=](Parameters& parameters, std::size_t i) -> T& { return parameters.materials.at(i).*member; };
 }
 
-Key release_time_key() {
-  const Dimension dimension = with_example(time_dimension, "0.2 us");
-  const Range range{0, 1};
-  return {"release_time",
-          "time",
-          optional("as in [fracture]"),
-          quantity_form(dimension),
-          "in place of that of [fracture]",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto value = read_quantity(source, dimension, range))
-              parameters.materials.at(i).release_time = *value;
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto& value = parameters.materials.at(i).release_time;
-            if (!value) return {};
-            return format_quantity(*value, dimension);
-          }};
-}
-
 Table material_table() {
   const Requirement as_fracture = optional("as in [fracture]");
   return {"material",
@@ -62,7 +43,10 @@ Table material_table() {
            hidden_at_zero(
                impulse_key(material(&Material::impulse), as_fracture, "in place of that of [fracture]"),
                material(&Material::impulse)),
-           release_time_key()},
+           release_time_key(material(&Material::release_time), as_fracture,
+                            "in place of release_time and release_speed of [fracture]"),
+           release_speed_key(material(&Material::release_speed), as_fracture,
+                             "in place of release_time and release_speed of [fracture]")},
           [](const Parameters& parameters) { return parameters.materials.size(); },
           [](Parameters& parameters) { parameters.materials.emplace_back(); }};
 }

@@ -59,7 +59,10 @@ Fracture Parameters::fracture_of(std::size_t number) const {
   else if (fracture.fracture_toughness > 0)
     result.toughness = toughness_of(fracture.fracture_toughness, material);
   if (material.impulse > 0) result.impulse = material.impulse;
-  if (material.release_time) result.release_time = *material.release_time;
+  if (material.release_time || material.release_speed > 0) {
+    result.release_time = material.release_time;
+    result.release_speed = material.release_speed;
+  }
   return result;
 }
 

@@ -238,7 +238,13 @@ Table fracture_table() {
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta")
            .also_called({"beta"}),
-       impulse_key(in(&Parameters::fracture, &Fracture::impulse), required(), "K_f").also_called({"K_f"}),
+       hidden_at_zero(
+           impulse_key(in(&Parameters::fracture, &Fracture::impulse),
+                       optional("small enough not to slow cracks down"),
+                       "K_f; by default (0.002 sigma_0)^exponent h / release_speed, with the local "
+                       "spacing h and 0.7 c_R without a release_speed"),
+           in(&Parameters::fracture, &Fracture::impulse))
+           .also_called({"K_f"}),
        choice_key<Accumulation>("accumulation", in(&Parameters::fracture, &Fracture::accumulation),
                                 {{"cumulative", Accumulation::cumulative}, {"step", Accumulation::step}},
                                 by_default("\"cumulative\""),
@@ -250,10 +256,17 @@ Table fracture_table() {
            by_default("\"element\""),
            "a tetrahedron loses all its stiffness at once, that across one cut, or all in steps "
            "(requires strength and toughness)"),
-       optional_quantity_key("release_time", in(&Parameters::fracture, &Fracture::release_time),
-                             with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
-                             "time in which a breaking tetrahedron loses its stiffness, in dynamic phases")
+       release_time_key(in(&Parameters::fracture, &Fracture::release_time), optional("by release_speed"),
+                        "time in which a breaking tetrahedron loses its stiffness in dynamic phases, on any "
+                        "spacing; \"0 s\": at once")
            .also_called({"tau"}),
+       release_speed_key(
+           in(&Parameters::fracture, &Fracture::release_speed),
+           optional("0.7 c_R of its material with a toughness; at once with a strength alone, or "
+                    "softening"),
+           "that time is the local spacing over this speed, so that crack speeds do not depend "
+           "on the spacing")
+           .also_called({"v_r"}),
        of_nucleation(choice_key<Nucleation>(
            "nucleation", in(&Parameters::fracture, &Fracture::nucleation),
            {{"nodal-mean", Nucleation::nodal_mean}, {"own-stress", Nucleation::own_stress}},

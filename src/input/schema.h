@@ -72,6 +72,9 @@ Key quantity_key(std::string name, Access<double> access, const Dimension& dimen
 /// A positive quantity that may be omitted; its value then stays 0 and is not shown.
 Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                           Requirement requirement, std::string help);
+/// A quantity that may be omitted, and may be 0.
+Key optional_quantity_key(std::string name, Access<std::optional<double>> access, const Dimension& dimension,
+                          Range range, Requirement requirement, std::string help);
 /// The key, hidden where a condition does not hold.
 Key shown_if(Key key, std::function<bool(const Parameters& parameters, std::size_t index)> condition);
 /// The key, hidden while its value is 0, which means not given.
@@ -86,6 +89,9 @@ Key name_key(Access<std::string> access, Requirement requirement, const std::str
 Key toughness_key(const Access<double>& access, Requirement requirement, std::string help);
 /// The Tuler-Butcher impulse, whose dimension depends on the exponent.
 Key impulse_key(const Access<double>& access, Requirement requirement, std::string help);
+/// How long a breaking tetrahedron loses its stiffness.
+Key release_time_key(Access<std::optional<double>> access, Requirement requirement, std::string help);
+Key release_speed_key(const Access<double>& access, Requirement requirement, std::string help);
 /// A time or the word "auto", which leaves the value empty.
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
                        std::string help);

@@ -183,6 +183,9 @@ TEST_F(Checkpoints, KeepReleasesUnderWay) {
   parameters.fracture.release_time = 2e-6;
   parameters.fracture.contact = input::Contact::frictionless;
   compare("release in time with contact", parameters, true);
+  parameters = torn_bar();
+  parameters.fracture.release_speed = 400;  // over some 2 us
+  compare("release by a speed", parameters, true);
   parameters = test::pulled_bar(torn_bar());
   parameters.fracture.release_time = 1e-6;
   compare("release in time, quasi-static", parameters, true);

@@ -233,6 +233,9 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithReleaseInTimeAndNucleation) {
   parameters.fracture.nucleation = input::Nucleation::own_stress;
   compare(parameters, 50);
   parameters.fracture.nucleation = input::Nucleation::nodal_mean;
+  parameters.fracture.release_time = {};
+  parameters.fracture.release_speed = 2000;
+  compare(parameters, 50);
   parameters.fracture.release = input::Release::facet;
   parameters.fracture.strength = 12e6;  // less than at cracks
   compare(parameters, 50, {test::hostile_partitions(parameters.specimen.size)[2]});

@@ -91,6 +91,10 @@ public:
   /// Largest residual of the solves so far, see mechanics::StaticSolver::residual.
   double residual() const { return residual_; }
   const parallel::NodeField& displacement() const { return displacement_; }
+  /// At an instability, by how much a stress exceeds the strength, relative to that, and how long the
+  /// tetrahedron resists [s].
+  double overload() const { return overload_; }
+  double onset_delay() const { return onset_delay_; }
   std::int64_t n_solves() const { return n_solves_; }
   std::int64_t n_iterations() const { return n_iterations_; }
   std::int64_t n_breaks() const { return n_breaks_; }
@@ -156,8 +160,9 @@ private:
   /// All tetrahedra that fail together: that of breaking() or, with softening, all whose load is nearly the
   /// largest.
   std::vector<std::int32_t> all_breaking(const Critical& critical) const;
-  /// True if an overloaded tetrahedron would break before a dynamic phase counts as arrested.
-  bool breaks_soon(std::int32_t tetrahedron, double load) const;
+  /// How long a tetrahedron resists this load, relative to its strength [s].
+  /// @param tetrahedron local number; -1 on ranks that do not hold it
+  double time_to_break(std::int32_t tetrahedron, double load) const;
   /// The tetrahedron at which another one's load is evaluated: itself, or the centre of the ball that
   /// represents it. -1 if it is broken or another rank is responsible.
   std::int32_t place_of(std::int32_t tetrahedron) const;
@@ -183,6 +188,7 @@ private:
   double time_ = 0;
   double load_ = 0;  // [N]
   double load_at_first_break_ = not_a_number;
+  double overload_ = 0, onset_delay_ = 0;
   double residual_ = 0;
   std::int64_t n_solves_ = 0;
   std::int64_t n_iterations_ = 0;

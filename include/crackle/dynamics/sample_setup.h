@@ -46,6 +46,7 @@ struct SampleSetup {
   const Splitting& splitting;
   double stable_step;  ///< [s]
   TimeGrid grid;
+  mechanics::TetrahedronField<double> release_time;  ///< of each local tetrahedron [s]
   std::unique_ptr<fracture::Criterion> criterion;
   std::unique_ptr<fracture::StressAverage> average;   ///< or none
   std::unique_ptr<fracture::CrackVicinity> vicinity;  ///< or none
