@@ -13,10 +13,8 @@
 #include <charconv>
 #include <map>
 #include <sstream>
-#include <stdexcept>
 #include <string_view>
 #include <toml.hpp>
-#include <vector>
 
 namespace crackle::input {
 

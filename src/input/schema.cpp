@@ -3,7 +3,6 @@
 
 #include "crackle/common/checksum.h"
 
-#include <array>
 #include <cstdint>
 #include <fstream>
 #include <system_error>
