@@ -5,7 +5,6 @@
 #include "crackle/common/index.h"
 #include "crackle/common/packing.h"
 #include "crackle/common/quantity_text.h"
-#include "crackle/common/real.h"
 #include "crackle/cracks/crack_pattern.h"
 #include "crackle/cracks/crack_speed.h"
 #include "crackle/fracture/resolution.h"

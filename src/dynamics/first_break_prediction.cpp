@@ -3,10 +3,8 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
-#include "crackle/common/real.h"
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/sample_run.h"
-#include "crackle/dynamics/sample_setup.h"
 #include "crackle/fracture/equivalent_stress.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/condition_region.h"

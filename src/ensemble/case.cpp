@@ -16,7 +16,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <chrono>
 #include <span>
 #include <utility>

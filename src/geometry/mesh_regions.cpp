@@ -2,7 +2,6 @@
 #include "crackle/geometry/mesh_regions.h"
 
 #include "crackle/common/index.h"
-#include "crackle/geometry/point.h"
 
 #include <algorithm>
 

@@ -5,7 +5,6 @@
 #include "crackle/common/freed_memory.h"
 #include "crackle/common/index.h"
 #include "crackle/geometry/face_neighbours.h"
-#include "crackle/geometry/point.h"
 #include "crackle/geometry/symmetry.h"
 
 #include "redraw.h"
@@ -13,7 +12,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <memory>
 #include <set>

@@ -2,16 +2,13 @@
 #include "consistency.h"
 
 #include "crackle/common/index.h"
-#include "crackle/input/parameters.h"
 
 #include "dimension.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace crackle::input {
 

@@ -20,16 +20,8 @@ constexpr int max_conditions = 1'000'000;
 /// Maximum number of history rows in one dynamic phase.
 constexpr double max_history_rows = 100'000;
 
-Key probe_name_key() {
-  return {"name",
-          "text",
-          required(),
-          "a text such as \"gauge\"",
-          "unique among the probes",
-          [](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto name = read_name(source, "gauge")) parameters.output.probes.at(i).name = *name;
-          },
-          [](Parameters& parameters, std::size_t i) { return parameters.output.probes.at(i).name; }};
+Probe& probe(Parameters& parameters, std::size_t i) {
+  return parameters.output.probes.at(i);
 }
 
 Key governing_key() {
@@ -53,25 +45,6 @@ Key governing_key() {
             if (const auto* const number = std::get_if<int>(&governing)) return fmt::format("{}", *number);
             if (const auto* const name = std::get_if<std::string>(&governing)) return *name;
             return {};
-          }};
-}
-
-Key place_key() {
-  const std::string form = "three lengths, x, y and z, such as [\"2.5 mm\", \"12 mm\", \"40 mm\"]";
-  return {"at",
-          "length",
-          required(),
-          form,
-          "position in the body",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto elements = read_elements(source, 3, form);
-            for (std::size_t axis = 0; elements && axis < 3; ++axis)
-              if (const auto value = read_quantity((*elements)[axis], length_dimension, coordinate))
-                parameters.output.probes.at(i).at[axis] = *value;
-          },
-          [](Parameters& parameters, std::size_t i) {
-            const Vector& p = parameters.output.probes.at(i).at;
-            return bracketed({show(p[0]), show(p[1]), show(p[2])});
           }};
 }
 
@@ -121,10 +94,9 @@ Table output_table() {
       "history", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.history; },
       "0.5 us", "between rows in dynamic phases; \"auto\" is 1/200 of the duration");
   // Treated as if not given.
-  history.show = [show = history.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (!parameters.output.history) return {};
-    return show(parameters, i);
-  };
+  history = shown_if(std::move(history), [](const Parameters& parameters, std::size_t) {
+    return parameters.output.history.has_value();
+  });
   return {
       "output",
       Occurrence::once,
@@ -146,7 +118,13 @@ Table probe_table() {
   return {"output.probe",
           Occurrence::many,
           "a position at which the history records displacement, velocity and stress",
-          {probe_name_key(), place_key()},
+          {name_key(
+               [](Parameters & parameters, std::size_t i) -> auto& { return probe(parameters, i).name; },
+               required(), "gauge", "unique among the probes"),
+           lengths_key<Vector>(
+               "at", [](Parameters & parameters, std::size_t i) -> auto& { return probe(parameters, i).at; },
+               "three lengths, x, y and z, such as [\"2.5 mm\", \"12 mm\", \"40 mm\"]", coordinate,
+               required(), "position in the body")},
           [](const Parameters& parameters) { return parameters.output.probes.size(); },
           [](Parameters& parameters) { parameters.output.probes.emplace_back(); }};
 }

@@ -17,7 +17,6 @@
 #include <fstream>
 #include <optional>
 #include <system_error>
-#include <utility>
 
 namespace crackle::input {
 

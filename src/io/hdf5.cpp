@@ -9,10 +9,8 @@
 #include <hdf5_hl.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <utility>
 
 namespace crackle::io::hdf5 {
 

@@ -14,9 +14,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <span>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>

@@ -16,7 +16,6 @@
 #include <functional>
 #include <utility>
 #include <variant>
-#include <vector>
 
 namespace crackle::io {
 
