@@ -30,8 +30,9 @@ protected:
     return {0, 0, along, 0, 0, along / 2};
   }
   std::int32_t middle_node() const {
-    const auto found = std::ranges::find_if(
-        mesh_.nodes, [](const geometry::Point& p) { return norm(p - geometry::Point{1e-3, 1e-3, 1e-3}) < 1e-9; });
+    const auto found = std::ranges::find_if(mesh_.nodes, [](const geometry::Point& p) {
+      return norm(p - geometry::Point{1e-3, 1e-3, 1e-3}) < 1e-9;
+    });
     return static_cast<std::int32_t>(found - mesh_.nodes.begin());
   }
   /// A tetrahedron at the node in the middle, and the corner that it has there.
@@ -116,7 +117,8 @@ TEST_F(Patch, HasTheBitsOfTheWholeBodyOnTheRankThatOwnsTheNode) {
         ASSERT_EQ(of_part.patch(t, corner) >= 0, is_owned);
         if (!is_owned) continue;
         ++n_known;
-        ASSERT_EQ(of_part.at(t, corner, [&](std::int32_t one) { return stress(part.tetrahedron_number[index(one)]); }),
+        ASSERT_EQ(of_part.at(t, corner,
+                             [&](std::int32_t one) { return stress(part.tetrahedron_number[index(one)]); }),
                   means.at(static_cast<std::int32_t>(part.tetrahedron_number[index(t)]), corner, stress));
       }
   }

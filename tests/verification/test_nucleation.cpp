@@ -71,9 +71,10 @@ TEST(Nucleation, SlotBreaksAtTheLoadOfTheToughness) {
   const double high_toughness_only = first_break_load(parameters);
   parameters.specimen.notches[0].height = 0.6e-3;
   const double toughness_only = first_break_load(parameters);
-  std::printf("first break at a slot of one cell: %.3f N with strength and toughness, %.3f N with the toughness "
-              "alone; of two cells: %.3f N, %.3f N\n",
-              both, toughness_only, smooth, high_toughness_only);
+  std::printf(
+      "first break at a slot of one cell: %.3f N with strength and toughness, %.3f N with the toughness "
+      "alone; of two cells: %.3f N, %.3f N\n",
+      both, toughness_only, smooth, high_toughness_only);
   EXPECT_EQ(both, toughness_only);
   EXPECT_EQ(by_own_stress, high_toughness_only) << "every square end was a crack";
   EXPECT_GT(smooth, 1.5 * high_toughness_only);
@@ -121,18 +122,21 @@ input::Parameters bent_bar() {
   return parameters;
 }
 
-// The own stress of tetrahedra scatters where the strain varies, the more the higher Poisson's ratio: the most
-// loaded of many is 13 and 27 % beyond the exact one. Means around nodes are within some 7 %.
+// The own stress of tetrahedra scatters where the strain varies, the more the higher Poisson's ratio: the
+// most loaded of many is 13 and 27 % beyond the exact one. Means around nodes are within some 7 %.
 TEST(Nucleation, BentBarBreaksNearTheLoadOfTheExactStress) {
   for (const double nu : {0.2, 0.38}) {
     auto parameters = bent_bar();
     parameters.materials[0].poisson_ratio = nu;
-    const auto stress = [&] { return 3 * mean_first_break_load(parameters) * 10e-3 / (2e-3 * 3e-3 * 3e-3) / 400e6; };
+    const auto stress = [&] {
+      return 3 * mean_first_break_load(parameters) * 10e-3 / (2e-3 * 3e-3 * 3e-3) / 400e6;
+    };
     const double by_means = stress();
     parameters.fracture.nucleation = input::Nucleation::own_stress;
     const double by_own_stress = stress();
-    std::printf("bent bar, nu = %.2f: %.3f of the strength at the first break, by beam theory; %.3f by own stress\n",
-                nu, by_means, by_own_stress);
+    std::printf(
+        "bent bar, nu = %.2f: %.3f of the strength at the first break, by beam theory; %.3f by own stress\n",
+        nu, by_means, by_own_stress);
     EXPECT_NEAR(by_means, 1.05, 0.05);
     EXPECT_LT(by_own_stress, 0.95);
   }
