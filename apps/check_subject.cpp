@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "check_subject.h"
+#include "check.h"
 
+#include "crackle/analysis/sample_summary.h"
+#include "crackle/common/failure.h"
 #include "crackle/common/heartbeat.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
@@ -9,9 +11,9 @@
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
-#include "crackle/ensemble/cost_model.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/material_field.h"
+#include "crackle/fracture/release.h"
 #include "crackle/fracture/resolution.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/condition_region.h"
@@ -21,7 +23,7 @@
 #include "crackle/input/reader.h"
 #include "crackle/input/softening_limits.h"
 #include "crackle/mechanics/elasticity.h"
-#include "crackle/plane/chords.h"
+#include "crackle/plane/shape.h"
 
 #include "commands.h"
 #include "mesh_tables.h"
@@ -82,20 +84,21 @@ void add_curves(Rows& rows, const input::Specimen& specimen) {
       add_curve(rows, *specimen.shape, fmt::format("hole-{}", i), hole.center, hole.semi_axes, hole.angle);
 }
 
+/// "min 1, median 2, max 3 us"
+std::string spread(std::vector<double> values, double unit, const char* name) {
+  const auto q = geometry::quantiles(std::move(values));
+  return fmt::format("min {:.4g}, median {:.4g}, max {:.4g} {}", q.smallest / unit, q.median / unit,
+                     q.largest / unit, name);
+}
+
 /// The criterion on this mesh: strength and toughness are related by the local spacing.
 void add_criterion(Rows& rows, const FirstSample& subject, const fracture::BreakableBody& body) {
   const auto& parameters = subject.parameters;
   const parallel::Communicator self(MPI_COMM_SELF);
-  const auto tetrahedra = fracture::span_of(body.subdomain());
-  const auto criterion = fracture::make_criterion(
-      parameters, fracture::tetrahedron_strengths(self, parameters, 0, body), subject.phase.grid.step,
-      fracture::fracture_field(parameters, tetrahedra, &input::Fracture::impulse));
+  const auto initial = fracture::tetrahedron_strengths(self, parameters, 0, body);
+  const auto criterion = fracture::make_criterion(parameters, initial, subject.phase.grid.step,
+                                                  fracture::impulses(self, parameters, 0, body, initial));
   const auto strengths = criterion->strengths();
-  const auto spread = [](std::vector<double> values, double unit, const char* name) {
-    const auto q = geometry::quantiles(std::move(values));
-    return fmt::format("min {:.4g}, median {:.4g}, max {:.4g} {}", q.smallest / unit, q.median / unit,
-                       q.largest / unit, name);
-  };
   const char* const varied = parameters.fracture.variation ? ", with the variation of sample 0" : "";
   if (parameters.fracture.release == input::Release::softening) {
     const double length = input::process_zone_length(parameters);
@@ -118,10 +121,10 @@ void add_criterion(Rows& rows, const FirstSample& subject, const fracture::Break
     const double share = by_means ? 0 : n_higher / static_cast<double>(growth.size());
     rows.emplace_back("strength",
                       spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
-                          fmt::format(" where there is no crack{}{}{}",
+                          fmt::format(" away from cracks{}{}{}",
                                       by_means ? ", also for the mean around a corner" : "", varied,
-                                      share > 0 ? fmt::format("; in {:.3g} % of the tetrahedra "
-                                                              "that at cracks, which is higher",
+                                      share > 0 ? fmt::format("; in {:.3g} % of the tetrahedra the strength "
+                                                              "at cracks is higher and holds everywhere",
                                                               100 * share)
                                                 : ""));
     rows.emplace_back("strength at cracks", spread(growth, 1e6, "MPa") +
@@ -143,6 +146,36 @@ void add_criterion(Rows& rows, const FirstSample& subject, const fracture::Break
   rows.emplace_back("toughness",
                     spread(fracture::tetrahedron_toughness(self, parameters, body, strengths), 1, "J/m^2") +
                         fmt::format(", from the strength and {}{}", from, varied));
+}
+
+/// How breaking tetrahedra lose their stiffness, where that follows from a speed.
+/// @param crack_speed for which release speeds are asked [m/s]; 0: none
+void add_release(Rows& rows, const FirstSample& subject, const fracture::BreakableBody& body,
+                 double crack_speed) {
+  const auto& parameters = subject.parameters;
+  bool is_by_speed = false;
+  for (std::size_t m = 0; m < parameters.materials.size(); ++m) {
+    const input::Material& material = parameters.materials[m];
+    const std::string of = material.name.empty() ? "" : ", " + material.name;
+    const double rayleigh = mechanics::rayleigh_speed(material);
+    if (crack_speed >= rayleigh)
+      fail("--crack-speed: {} is not below the Rayleigh speed, {}", quantity_text(crack_speed, "m/s"),
+           quantity_text(rayleigh, "m/s"));
+    if (crack_speed > 0)
+      rows.emplace_back(fmt::format("cracks at {}{}", quantity_text(crack_speed, "m/s"), of),
+                        fmt::format("with twice G stored take release_speed = \"{:.0f} m/s\"",
+                                    fracture::release_speed_for(crack_speed, rayleigh)));
+    const double speed = fracture::release_speed(parameters, m);
+    if (speed == 0) continue;
+    is_by_speed = true;
+    rows.emplace_back(
+        "release speed" + of,
+        fmt::format("{:.4g} m/s, {:.2g} c_R; with twice G stored, cracks run at some {:.0f} m/s", speed,
+                    speed / rayleigh, fracture::driven_crack_speed(speed, rayleigh)));
+  }
+  if (!is_by_speed) return;
+  const auto times = fracture::release_times(parallel::Communicator(MPI_COMM_SELF), parameters, body);
+  rows.emplace_back("release time", spread(times.values(), 1e-6, "us") + ", from the local spacing");
 }
 
 void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::BreakableBody& body) {
@@ -177,7 +210,8 @@ void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::
 }
 
 /// All quantities of sample 0 that need no measurement.
-Rows subject_rows(const FirstSample& subject, double available) {
+/// @param crack_speed as in print_subject
+Rows subject_rows(const FirstSample& subject, double available, double crack_speed) {
   const auto& parameters = subject.parameters;
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const double file = ensemble::sample_file_size(parameters, subject.n_nodes(), subject.n_tetrahedra());
@@ -197,6 +231,10 @@ Rows subject_rows(const FirstSample& subject, double available) {
       subdomain, fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
   add_criterion(rows, subject, body);
   add_waves(rows, parameters, body);
+  add_release(rows, subject, body, crack_speed);
+  if (!subject.body.crack_starts().empty())
+    rows.emplace_back("long branches",
+                      quantity_text(analysis::branch_length(parameters, subject.body), "m") + " or more");
   rows.insert(rows.end(),
               {{"stable step", quantity_text(subject.stable_step, "s")},
                {"time step", quantity_text(subject.phase.grid.step, "s")},
@@ -218,8 +256,8 @@ std::string refining_regions_text(const input::Parameters& parameters) {
   return text;
 }
 
-/// Meshes that take longer than this are announced [s].
-constexpr double long_meshing = 20;
+/// Meshes of more nodes take minutes to make and are announced.
+constexpr double many_nodes = 1e6;
 
 /// Checks the memory for the mesh only, as the machine that computes the samples may have more memory, or
 /// more nodes; and announces a mesh that takes long to make, which a slip in a spacing causes.
@@ -230,11 +268,9 @@ void check_mesh_size(const input::Parameters& parameters, const geometry::Body& 
     throw std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
   if (parameters.mesh.points) return;
   const double n_points = geometry::estimate_n_points(body, parameters.mesh);
-  const double seconds = ensemble::placing_seconds(n_points);
-  if (seconds < long_meshing) return;
-  fmt::print("\nWarning: a mesh has about {:.2g} million nodes and takes {} or more to make: {}\n\n",
-             n_points / 1e6, duration_text(seconds),
-             geometry::SpacingField(body, parameters.mesh).range_text());
+  if (n_points < many_nodes) return;
+  fmt::print("\nWarning: a mesh has about {:.2g} million nodes and takes minutes or more to make: {}\n\n",
+             n_points / 1e6, geometry::SpacingField(body, parameters.mesh).range_text());
   std::fflush(stdout);
 }
 
@@ -260,16 +296,17 @@ FirstSample make_subject(const input::Parameters& parameters, const geometry::Bo
   Heartbeat heartbeat(notify);
   heartbeat.begin("making the mesh of sample 0");
   auto realization = ensemble::make_sample_realization(body, base, parameters, 0);
+  const double seconds = clock.seconds();
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto phase = ensemble::phase_work(parameters, stable_step);
-  const double analysis = static_cast<double>(realization.tetrahedra.size()) /
-                          ensemble::Machine(parameters.time).root_updates_per_second;
-  return {parameters, body, std::move(realization), stable_step, phase, clock.seconds() + analysis};
+  return {parameters, body, std::move(realization), seconds, stable_step, phase};
 }
 
-void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available) {
+void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available,
+                   double crack_speed) {
   const auto& parameters = subject.parameters;
-  fmt::print("{}{}", aligned(subject_rows(subject, available.bytes)), refining_regions_text(parameters));
+  fmt::print("{}{}", aligned(subject_rows(subject, available.bytes, crack_speed)),
+             refining_regions_text(parameters));
   for (const auto& warning : fracture::resolution_warnings(parameters, subject.body, subject.phase.grid.step))
     fmt::print("\nWarning: {}\n", warning);
   const int n_ranks = parameters.ensemble.ranks_per_sample;

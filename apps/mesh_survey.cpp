@@ -34,14 +34,16 @@ void check_writable(const std::filesystem::path& table) {
 
 bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
                    const std::filesystem::path& table) {
+  const auto is_of_mesh = [](const std::string& key) {
+    using enum input::Affects;
+    return input::affects(key) == body || input::affects(key) == points || input::affects(key) == mesh;
+  };
   for (const input::RandomInput& random : parameters.random)
     for (const std::string& key : keys_of(random))
-      if (key.starts_with("specimen.") || key.starts_with("mesh.") ||
-          key.find(".region.") != std::string::npos)
+      if (is_of_mesh(key))
         fail(
             "--survey needs the same body for all samples, but this input draws {}; use --sample for the "
-            "mesh "
-            "of one sample",
+            "mesh of one sample",
             key);
   if (!table.empty()) check_writable(table);
   const Stopwatch base_clock;

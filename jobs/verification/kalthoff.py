@@ -13,7 +13,7 @@ from figures import MILLIMETRE, Figure
 
 TIP = np.array([50, 25.75]) * MILLIMETRE
 GROWN, NEAR, STRAY = 1 * MILLIMETRE, 12 * MILLIMETRE, 10 * MILLIMETRE
-RELEASES = {"immediate release": None, "release in 0.4 µs": '"0.4 us"'}  # PMMA's 0.15 µs at 0.25 mm, in proportion to spacing over Rayleigh's speed
+RELEASES = {"immediate release": '"0 s"', "release in 0.4 µs": '"0.4 us"'}  # PMMA's 0.15 µs at 0.25 mm, in proportion to spacing over Rayleigh's speed
 
 
 def start_and_angle(sample: crackle.Sample) -> tuple[float, float]:

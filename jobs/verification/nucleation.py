@@ -16,7 +16,7 @@ STRENGTH, RATIOS, SPACINGS = 400e6, (0.2, 0.38), (0.6, 0.4, 0.3)  # [Pa], Poisso
 BAR_WIDTH = 2 * MILLIMETRE  # half of the gallery's
 HOWLAND = 3.14  # largest stress over that far away, hole of a fifth of the width
 CERAMIC = {"material.youngs_modulus": '"380 GPa"', "material.density": '"3900 kg/m^3"', "fracture.strength": '"400 MPa"',
-           "fracture.toughness": '"42 J/m^2"', "fracture.length": None, "mesh.base": '"own"', "ensemble.samples": "8",
+           "fracture.toughness": '"42 J/m^2"', "fracture.release_time": '"0 s"', "fracture.length": None, "mesh.base": '"own"', "ensemble.samples": "8",
            "time.duration": '"1 us"', "time.after_separation": '"1 fs"'}
 MODULUS, SCALE, BARS = 10, 580e6, 60  # of Weibull's law for 1 mm^3 [Pa], and samples
 

@@ -18,7 +18,7 @@ from problems import projected_branching
 TRAVELS = (0.030, 0.035, 0.038, 0.040, 0.045, 0.050)  # of each long edge [mm]
 PUBLISHED = 0.040  # from which on the strip's cracks branch [mm]
 SPACINGS = {0.35: 8, 0.25: 8, 0.17: 4}  # [mm], and the number of samples
-RELEASES = {"immediate release": None, "release in 0.2 µs": '"0.2 us"'}
+RELEASES = {"immediate release": '"0 s"', "release in 0.2 µs": '"0.2 us"'}
 TIP, WIDTH, HEIGHT = 4 * MILLIMETRE, 32 * MILLIMETRE, 16 * MILLIMETRE
 FRONT_WINDOW = 2 * MILLIMETRE  # along a crack, over which its speed where it branches is measured
 BAND_WINDOW = 1 * MILLIMETRE  # along a crack, over which the width of its band is measured
@@ -105,7 +105,7 @@ def figures_of(release: str, folder: Path, program: Path) -> list[Figure]:
                       ", ".join(f"{np.median([c.largest_speed for c in some if c.ran] or [math.nan]):.2f}" for some in cracks.values()),
                       mean([c.n_branching for c in there], ".1f"), mean([c.band for c in there], ".2f") + " mm",
                       mean([c.energy for c in there], ".0f") + " J/m²"))
-    case = f"Strip of PMMA, {release}" + ("" if RELEASES[release] else f", spacings {', '.join(map(str, SPACINGS))} mm; Bleyer et al. 2017")
+    case = f"Strip of PMMA, {release}" + ("" if release != "immediate release" else f", spacings {', '.join(map(str, SPACINGS))} mm; Bleyer et al. 2017")
     return [Figure(case, quantity, "; ".join(of_spacings), reference) for (quantity, reference), of_spacings in zip(references.items(), zip(*found))]
 
 

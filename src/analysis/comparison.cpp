@@ -18,11 +18,10 @@ namespace crackle::analysis {
 
 namespace {
 
-/// The input lines that determine the bodies of the samples.
+/// The input lines that determine the tessellated bodies of the samples.
 std::vector<std::string> settings_of_bodies(const input::Parameters& parameters) {
-  std::vector<std::string> settings = input::body_settings(parameters);
-  for (std::string& line : input::sample_settings(parameters))
-    if (line.starts_with("random[") || line.starts_with("ensemble.")) settings.push_back(std::move(line));
+  using enum input::Affects;
+  std::vector<std::string> settings = input::settings_of(parameters, {body, points, mesh, draws});
   if (!parameters.mesh.points_digest.empty())
     settings.push_back("mesh.points with digest " + parameters.mesh.points_digest);
   return settings;
@@ -348,12 +347,12 @@ Comparison compare(const Compared& first, const Compared& second, double confide
   Results results = compare_results(samples, first, second, confidence);
   comparison.results = std::move(results.results);
   Paths paths;
-  const auto is_of_the_specimen = [](const std::optional<std::string>& line) {
-    return line && line->starts_with("specimen.");
+  const auto specimen_of = [](const Compared& one) {
+    return input::settings_of(*one.parameters, {input::Affects::body});
   };
   if (first.parameters->sections.all() != second.parameters->sections.all()) {
     note("paths are not compared, because the sections differ");
-  } else if (is_of_the_specimen(in_one) || is_of_the_specimen(in_other)) {
+  } else if (specimen_of(first) != specimen_of(second)) {
     note("paths are not compared, because the bodies differ");
   } else {
     paths = compare_paths(samples, *first.parameters, confidence);

@@ -96,7 +96,7 @@ std::string to_text(const Comparison& comparison, const std::string& first, cons
       std::back_inserter(text),
       "p: by permutations, of a difference as large were there none. Of all {} comparisons: Westfall "
       "and Young's step-down max-T, so that one below 0.05 is by chance in 5 % of such tables at "
-      "most; least p possible: {}. Intervals hold each for itself.\n",
+      "most; least p possible: {}. Each interval holds individually, not all at once.\n",
       comparison.n_looks, shown_probability(comparison.least));
   return text;
 }

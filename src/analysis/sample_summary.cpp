@@ -8,6 +8,7 @@
 #include "crackle/common/real.h"
 #include "crackle/cracks/crack_pattern.h"
 #include "crackle/cracks/crack_speed.h"
+#include "crackle/fracture/resolution.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -105,6 +106,12 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   const dynamics::SampleTimings& timings = result.timings;
   row.wall_time = timings.mesh + timings.setup + timings.quasi_static + timings.dynamic;
   return row;
+}
+
+double branch_length(const input::Parameters& parameters, const geometry::Body& body) {
+  constexpr double n_spacings = 4;
+  if (parameters.output.branch_length > 0) return parameters.output.branch_length;
+  return n_spacings * fracture::crack_spacing(parameters, body).greatest;
 }
 
 std::vector<std::string> crack_parts(const input::Parameters& parameters) {

@@ -235,13 +235,16 @@ double time_over(const Stretch& stretch, std::size_t degree, double start, doubl
 class Windows {
 public:
   /// @param stretches in ascending order of length, starting with those of one window
-  Windows(const std::vector<Stretch>& stretches, double length, double spacing)
-      : length_(length), spacing_(spacing) {
+  Windows(const std::vector<Stretch>& stretches, const FrontTrajectory& trajectory)
+      : length_(trajectory.window), spacing_(trajectory.spacing) {
     std::vector<double> scatter;
     for (const Stretch& stretch : stretches) {
-      if (stretch.length > length) break;
+      if (stretch.length > length_) break;
       windows_.push_back(stretch);
       scatter.push_back(stretch.scatter[1]);
+      const double end = stretch.start + stretch.length;
+      const double wave = stretch.length * trajectory.slowness(stretch.start, end);
+      if (wave > 0 && time_over(stretch, 1, -1, 2) < wave) jumps_.emplace_back(stretch.start, end);
     }
     if (scatter.empty()) return;
     // The lower quartile: changes of speed add to the scatter.
@@ -251,6 +254,14 @@ public:
   }
 
   bool is_empty() const { return windows_.empty(); }
+
+  /// True if the stretch overlaps a window that the front passes faster than a Rayleigh wave, which no crack
+  /// does: it has jumped to what opened on its own ahead of it or beside it.
+  bool has_jump(const Stretch& stretch) const {
+    return std::ranges::any_of(jumps_, [&](const auto& jump) {
+      return jump.first < stretch.start + stretch.length && jump.second > stretch.start;
+    });
+  }
 
   /// True if a polynomial fits the stretch within its scatter: the next degree adds little, and the time of
   /// each window in the stretch agrees with the polynomial.
@@ -290,6 +301,7 @@ private:
   double spacing_;
   double scatter_ = 0;  ///< of a column's time about a line over a window [s^2]
   std::vector<Stretch> windows_;
+  std::vector<std::pair<double, double>> jumps_;  ///< windows with a jump, from and to [m]
 };
 
 /// Raises the largest speed, and the largest ratio to the Rayleigh speed there, to those over a window; NaN
@@ -297,11 +309,12 @@ private:
 void raise(CrackSpeed& largest, const History& history, const FrontTrajectory& trajectory) {
   const double window = trajectory.window;
   const std::vector<Stretch> stretches = stretches_of(history, window);
-  const Windows windows(stretches, window, trajectory.spacing);
+  const Windows windows(stretches, trajectory);
   if (windows.is_empty()) return;
   CrackSpeed found;
   double least_upper = infinity, least_upper_ratio = infinity;
   for (const Stretch& stretch : stretches) {
+    if (windows.has_jump(stretch)) continue;
     for (std::size_t degree = 1; degree <= largest_degree; ++degree) {
       // A parabola needs more than one window of data, and is steepest at an end.
       if (degree > 1 && stretch.length < 2 * window) break;

@@ -96,7 +96,7 @@ void AveragedBreakingCheck::find_candidates(std::span<const std::int32_t> tetrah
   for (const auto t : tetrahedra) {
     if (context_->body->is_broken(t)) continue;
     const std::int32_t centre = context_->average->centre(t);
-    if (context_->body->subdomain().counted[index(centre)] != 0) candidates_.push_back({centre, t});
+    if (context_->body->subdomain().owned[index(centre)] != 0) candidates_.push_back({centre, t});
   }
   std::ranges::sort(candidates_);
 }

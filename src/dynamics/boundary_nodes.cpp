@@ -71,9 +71,9 @@ template <class Real>
 void BoundaryNodes<Real>::after_drift(std::size_t block, const Substep& substep,
                                       kernels::Movement<double>& movement) {
   for (const Entry& entry : blocks_[block].driven) {
-    const double way = drive(entry, substep);
-    movement.low[entry.component] = std::min(movement.low[entry.component], -way);
-    movement.high[entry.component] = std::max(movement.high[entry.component], way);
+    const double displacement = drive(entry, substep);
+    movement.low[entry.component] = std::min(movement.low[entry.component], -displacement);
+    movement.high[entry.component] = std::max(movement.high[entry.component], displacement);
   }
 }
 

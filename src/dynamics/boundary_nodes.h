@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/dynamics/integrator.h"
+
 #include "external_work.h"
 #include "fixed_point_state.h"
-#include "substeps.h"
 
 #include <cstddef>
 #include <cstdint>

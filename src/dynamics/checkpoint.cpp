@@ -116,7 +116,7 @@ parallel::NumberedRows gather_memory(const parallel::Communicator& group,
   parallel::NumberedRows local;
   const auto memory = criterion.memory();
   for (std::size_t t = 0; t < memory.size(); ++t)
-    if (subdomain.counted[t] != 0 && memory[t] != 0) local.add(subdomain.tetrahedron_number[t], memory[t]);
+    if (subdomain.owned[t] != 0 && memory[t] != 0) local.add(subdomain.tetrahedron_number[t], memory[t]);
   return parallel::gather_rows(group, local);
 }
 

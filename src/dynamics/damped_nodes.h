@@ -30,10 +30,10 @@ struct DampedNodes {
     const auto rounded = std::llrint(change);
     velocities[index(node)].value[c] += static_cast<kernels::Integer<Real>>(rounded);
     auto& place = nodes[index(node)].displacement[c];
-    const auto way = std::llrint(static_cast<double>(rounded) * half_drift);
-    place = low_digits<Real>(place + way);
-    movement.low[c] = std::min(movement.low[c], static_cast<double>(way));
-    movement.high[c] = std::max(movement.high[c], static_cast<double>(way));
+    const auto displacement = std::llrint(static_cast<double>(rounded) * half_drift);
+    place = low_digits<Real>(place + displacement);
+    movement.low[c] = std::min(movement.low[c], static_cast<double>(displacement));
+    movement.high[c] = std::max(movement.high[c], static_cast<double>(displacement));
     return static_cast<double>(rounded);
   }
 };

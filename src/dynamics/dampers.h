@@ -108,9 +108,9 @@ void Dampers::resist(const mechanics::StepSpan& step, std::span<std::array<Numbe
     for (std::size_t n = 0; n < prescribed.nodes.size(); ++n) {
       const auto node = static_cast<std::size_t>(prescribed.nodes[n]);
       Number& f = force[node][static_cast<std::size_t>(prescribed.component)];
-      const double way = duration * prescribed.factor_at(n) * speed;
-      work.add_reaction(m, n, way, quantum * static_cast<double>(f));
-      memory_[node].dissipated += way * (quantum * static_cast<double>(f));
+      const double displacement = duration * prescribed.factor_at(n) * speed;
+      work.add_reaction(m, n, displacement, quantum * static_cast<double>(f));
+      memory_[node].dissipated += displacement * (quantum * static_cast<double>(f));
       f = 0;
     }
   }

@@ -37,7 +37,7 @@ void add_initial_force(const fracture::BreakableBody& body, std::span<const doub
   const std::size_t first_sum = terms.size();
   terms.resize(first_sum + initial.parts().size());
   for (std::int32_t t = 0; !initial.is_none() && t < body.subdomain().n_tetrahedra(); ++t) {
-    if (body.subdomain().counted[index(t)] == 0) continue;
+    if (body.subdomain().owned[index(t)] == 0) continue;
     const auto sigma = body.residual_stiffness().stress(t, body.strain(t, displacement));
     const double volume = body.operators().tetrahedra[index(t)].volume;
     for (std::size_t k = 0; k < initial.parts().size(); ++k)
@@ -47,7 +47,7 @@ void add_initial_force(const fracture::BreakableBody& body, std::span<const doub
 }
 
 /// Adds the terms of the reaction of each driven component, and of its conjugate where that differs.
-void add_reactions(const fracture::BreakableBody& body, const mechanics::BoundaryLoads& loads, double time,
+void add_reactions(const fracture::BreakableBody& body, const mechanics::Conditions& loads, double time,
                    const parallel::NodeField& displacement, Terms& terms) {
   if (loads.motions.empty()) return;
   std::vector<double> force(displacement.local().size()), external(displacement.owned().size());
@@ -69,7 +69,7 @@ void add_reactions(const fracture::BreakableBody& body, const mechanics::Boundar
 }  // namespace
 
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                        const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
+                        const mechanics::Conditions& loads, const parallel::NodeField& displacement,
                         double time, const parallel::NodeField* velocity) {
   const auto u = displacement.local();
   Terms terms;
@@ -162,7 +162,7 @@ double energy_at_strength(const parallel::Communicator& group, const fracture::B
                           std::span<const double> strength) {
   std::vector<double> energies;
   for (std::size_t t = 0; t < strength.size(); ++t) {
-    if (body.subdomain().counted[t] == 0) continue;
+    if (body.subdomain().owned[t] == 0) continue;
     const auto& [lambda, mu] = body.elasticity()[static_cast<std::int32_t>(t)];
     const double modulus = lambda + 2 * mu;
     energies.push_back(body.operators().tetrahedra[t].volume * strength[t] * strength[t] / (2 * modulus));

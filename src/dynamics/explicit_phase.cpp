@@ -138,7 +138,7 @@ private:
   /// The steps communicate without further agreement on errors.
   void begin_steps() {
     group_.enter("time steps");
-    parallel::agree(group_);
+    parallel::check_peers(group_);
   }
 
   void find_breaking() {
@@ -175,7 +175,7 @@ private:
     failure_.agree();
     if (!load_watch_->must_check(group_, step_, last_break_)) return;
     group_.enter("loads on fragments");
-    mechanics::BoundaryLoads& loads = *options_.ending_loads;
+    mechanics::Conditions& loads = *options_.ending_loads;
     if (const auto nodes = nodes_of_loose_pieces(group_, body_, loads, pieces())) {
       motion_.read(state_);
       motion_.end_loads(load_time(), *nodes, state_);
@@ -209,7 +209,7 @@ private:
     result_.separated = true;
     if (is_unloaded(group_, body_, *context_.loads)) result_.separated_at = last.time;
     result_.note = fmt::format("the phase ended early, after the body had separated: {}", reason);
-    result_.counted_time = last.time;
+    result_.end_time = last.time;
     ends_ = true;
   }
 
@@ -236,7 +236,7 @@ private:
     RunningPhase running{load_time_,    step_, last_break_, end_.separation(), releases_.gather(group_),
                          motion_.save()};
     if (load_watch_) {
-      parallel::agree(group_);
+      parallel::check_peers(group_);
       running.load_check = load_watch_->state(group_);
       running.ended_loads = gather_ended_loads(group_, body_.subdomain().layout, *options_.ending_loads);
     }
@@ -247,7 +247,7 @@ private:
     const RunningPhase& running = *checkpoint.running;
     group_.enter("restoring");
     step_ = running.step;
-    parallel::agree(group_);
+    parallel::check_peers(group_);
     // Breaks before this phase count at once, those of the phase, restored below, after their delay.
     break_release_.update_strengths(infinity);
     parallel::agree(group_, [&] {
@@ -271,7 +271,7 @@ private:
     result_.time = phase_time();
     result_.last_break = time_of(last_break_);
     if (const auto unloaded = end_.separation().unloaded) result_.separated_at = time_of(*unloaded);
-    if (result_.note.empty()) result_.counted_time = time_of(std::min(step_, options_.grid.n_steps));
+    if (result_.note.empty()) result_.end_time = time_of(std::min(step_, options_.grid.n_steps));
     result_.n_steps = step_;
     result_.n_forces = motion_.n_forces();
     result_.kinetic = result_.energy.back().kinetic;

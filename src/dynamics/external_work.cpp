@@ -20,7 +20,7 @@ std::vector<double> driven_kinetic(const MotionContext& context, const MotionSta
   return terms;
 }
 
-void set_prescribed(const mechanics::BoundaryLoads& loads, double time, MotionState& state) {
+void set_prescribed(const mechanics::Conditions& loads, double time, MotionState& state) {
   loads.set_displacements(time, state.displacement.owned());
   for (const auto& motion : loads.motions) {
     const double velocity = motion.velocity(time);

@@ -58,6 +58,6 @@ std::vector<parallel::NumberedRows> gather_at_nodes(
 std::vector<double> driven_kinetic(const MotionContext& context, const MotionState& state);
 
 /// Writes the prescribed displacements and velocities at `time` into the owned part of the state.
-void set_prescribed(const mechanics::BoundaryLoads& loads, double time, MotionState& state);
+void set_prescribed(const mechanics::Conditions& loads, double time, MotionState& state);
 
 }  // namespace crackle::dynamics

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/index.h"
 #include "crackle/dynamics/energy_account.h"
+#include "crackle/dynamics/integrator.h"
 #include "crackle/dynamics/moving_body.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
@@ -14,7 +15,6 @@
 #include "ghost_displacements.h"
 #include "initial_force.h"
 #include "state_range.h"
-#include "substeps.h"
 #include "viscous_force.h"
 
 #include "fracture/stress_screening.h"
@@ -79,8 +79,8 @@ public:
     for (const auto node : ghosts_.sent_nodes())
       sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
     for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t)
-      if (subdomain_.counted[index(t)] != 0 && !screening_.has_energy(t)) single_energies_.push_back(t);
-    for (const auto t : context.body->changes()) take_over(t);
+      if (subdomain_.owned[index(t)] != 0 && !screening_.has_energy(t)) single_energies_.push_back(t);
+    for (const auto t : context.body->changes()) refresh_screening(t);
     substeps_.reserve(max_substeps);
     next_force_.reserve(max_substeps);
     next_update_.reserve(max_substeps);
@@ -111,10 +111,10 @@ public:
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
     // Node positions can be recovered from their integers as long as nodes move less than half the integers'
     // range.
-    const double way = furthest();
+    const double change = max_displacement_change();
     ++n_steps_since_check_;
-    if (way >= limit && n_steps_since_check_ <= steps_between_unwrapping) moves_too_far_ = true;
-    if (++n_steps_ % steps_between_unwrapping == 0 || steps_between_unwrapping * way >= limit)
+    if (change >= limit && n_steps_since_check_ <= steps_between_unwrapping) moves_too_far_ = true;
+    if (++n_steps_ % steps_between_unwrapping == 0 || steps_between_unwrapping * change >= limit)
       state_.unwrap();
   }
 
@@ -128,7 +128,7 @@ public:
                                                context_.screening_share * strengths[index(t)]))
         overloaded_.push_back(t);
     }
-    stretch_bound_ += 2 * furthest();
+    stretch_bound_ += 2 * max_displacement_change();
     std::ranges::fill(movement_, kernels::Movement<double>{});
     n_steps_since_check_ = 0;
     return overloaded_;
@@ -166,7 +166,7 @@ public:
   }
 
   void release(std::span<const std::int32_t> broken) override {
-    for (const auto t : broken) take_over(t);
+    for (const auto t : broken) refresh_screening(t);
     force_.update(broken, force_is_current_);
     initial_force_.update(broken, [&](std::size_t node, const ForceQuanta& before) {
       if (!force_is_current_) return;
@@ -178,7 +178,7 @@ public:
   }
 
   void update_strengths(std::span<const std::int32_t> tetrahedra) override {
-    for (const auto t : tetrahedra) take_over(t);
+    for (const auto t : tetrahedra) refresh_screening(t);
   }
 
   void read(MotionState& state) const override { state_.read(state); }
@@ -218,7 +218,7 @@ public:
     if (force_has_overflown_ || !forces_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
     // Edges are only checked once their ends may have separated that far.
-    if (stretch_bound_ + 2 * furthest() >= limit) stretch_bound_ = force_.largest_stretch();
+    if (stretch_bound_ + 2 * max_displacement_change() >= limit) stretch_bound_ = force_.largest_stretch();
     if (stretch_bound_ >= limit) return message("stretch of an edge", scale_.displacement, "m");
     const auto velocity_message = [&] { return message("velocity of a node", scale_.velocity, "m/s"); };
     if (!state_.starts_in_range() || !boundary_.stays_in_range() || moves_too_far_) return velocity_message();
@@ -269,7 +269,7 @@ private:
   }
 
   /// Updates the screening of the breaking check.
-  void take_over(std::int32_t tetrahedron) {
+  void refresh_screening(std::int32_t tetrahedron) {
     if (screening_.has_energy(tetrahedron) && !context_.body->residual_stiffness().is_intact(tetrahedron)) {
       screening_.leave_out_energy(tetrahedron);
       single_energies_.push_back(tetrahedron);
@@ -283,14 +283,14 @@ private:
   static double reference_mass(const MotionContext& context) {
     double largest = 0;
     for (const double mass : context.body->operators().node_mass) largest = std::max(largest, mass);
-    parallel::agree(*context.group);
+    parallel::check_peers(*context.group);
     return std::ldexp(1.0, std::ilogb(parallel::largest_of_all(*context.group, largest)));
   }
 
   static mechanics::StateRange range_at_start(const MotionContext& context, double load_time, double duration,
                                               MotionState& state) {
     set_prescribed(*context.loads, load_time, state);
-    parallel::agree(*context.group);
+    parallel::check_peers(*context.group);
     state.displacement.update_ghosts();
     return expected_range(context, load_time, duration, state);
   }
@@ -332,11 +332,11 @@ private:
   }
 
   /// Bound on the change of any displacement component since the last breaking check, in quanta.
-  double furthest() const {
-    double furthest = 0;
+  double max_displacement_change() const {
+    double largest = 0;
     for (const auto& movement : movement_)
-      for (std::size_t c = 0; c < 3; ++c) furthest = std::max({furthest, movement.high[c], -movement.low[c]});
-    return furthest;
+      for (std::size_t c = 0; c < 3; ++c) largest = std::max({largest, movement.high[c], -movement.low[c]});
+    return largest;
   }
 
   ExternalWork start_work(double load_time, MotionState& state) const {
@@ -467,13 +467,13 @@ private:
       // The conditions act between kick and drift.
       boundary_.before_kick(number, substep);
       update.has_drift = false;
-      see_force(kernels_.update(nodes, velocity, n, update).force);
+      track_force(kernels_.update(nodes, velocity, n, update).force);
       boundary_.after_kick(number, substep);
       update.has_kick = false;
       update.has_drift = substep.has_drift;
     }
     if (update.has_kick || update.has_drift) extremes = kernels_.update(nodes, velocity, n, update);
-    if (update.has_kick) see_force(extremes.force);
+    if (update.has_kick) track_force(extremes.force);
     if (substep.has_drift) {
       kernels::Movement<double> movement{};
       for (std::size_t c = 0; c < 3; ++c) {
@@ -481,7 +481,7 @@ private:
         movement.high[c] = static_cast<double>(extremes.movement.high[c]) + 1;
       }
       if (boundary_.acts_on(number)) boundary_.after_drift(number, substep, movement);
-      if (dampers_.act()) slow_down(first, n, substep, movement);
+      if (dampers_.act()) apply_dampers(first, n, substep, movement);
       for (std::size_t c = 0; c < 3; ++c) {
         movement_[number].low[c] += movement.low[c];
         movement_[number].high[c] += movement.high[c];
@@ -490,13 +490,13 @@ private:
   }
 
   /// @param force largest magnitude on some nodes, in quanta
-  void see_force(Real force) {
+  void track_force(Real force) {
     if (!(static_cast<double>(force) <= largest_force_)) largest_force_ = static_cast<double>(force);
   }
 
   /// @param movement of the block in the drift; extended by the effect of the dampers
-  void slow_down(std::size_t first, std::size_t n, const Substep& substep,
-                 kernels::Movement<double>& movement) {
+  void apply_dampers(std::size_t first, std::size_t n, const Substep& substep,
+                     kernels::Movement<double>& movement) {
     DampedNodes<Real> nodes{state_.nodes(), state_.velocity(),
                             0.5 * substep.drift * scale_.velocity / scale_.displacement};
     dampers_.slow_down(static_cast<std::int32_t>(first), static_cast<std::int32_t>(first + n), substep.drift,

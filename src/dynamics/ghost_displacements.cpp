@@ -54,9 +54,9 @@ void GhostDisplacements<Real>::end() {
       double low = infinity, high = -low;
       for (std::size_t i = begin; i < std::min(begin + nodes_per_block_, ghosts_.size()); ++i) {
         auto& place = ghosts_[i].displacement[c];
-        const auto way = static_cast<double>(kernels::difference(received[i][c], place));
-        low = std::min(low, way);
-        high = std::max(high, way);
+        const auto displacement = static_cast<double>(kernels::difference(received[i][c], place));
+        low = std::min(low, displacement);
+        high = std::max(high, displacement);
         place = received[i][c];
       }
       movement.low[c] += low;

@@ -37,14 +37,14 @@ constexpr std::int64_t any_condition = -1;
 
 /// Bit mask of the components in which each condition loads the body; without body forces, which go with a
 /// fragment.
-std::map<std::int64_t, std::int64_t> loaded_components(const mechanics::BoundaryLoads& loads) {
+std::map<std::int64_t, std::int64_t> loaded_components(const mechanics::Conditions& loads) {
   std::map<std::int64_t, std::int64_t> components;
   for (const auto& pattern : loads.forces)
     if (!pattern.is_body_force) components[pattern.condition] |= 1 << pattern.component;
   return components;
 }
 
-std::vector<OnPiece> pieces_of_rank(const mechanics::BoundaryLoads& loads,
+std::vector<OnPiece> pieces_of_rank(const mechanics::Conditions& loads,
                                     const std::vector<std::int64_t>& labels) {
   std::map<std::pair<std::int64_t, std::int64_t>, OnPiece> found;
   const auto on_piece = [&](std::int64_t condition, std::int32_t node) -> OnPiece& {
@@ -98,7 +98,7 @@ Pieces sound_pieces(const parallel::Communicator& group, const fracture::Breakab
 
 /// The pieces on which each condition continues to act: those that are supported, and the one with the
 /// largest share.
-std::map<std::int64_t, Pieces> bearing_pieces(const mechanics::BoundaryLoads& loads,
+std::map<std::int64_t, Pieces> bearing_pieces(const mechanics::Conditions& loads,
                                               const std::vector<OnPiece>& all, const Pieces& sound) {
   std::map<std::int64_t, std::int64_t> constrained;
   std::map<std::int64_t, std::map<std::int64_t, std::int64_t>> shares;  // by condition and piece
@@ -128,10 +128,10 @@ std::map<std::int64_t, Pieces> bearing_pieces(const mechanics::BoundaryLoads& lo
 /// The pieces connected by faces that touch a prescribed motion, or are not splinters. Collective.
 /// @param labels of local tetrahedra, see fracture::face_piece_labels()
 Pieces bearing_face_pieces(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                           const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels,
+                           const mechanics::Conditions& loads, const std::vector<std::int64_t>& labels,
                            const mechanics::NodeTetrahedra& around) {
   const auto& tetrahedra = body.operators().tetrahedra;
-  const auto& counted = body.subdomain().counted;
+  const auto& counted = body.subdomain().owned;
   std::vector<double> volumes;
   for (std::size_t t = 0; t < tetrahedra.size(); ++t)
     if (counted[t] != 0) volumes.push_back(tetrahedra[t].volume);
@@ -168,7 +168,7 @@ Pieces bearing_face_pieces(const parallel::Communicator& group, const fracture::
 
 std::optional<mechanics::NodesOfConditions> nodes_of_loose_pieces(const parallel::Communicator& group,
                                                                   const fracture::BreakableBody& body,
-                                                                  const mechanics::BoundaryLoads& loads,
+                                                                  const mechanics::Conditions& loads,
                                                                   const std::vector<std::int64_t>& labels) {
   const auto mine = parallel::agree(group, [&] { return pieces_of_rank(loads, labels); });
   const auto all = parallel::gather_all<OnPiece>(group, mine);
@@ -190,9 +190,9 @@ std::optional<mechanics::NodesOfConditions> nodes_of_loose_pieces(const parallel
   return nodes;
 }
 
-std::optional<mechanics::NodesOfConditions> nodes_of_falling_splinters(
-    const parallel::Communicator& group, const fracture::BreakableBody& body,
-    const mechanics::BoundaryLoads& loads) {
+std::optional<mechanics::NodesOfConditions> nodes_of_falling_splinters(const parallel::Communicator& group,
+                                                                       const fracture::BreakableBody& body,
+                                                                       const mechanics::Conditions& loads) {
   if (std::ranges::none_of(loads.forces, &mechanics::ForcePattern::is_body_force)) return std::nullopt;
   const auto labels = fracture::face_piece_labels(group, body);
   const auto around = parallel::agree(group, [&] { return mechanics::node_tetrahedra(body.subdomain()); });
@@ -219,11 +219,11 @@ std::optional<mechanics::NodesOfConditions> nodes_of_falling_splinters(
 
 std::vector<parallel::NumberedRows> gather_ended_loads(const parallel::Communicator& group,
                                                        const parallel::NodeLayout& layout,
-                                                       const mechanics::BoundaryLoads& loads) {
+                                                       const mechanics::Conditions& loads) {
   const auto has_ended = [](const mechanics::ConditionNodes& condition) {
     return !condition.has_ended.empty();
   };
-  parallel::agree(group);
+  parallel::check_peers(group);
   if (!parallel::any_of_all(group, std::ranges::any_of(loads.conditions, has_ended))) return {};
   std::vector<parallel::NumberedRows> tables;
   for (const auto& condition : loads.conditions) {
@@ -236,7 +236,7 @@ std::vector<parallel::NumberedRows> gather_ended_loads(const parallel::Communica
 }
 
 void restore_ended_loads(const parallel::Communicator& group, const parallel::NodeLayout& layout,
-                         const std::vector<parallel::NumberedRows>& ended, mechanics::BoundaryLoads& loads) {
+                         const std::vector<parallel::NumberedRows>& ended, mechanics::Conditions& loads) {
   if (ended.empty()) return;
   const auto nodes = parallel::agree(group, [&] {
     mechanics::NodesOfConditions found(loads.conditions.size());
@@ -248,7 +248,7 @@ void restore_ended_loads(const parallel::Communicator& group, const parallel::No
   loads.end_loads(group, nodes);
 }
 
-LoadWatch::LoadWatch(const fracture::BreakableBody& body, const mechanics::BoundaryLoads& loads,
+LoadWatch::LoadWatch(const fracture::BreakableBody& body, const mechanics::Conditions& loads,
                      std::int64_t n_steps)
     : body_(&body),
       is_loaded_(body.subdomain().nodes.size()),

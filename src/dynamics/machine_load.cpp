@@ -16,7 +16,7 @@ namespace {
 /// body breaks.
 constexpr double peak_share = 0.999;
 
-Load load_of_pressure(const mechanics::GoverningCondition& governing, const mechanics::BoundaryLoads& loads,
+Load load_of_pressure(const mechanics::GoverningCondition& governing, const mechanics::Conditions& loads,
                       const LoadState& state) {
   Load load;
   const double sign = governing.direction[0] < 0 ? -1 : 1;
@@ -30,7 +30,7 @@ Load load_of_pressure(const mechanics::GoverningCondition& governing, const mech
   return load;
 }
 
-Load load_of_condition(const mechanics::GoverningCondition& governing, const mechanics::BoundaryLoads& loads,
+Load load_of_condition(const mechanics::GoverningCondition& governing, const mechanics::Conditions& loads,
                        const LoadState& state) {
   if (governing.area > 0) return load_of_pressure(governing, loads, state);
   Vector force{}, displacement{};
@@ -66,7 +66,7 @@ double static_limit(const HistoryRow& start, const HistoryRow& row) {
 
 }  // namespace
 
-Load machine_load(const mechanics::BoundaryLoads& loads, const LoadState& state) {
+Load machine_load(const mechanics::Conditions& loads, const LoadState& state) {
   Load sum;
   for (const auto& governing : loads.governing) {
     const Load load = load_of_condition(governing, loads, state);
@@ -77,7 +77,7 @@ Load machine_load(const mechanics::BoundaryLoads& loads, const LoadState& state)
   return sum;
 }
 
-double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state) {
+double largest_load(const mechanics::Conditions& loads, const LoadState& state) {
   double largest = 0;
   for (std::size_t k = 0; k < loads.forces.size(); ++k)
     largest = std::max(largest, std::abs(state.amplitude[k]) * loads.forces[k].acting_weight());

@@ -32,8 +32,8 @@ constexpr double compressible = 0.4;
 /// Range of the share of an end held by a plane of symmetry ahead of a crack: a support is smaller, a roller
 /// along the whole end larger.
 constexpr double least_ligament = 0.25, greatest_ligament = 0.98;
-/// A mesh this many times finer than any spacing given is hardly meant.
-constexpr double hardly_meant = 50;
+/// A mesh finer than every given spacing by this factor is probably a mistake.
+constexpr double implausible_refinement = 50;
 /// Displacement, as a share of the body's extent, with strains or rotations that are not small.
 constexpr double large_displacement = 0.1;
 /// Loading within this many wave transits is fast.
@@ -197,7 +197,7 @@ std::string tiny_detail_warning(const input::Parameters& parameters, const geome
   const geometry::SpacingField spacing(body, parameters.mesh);
   const geometry::SpacingSource* const detail = spacing.finest();
   const double given = parameters.mesh.finest_spacing();
-  if (!detail || !(hardly_meant * detail->spacing < given)) return {};
+  if (!detail || !(implausible_refinement * detail->spacing < given)) return {};
   return fmt::format(
       "{} makes the mesh as fine as {}, with {} as the finest spacing given, and may need millions of "
       "points; lines and corners that should coincide need equal coordinates",

@@ -24,7 +24,7 @@ public:
 
   /// True if a check for separation is due: they are rare, and only after new breaks.
   bool must_check_separation(std::int64_t step, std::int64_t last_break) const;
-  /// Collective; does not agree() after.
+  /// Collective; does not call check_peers() after.
   /// @param labels of the pieces, see fracture::piece_labels()
   void check_separation(std::int64_t step, std::int64_t last_break, const std::vector<std::int64_t>& labels);
 

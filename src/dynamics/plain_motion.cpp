@@ -2,7 +2,7 @@
 #include "crackle/common/index.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/moving_body.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -183,7 +183,7 @@ public:
   }
 
   MotionCheckpoint save() const override {
-    parallel::agree(*context_.group);
+    parallel::check_peers(*context_.group);
     const bool force_is_kept = force_is_current_ && !is_released_anywhere();
     MotionCheckpoint checkpoint;
     parallel::NumberedRows local;
@@ -238,7 +238,7 @@ private:
   static ExternalWork start_work(const MotionContext& context, double load_time, MotionState& state) {
     const auto driven = driven_kinetic(context, state);
     set_prescribed(*context.loads, load_time, state);
-    parallel::agree(*context.group);
+    parallel::check_peers(*context.group);
     state.displacement.update_ghosts();
     return ExternalWork(context, load_time, state, driven);
   }

@@ -6,13 +6,13 @@
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/fracture/connectivity.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"
 
-#include "carried_share.h"
 #include "loose_loads.h"
+#include "stiffness_ratio.h"
 
 #include "fracture/first_crossing.h"
 #include "mechanics/node_cells.h"
@@ -50,7 +50,7 @@ constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-4, .of_displacem
 
 mechanics::HeldComponents constrained_components(const parallel::Communicator& group,
                                                  const geometry::Subdomain& subdomain,
-                                                 const mechanics::BoundaryLoads& loads) {
+                                                 const mechanics::Conditions& loads) {
   using OfNode = std::array<std::uint8_t, 3>;
   std::vector<OfNode> marks(subdomain.nodes.size());
   for (const auto& motion : loads.motions) {
@@ -59,7 +59,7 @@ mechanics::HeldComponents constrained_components(const parallel::Communicator& g
     }
   }
   parallel::GhostExchange<OfNode> exchange(group, subdomain.layout);
-  parallel::agree(group);
+  parallel::check_peers(group);
   exchange.update(marks);
   mechanics::HeldComponents constrained;
   constrained.reserve(3 * marks.size());
@@ -70,10 +70,9 @@ mechanics::HeldComponents constrained_components(const parallel::Communicator& g
 }  // namespace
 
 QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                                       const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion,
+                                       const mechanics::Conditions& loads, fracture::Criterion& criterion,
                                        double patience, fracture::StressAverage* average,
-                                       mechanics::BoundaryLoads* ending_loads,
-                                       fracture::CrackVicinity* vicinity)
+                                       mechanics::Conditions* ending_loads, fracture::CrackVicinity* vicinity)
     : group_(&group),
       body_(&body),
       loads_(&loads),
@@ -99,7 +98,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
   group.enter("static solve");
   solve_unit_problems({});
   group.enter("quasi-static loading");
-  carried_share_ = std::make_unique<const CarriedShare>(group, body, loads, unit_);
+  carried_share_ = std::make_unique<const StiffnessRatio>(group, body, loads, unit_);
   combine();
 }
 
@@ -172,7 +171,7 @@ bool QuasiStaticLoading::grows() const {
 
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   if (vicinity_ != nullptr) {
-    parallel::agree(*group_);
+    parallel::check_peers(*group_);
     vicinity_->update(*group_);
   }
   const auto changes = body_->changes();
@@ -213,7 +212,7 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   // A part that hangs by a corner or an edge is a mechanism: forces move it without bound, and prescribed
   // motions meet no resistance.
   const bool is_known = std::ranges::none_of(displacement_.owned(), [](double u) { return std::isnan(u); });
-  parallel::agree(*group_);
+  parallel::check_peers(*group_);
   if (parallel::any_of_all(*group_, !is_known)) return false;
   const double share = carried_share_->at(time_, unit_);
   if (share < least_share || (share < weak_share && is_far(displacement_))) return true;
@@ -224,12 +223,12 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
 bool QuasiStaticLoading::is_far(const parallel::NodeField& displacement) const {
   double largest = 0;
   for (const double u : displacement.owned()) largest = std::max(largest, std::abs(u));
-  parallel::agree(*group_);
+  parallel::check_peers(*group_);
   return parallel::largest_of_all(*group_, largest) > mechanism_displacement * extent_;
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {
-  parallel::agree(*group_);
+  parallel::check_peers(*group_);
   if (!smallest) local.value = -local.value;
   const double best = parallel::all_reduce(*group_, local.number < 0 ? infinity : local.value, MPI_MIN);
   Critical agreed;
@@ -247,7 +246,7 @@ std::int32_t QuasiStaticLoading::place_of(std::int32_t tetrahedron) const {
   if (body_->is_broken(tetrahedron)) return -1;
   if (average_ == nullptr) return tetrahedron;
   const std::int32_t centre = average_->centre(tetrahedron);
-  return body_->subdomain().counted[index(centre)] != 0 ? centre : -1;
+  return body_->subdomain().owned[index(centre)] != 0 ? centre : -1;
 }
 
 const std::vector<mechanics::Symmetric>& QuasiStaticLoading::means() const {
@@ -341,7 +340,7 @@ std::int32_t QuasiStaticLoading::breaking(const Critical& critical) const {
     number = subdomain.tetrahedron_number[index(
         average_->most_stressed(critical.local, criterion_->stress(),
                                 [&](std::int32_t t) { return body_->stress(t, displacement_.local()); }))];
-  parallel::agree(*group_);
+  parallel::check_peers(*group_);
   return subdomain.local_number(parallel::all_reduce(*group_, number, MPI_MAX));
 }
 
@@ -360,14 +359,14 @@ std::vector<std::int32_t> QuasiStaticLoading::all_breaking(const Critical& criti
   return all;
 }
 
-bool QuasiStaticLoading::breaks_soon(std::int32_t tetrahedron, double load) const {
-  bool is_soon = false;
+double QuasiStaticLoading::time_to_break(std::int32_t tetrahedron, double load) const {
+  double time = infinity;
   if (tetrahedron >= 0) {
     const auto t = static_cast<std::size_t>(tetrahedron);
-    is_soon = criterion_->time_to_failure(t, load * criterion_->strength(t)) <= patience_;
+    time = criterion_->time_to_failure(t, load * criterion_->strength(t));
   }
-  parallel::agree(*group_);
-  return parallel::any_of_all(*group_, is_soon);
+  parallel::check_peers(*group_);
+  return parallel::all_reduce(*group_, time, MPI_MIN);
 }
 
 double QuasiStaticLoading::stress_share() const {
@@ -378,7 +377,7 @@ double QuasiStaticLoading::stress_share() const {
 double QuasiStaticLoading::strained_share(double limit) const {
   std::array<double, 2> volume{};  // of the strained part, of all
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
-    if (body_->subdomain().counted[index(t)] == 0) continue;
+    if (body_->subdomain().owned[index(t)] == 0) continue;
     const double own = body_->operators().tetrahedra[index(t)].volume;
     volume[1] += own;
     mechanics::Symmetric strain = body_->strain(t, displacement_.local());
@@ -386,7 +385,7 @@ double QuasiStaticLoading::strained_share(double limit) const {
     for (double& component : strain) component = -component;
     if (std::max(stretch, fracture::largest_principal(strain)) > limit) volume[0] += own;
   }
-  parallel::agree(*group_);
+  parallel::check_peers(*group_);
   parallel::all_reduce(*group_, volume, MPI_SUM);
   return volume[0] / volume[1];
 }
@@ -429,7 +428,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account, const std::fu
   for (;;) {
     if (must_suspend) {
       const bool is_requested = must_suspend();
-      parallel::agree(*group_);
+      parallel::check_peers(*group_);
       if (parallel::any_of_all(*group_, is_requested)) return QuasiStaticEnd::suspended;
     }
     Critical next = most_loaded();
@@ -437,9 +436,14 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account, const std::fu
     load_ = machine_load(*loads_, state).force;
     if (next.value <= 1) n_overloads_ = 0;
     const bool may_settle = body_->softens() && next.value <= slight_overload && n_overloads_ < max_overloads;
-    if (next.value > 1 && !may_settle && breaks_soon(breaking(next), next.value)) {
-      n_overloads_ = 0;
-      return QuasiStaticEnd::unstable;
+    if (next.value > 1 && !may_settle) {
+      // It is unstable if it breaks before a dynamic phase counts as arrested.
+      overload_ = next.value - 1;
+      onset_delay_ = time_to_break(breaking(next), next.value);
+      if (onset_delay_ <= patience_) {
+        n_overloads_ = 0;
+        return QuasiStaticEnd::unstable;
+      }
     }
     if (next.value > 1) ++n_overloads_;
     if (next.value < 1)
@@ -483,14 +487,14 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
   for (const auto t : all_breaking(next))
     body_->release(t, body_->strain(t, displacement_.local()), time_, 0);
   fracture::update_strengths(*criterion_, *body_, body_->changes().subspan(n_changes));
-  parallel::agree(*group_);
+  parallel::check_peers(*group_);
   body_->release_bridges(*group_, time_, 0,
                          [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
   parallel::NodeField before(*group_, body_->subdomain().layout);
   before.assign(displacement_);
   ++n_events_;
   const std::int64_t n_before = n_breaks_;
-  parallel::agree(*group_);
+  parallel::check_peers(*group_);
   n_breaks_ += parallel::all_reduce<std::int64_t>(*group_, std::ssize(body_->breaks()) - n_counted, MPI_SUM);
   if (n_before == 0 && n_breaks_ > 0) load_at_first_break_ = load_;
   const bool has_lost_bridges =

@@ -2,6 +2,7 @@
 #include "crackle/dynamics/sample_run.h"
 
 #include "crackle/common/freed_memory.h"
+#include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
@@ -16,10 +17,7 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
-#include "counted_results.h"
-#include "initial_velocity.h"
 #include "phase_output.h"
-#include "phase_progress.h"
 #include "sample_checkpoints.h"
 
 #include <fmt/format.h>
@@ -37,8 +35,74 @@ namespace crackle::dynamics {
 
 namespace {
 
+/// Reports the progress of a dynamic phase on a group's root: by the sample's status line if there is one,
+/// otherwise now and then by a line of its log.
+class PhaseProgress {
+public:
+  /// @param control must outlive the object
+  /// @param phase number of the phase, from 1
+  /// @param duration of the phase [s]
+  /// @param first_time since the start of the phase, at which this run begins [s]
+  PhaseProgress(const SampleControl& control, std::int64_t phase, double duration, double first_time)
+      : control_(&control), phase_(phase), duration_(duration), first_time_(first_time) {}
+
+  /// @param row of the energy account; rows up to the start of this run are left out
+  void report(const EnergyRow& row);
+
+private:
+  const SampleControl* control_;
+  std::int64_t phase_;
+  double duration_, first_time_;
+  Stopwatch watch_;
+  double last_report_ = 0;  // by the stopwatch [s]
+};
+
+/// Seconds between two lines of the log.
+constexpr double report_interval = 20;
+
+void PhaseProgress::report(const EnergyRow& row) {
+  if (!(row.time > first_time_)) return;
+  const double seconds = watch_.seconds();
+  const bool is_due = seconds >= last_report_ + report_interval;
+  const SampleLog& log = control_->progress ? control_->progress : control_->log;
+  if (!log || (!control_->progress && !is_due)) return;
+  last_report_ = seconds;
+  log(fmt::format(
+      "dynamic phase {}: {:.0f} %, {:.1f} of {:.1f} us, {} tetrahedra broken, {:.0f} s left at most", phase_,
+      100 * row.time / duration_, 1e6 * row.time, 1e6 * duration_, row.broken,
+      seconds * (duration_ - row.time) / (row.time - first_time_)));
+}
+
+/// Gives owned nodes the input's velocity at the start. Components with a prescribed motion stay at rest:
+/// their drive gives them their velocity. Local.
+void set_initial_velocity(const MotionContext& context, const input::Parameters& parameters,
+                          MotionState& state) {
+  const auto v = state.velocity.owned();
+  const auto& nodes = context.body->subdomain().nodes;
+  for (const input::BodyLoad& load : parameters.initial_velocities())
+    for (std::size_t n = 0; 3 * n < v.size(); ++n) {
+      const Vector velocity = load.at(nodes[n]);
+      for (std::size_t c = 0; c < 3; ++c) v[3 * n + c] += velocity[c];
+    }
+  for (const auto& motion : context.loads->motions)
+    for (const auto node : motion.nodes) v[index(node, motion.component)] = 0;
+}
+
 /// Memory needed to analyse and write a sample, beyond the sample itself [byte].
 constexpr std::size_t room_for_results = std::size_t{64} << 20;
+
+/// Share of the arrest window from which the first break of a dynamic phase is late.
+constexpr double late_share = 0.1;
+
+/// A remark on an instability at which a stress hardly exceeds the strength; otherwise empty.
+std::string marginal_onset_text(const QuasiStaticLoading& loading, double arrest_window) {
+  if (loading.onset_delay() <= late_share * arrest_window) return {};
+  return fmt::format(
+      "at the onset a stress exceeded the strength by only {:.2g} %, at which a tetrahedron breaks in {}: "
+      "the "
+      "crack may creep before it runs, the less the smaller fracture.impulse is",
+      100 * loading.overload(), quantity_text(loading.onset_delay(), "s"));
+}
 
 /// The course of a sample: its phases in chronological order. All members are collective.
 class SampleRun {
@@ -77,7 +141,7 @@ public:
     try {
       // A failure on one rank is thrown on all of them here, after they have saved the partial results
       // together.
-      parallel::together<NumberRangeExceeded, CheckpointMismatch>(group_, [&] {
+      parallel::run_collectively<NumberRangeExceeded, CheckpointMismatch>(group_, [&] {
         if (parameters_.time.start == input::Start::rest)
           move_from_rest();
         else
@@ -107,7 +171,7 @@ private:
     // energy, and whatever set the body in motion its kinetic energy.
     loads_.set_displacements(0, state.displacement.owned());
     set_initial_velocity(context_, parameters_, state);
-    parallel::agree(group_);
+    parallel::check_peers(group_);
     state.displacement.update_ghosts();
     const double strain = strain_energy(group_, body_, state.displacement.local());
     account_.add_phase(strain + kinetic_energy(context_, state), 0);
@@ -144,6 +208,8 @@ private:
           is_at_limit ? "equilibrium" : "instability", loading.time(), quantity_text(loading.load(), "N"),
           loading.n_breaks(), loading.n_solves(), loading.n_iterations(), result_.timings.quasi_static,
           result_.counts.dynamic_phases + 1));
+      marginal_onset_ = is_at_limit ? std::string() : marginal_onset_text(loading, patience);
+      if (!marginal_onset_.empty()) say(marginal_onset_);
       MotionState state = at_rest();
       state.displacement.assign(loading.displacement());
       loading.rest();
@@ -164,7 +230,7 @@ private:
         return;
       }
       result_.separated_at = SampleResult::none;
-      counted_time_ = infinity;  // loading continues from all breaks
+      end_time_ = infinity;  // loading continues from all breaks
     }
   }
 
@@ -210,7 +276,7 @@ private:
 
   /// True if anything has broken.
   bool has_broken() const {
-    parallel::agree(group_);
+    parallel::check_peers(group_);
     return parallel::any_of_all(group_, !body_.breaks().empty());
   }
 
@@ -253,8 +319,7 @@ private:
                          .arrest_window = arrest_window,
                          // Loads that change, and waves, may take their time to break a body in equilibrium.
                          .awaits_break = starts_moving(number),
-                         .release_time = fracture::fracture_field(parameters_, fracture::span_of(subdomain_),
-                                                                  &input::Fracture::release_time),
+                         .release_time = &setup_.release_time,
                          .ends_out_of_range = parameters_.time.precision == input::Precision::double_,
                          .n_frames = parameters_.output.frames,
                          .history_interval = parameters_.output.history,
@@ -300,7 +365,7 @@ private:
     result_.energy = std::move(phase.energy);
     result_.frames = std::move(phase.frames);
     result_.note = phase.note;
-    counted_time_ = phase.counted_time;
+    end_time_ = phase.end_time;
     if (phase.arrested) note_early_arrest(phase);
     say(fmt::format("dynamic phase {}: {} after {:.1f} us, {} tetrahedra broken so far",
                     result_.counts.dynamic_phases,
@@ -308,11 +373,12 @@ private:
                     : phase.separated ? "the body is apart"
                                       : "complete",
                     1e6 * phase.time, result_.energy.back().broken));
-    if (result_.note.empty() && !phase.arrested && phase.time > phase.counted_time)
+    if (result_.note.empty() && !phase.arrested && phase.time > phase.end_time)
       result_.note = fmt::format(
-          "cracks still ran at the end of time.duration, {:.4g} us, where what is stored ends; {} {:.4g} us: "
-          "raise time.duration",
-          1e6 * phase.counted_time, phase.separated ? "the body had come apart at" : "it was in one piece at",
+          "cracks were still running at time.duration = {:.4g} us, and the results end there (the body {} at "
+          "{:.4g} us): "
+          "increase time.duration",
+          1e6 * phase.end_time, phase.separated ? "had come apart" : "was still in one piece",
           1e6 * phase.time);
     if (!result_.note.empty()) say(result_.note);
   }
@@ -342,7 +408,7 @@ private:
     result_.frames = checkpoint.frames;
     result_.counts.steps += ended.n_steps;
     result_.counts.force_evaluations += ended.n_forces;
-    counted_time_ = std::min(ended.time, setup_.grid.duration());
+    end_time_ = std::min(ended.time, setup_.grid.duration());
     PhaseResult phase;
     phase.arrested = true;
     phase.time = ended.time;
@@ -404,11 +470,12 @@ private:
 
   void finish() {
     if (result_.note.empty()) result_.note = early_arrest_;
+    if (!marginal_onset_.empty()) result_.note += (result_.note.empty() ? "" : "; ") + marginal_onset_;
     result_.breaks = gather_breaks(group_, body_.breaks());
     result_.bridge_releases = gather_bridge_releases(group_, body_.bridge_releases());
     result_.stiffness_reductions = gather_stiffness_reductions(group_, body_.stiffness_reductions());
     result_.history = history_.rows();
-    drop_uncounted(result_, counted_time_);
+    truncate_results(result_, end_time_);
     finish_history();
     result_.energy_error = energy_error(result_.energy);
     if (!result_.breaks.empty()) {
@@ -430,10 +497,10 @@ private:
   void save_partial_results() {
     if (!control_.failed) return;
     try {
-      counted_time_ = infinity;
+      end_time_ = infinity;
       // After an allocation failure nothing can be saved.
       parallel::agree(group_, [] { parallel::check_room(room_for_results); });
-      parallel::together(group_, [&] { finish(); });
+      parallel::run_collectively(group_, [&] { finish(); });
       control_.failed(std::move(result_));
     } catch (...) {  // report the first failure
     }
@@ -446,16 +513,17 @@ private:
   const SampleControl& control_;
   SampleSetup setup_;
   fracture::BreakableBody& body_ = setup_.body;
-  mechanics::BoundaryLoads& loads_ = setup_.loads;
-  const mechanics::BoundaryLoads whole_loads_ = loads_;  // before any of them has ended
+  mechanics::Conditions& loads_ = setup_.loads;
+  const mechanics::Conditions whole_loads_ = loads_;  // before any of them has ended
   SampleCheckpoints checkpoints_;
   EnergyAccount account_;
   HistoryRecorder history_;
   MotionContext context_;
   SampleResult result_;
   double load_at_first_break_ = not_a_number;  // in quasi-static loading [N]
-  double counted_time_ = 0;                    // of the last dynamic phase [s]
+  double end_time_ = 0;                        // of the last dynamic phase [s]
   std::string early_arrest_;                   // the remark on it, if any
+  std::string marginal_onset_;                 // that on the last onset, if any
 };
 
 /// Runs the sample in the precision of the input, or in double if mixed precision is out of range.
@@ -499,7 +567,7 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
 SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
                                  const geometry::Subdomain& subdomain, const SampleControl& control) {
   group.enter("restoring");
-  parallel::agree(group);
+  parallel::check_peers(group);
   if (parallel::share(group, !control.checkpoint.empty())) {
     // Every rank has the same checkpoint, so either all reject it or none.
     std::optional<Checkpoint> from;
@@ -534,7 +602,8 @@ double wave_transit(const input::Parameters& parameters, const fracture::BodyWav
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Subdomain& subdomain, const SampleControl& control) {
   SampleResult result;
-  parallel::together(group, [&] { result = run_from_checkpoint(group, parameters, subdomain, control); });
+  parallel::run_collectively(group,
+                             [&] { result = run_from_checkpoint(group, parameters, subdomain, control); });
   return result;
 }
 

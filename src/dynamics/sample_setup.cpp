@@ -2,12 +2,16 @@
 #include "crackle/dynamics/sample_setup.h"
 
 #include "crackle/fracture/initial_strain.h"
+#include "crackle/fracture/release.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/mechanics/rigid_motion.h"
 #include "crackle/parallel/agreement.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include <memory>
+#include <utility>
 
 namespace crackle::dynamics {
 
@@ -21,12 +25,20 @@ void refuse_overdamping(double rate, const TimeGrid& grid) {
                                              rate, 1e9 * grid.step, 1 / grid.step));
 }
 
-mechanics::BoundaryLoads all_loads(const parallel::Communicator& group, const input::Parameters& parameters,
-                                   const fracture::BreakableBody& body) {
-  mechanics::BoundaryLoads loads =
+mechanics::Conditions all_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                                const fracture::BreakableBody& body) {
+  mechanics::Conditions loads =
       mechanics::make_boundary_loads(group, parameters, body.subdomain(), body.material());
   mechanics::add_body_forces(group, parameters, body.subdomain(), body.operators(), loads);
   return loads;
+}
+
+std::unique_ptr<fracture::Criterion> make_criterion(const parallel::Communicator& group,
+                                                    const input::Parameters& parameters, std::uint64_t sample,
+                                                    const fracture::BreakableBody& body, double time_step) {
+  auto strengths = fracture::tetrahedron_strengths(group, parameters, sample, body);
+  auto impulses = fracture::impulses(group, parameters, sample, body, strengths);
+  return fracture::make_criterion(parameters, std::move(strengths), time_step, std::move(impulses));
 }
 
 }  // namespace
@@ -43,11 +55,11 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(dynamics::stable_step(ranks, input, part, body.operators(), body.material(), body.force())),
       grid(choose_time_grid(input.time, stable_step)),
-      criterion(fracture::make_criterion(
-          input, fracture::tetrahedron_strengths(ranks, input, sample, body), grid.step,
-          fracture::fracture_field(input, fracture::span_of(part), &input::Fracture::impulse))),
+      release_time(fracture::release_times(ranks, input, body)),
+      criterion(make_criterion(ranks, input, sample, body, grid.step)),
       average(fracture::make_stress_average(input.fracture, body, criterion->strengths())) {
   refuse_overdamping(input.damping_rate(), grid);
+  fracture::refuse_short_releases(ranks, part, release_time, grid.step);
   // After the stable step, which depends on the stiffness alone.
   body.set_initial_strain(fracture::make_initial_strain(input, body.elasticity(), fracture::span_of(part)));
   fracture::soften_by_input(ranks, input, sample, body);

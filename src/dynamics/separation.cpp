@@ -26,7 +26,7 @@ using Pieces = std::set<std::int64_t>;
 /// @param pieces_at calls its second argument with the label of every piece at an owned node
 template <class PiecesAt>
 std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
-                                         const mechanics::BoundaryLoads& loads, const PiecesAt& pieces_at) {
+                                         const mechanics::Conditions& loads, const PiecesAt& pieces_at) {
   const std::size_t n_conditions = loads.forces.size() + loads.motions.size();
   // There are few pieces, but each label is known only on the ranks with its nodes, so gather them.
   const auto mine = parallel::agree(group, [&] {
@@ -54,7 +54,7 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
 
 /// Pieces connected by edges that still carry load.
 std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
-                                         const mechanics::BoundaryLoads& loads,
+                                         const mechanics::Conditions& loads,
                                          const std::vector<std::int64_t>& labels) {
   return pieces_of_conditions(group, loads,
                               [&](std::int32_t node, const auto& see) { see(labels[index(node)]); });
@@ -63,7 +63,7 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
 /// Pieces connected by faces that still carry load: a node may belong to several.
 std::vector<Pieces> face_pieces_of_conditions(const parallel::Communicator& group,
                                               const fracture::BreakableBody& body,
-                                              const mechanics::BoundaryLoads& loads) {
+                                              const mechanics::Conditions& loads) {
   const auto labels = fracture::face_piece_labels(group, body);
   const auto labels_at = parallel::agree(group, [&] {
     std::unordered_map<std::int32_t, std::vector<std::int64_t>> at;
@@ -90,7 +90,7 @@ bool have_common_piece(const Pieces& a, const Pieces& b) {
 }
 
 /// True if two conditions have no common piece.
-bool act_apart(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
+bool act_apart(const mechanics::Conditions& loads, const std::vector<Pieces>& conditions) {
   const auto input_condition = [&](std::size_t k) {
     return k < loads.forces.size() ? loads.forces[k].condition
                                    : loads.motions[k - loads.forces.size()].condition;
@@ -110,7 +110,7 @@ bool act_apart(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>&
 
 /// True if each condition acts on a piece with a prescribed motion, or with a fix if there is any; a body
 /// force on such pieces only.
-bool are_supported(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
+bool are_supported(const mechanics::Conditions& loads, const std::vector<Pieces>& conditions) {
   const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
   Pieces supported;
   for (std::size_t m = 0; m < loads.motions.size(); ++m)
@@ -166,7 +166,7 @@ LargestPieces largest_pieces(const parallel::Communicator& group, const fracture
 
 /// True if the body has prescribed motions, but neither they nor loads act on its largest piece any more:
 /// what is left at their nodes may be less than a loose piece.
-bool has_come_off(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions,
+bool has_come_off(const mechanics::Conditions& loads, const std::vector<Pieces>& conditions,
                   std::int64_t main_piece) {
   bool is_prescribed = false;
   for (std::size_t k = 0; k < conditions.size(); ++k) {
@@ -181,7 +181,7 @@ bool has_come_off(const mechanics::BoundaryLoads& loads, const std::vector<Piece
 }  // namespace
 
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                 const mechanics::BoundaryLoads& loads) {
+                 const mechanics::Conditions& loads) {
   std::set<int> acting;
   for (const auto& pattern : loads.forces)
     if (!pattern.is_body_force) acting.insert(pattern.condition);
@@ -194,12 +194,12 @@ bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableB
 }
 
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                  const mechanics::BoundaryLoads& loads) {
+                  const mechanics::Conditions& loads) {
   return is_separated(group, body, loads, fracture::piece_labels(group, body));
 }
 
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                  const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels) {
+                  const mechanics::Conditions& loads, const std::vector<std::int64_t>& labels) {
   const auto conditions = pieces_of_conditions(group, loads, labels);
   if (act_apart(loads, conditions)) return true;
   const LargestPieces pieces = largest_pieces(group, body, labels);
@@ -207,13 +207,13 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
 }
 
 bool loads_are_supported(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                         const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels) {
+                         const mechanics::Conditions& loads, const std::vector<std::int64_t>& labels) {
   if (loads.motions.empty()) return !is_separated(group, body, loads, labels);
   return are_supported(loads, pieces_of_conditions(group, loads, labels));
 }
 
 bool loads_are_supported_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                                  const mechanics::BoundaryLoads& loads) {
+                                  const mechanics::Conditions& loads) {
   if (loads.motions.empty()) return !is_separated(group, body, loads);
   return are_supported(loads, face_pieces_of_conditions(group, body, loads));
 }

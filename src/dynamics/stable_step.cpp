@@ -65,7 +65,7 @@ double largest_frequency_of(const parallel::Communicator& group, const geometry:
   double estimate = 0;
   for (int step = 0; step < max_lanczos_steps; ++step) {
     for (std::size_t i = 0; i < n; ++i) displacement[i] = scale[i] * current[i];
-    parallel::agree(group);
+    parallel::check_peers(group);
     update_ghosts(exchange, displacement);
     force(std::span<const double>(displacement), std::span(internal));
     for (std::size_t i = 0; i < n; ++i) next[i] = scale[i] * internal[i];

@@ -59,7 +59,7 @@ struct Extremes {
                                       &impedance,     &least_impedance,     &least_modulus};
     std::array<double, 11> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
-    parallel::agree(group);
+    parallel::check_peers(group);
     parallel::all_reduce(group, values, MPI_MAX);
     for (std::size_t i = 0; i < all.size(); ++i) *all[i] = values[i];
   }
@@ -96,7 +96,7 @@ double free_flight_velocity(const MotionContext& context, double from, double to
     double largest = 0;
     for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
       largest = std::max(largest, std::abs(pattern.weight[n]) / node_mass[index(pattern.nodes[n])]);
-    parallel::agree(*context.group);
+    parallel::check_peers(*context.group);
     acceleration += peak_of(pattern, from, to) * parallel::largest_of_all(*context.group, largest);
   }
   return std::max(acceleration * (to - from), flight_of_body(context, from, to));
@@ -127,7 +127,7 @@ void add_state(const MotionContext& context, const MotionState& state, Extremes&
 /// Loads and motions between two times. Collective.
 void add_loads(const MotionContext& context, double from, double to, Extremes& e) {
   const auto& body = *context.body;
-  parallel::agree(*context.group);
+  parallel::check_peers(*context.group);
   const double heaviest =
       parallel::largest_of_all(*context.group, std::ranges::max(body.material().density.values()));
   const geometry::Box box = mechanics::box_of_all(*context.group, body.subdomain());

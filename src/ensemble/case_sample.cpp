@@ -63,6 +63,8 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
                                          analysis.branches, analysis.crossings, trajectories);
   analysis.summary.crack_area_in = analysis::crack_area_in_parts(analysis.surface, realization, own);
+  analysis.summary.long_branching_points =
+      analysis.branches.n_in_space(analysis::branch_length(own, own_body));
   if (own.draw) analysis.summary.inputs = own.draw->values;
   analysis.history = cracks::crack_history(own_body, analysis.surface, result, trajectories, waves);
   return analysis;

@@ -61,20 +61,15 @@ constexpr int share_tag = 1;
 constexpr const char* sharing_stage = "sharing";
 
 /// Calls work(array) for each array of a subdomain, in the order of transmission.
-template <class Subdomain, class Work>
-void for_each_array(Subdomain& part, const Work& work) {
-  work(part.nodes);
+template <class Part, class Work>
+void for_each_array_of(Part& part, const Work& work) {
+  geometry::for_each_array(part, work);
   work(part.layout.number);
   work(part.layout.ghosts);
   work(part.layout.first_owned);
-  work(part.tetrahedra);
   work(part.tetrahedron_number);
-  work(part.counted);
-  work(part.boundary);
+  work(part.owned);
   work(part.boundary_number);
-  work(part.material);
-  work(part.interface);
-  work(part.map_factor);
 }
 
 }  // namespace
@@ -85,13 +80,14 @@ void send_shares(const SampleGroup& group, std::uint64_t sample, std::span<geome
     const auto& part = parts[index(rank)];
     ShareHeader header{sample, part.layout.n_global, part.n_tetrahedra_global, part.layout.n_owned, {}};
     std::size_t i = 0;
-    for_each_array(part, [&](const auto& array) { header.lengths[i++] = array.size(); });
+    for_each_array_of(part, [&](const auto& array) { header.lengths.at(i++) = array.size(); });
     parallel::send_bytes(control, std::as_bytes(std::span(&header, 1)), rank, share_tag);
   }
   parallel::agree(control, [&] { group.computation().enter(sharing_stage); });
   for (int rank = 1; rank < group.size(); ++rank) {
     auto& part = parts[index(rank)];
-    for_each_array(part, [&](const auto& array) { parallel::send_array(control, array, rank, share_tag); });
+    for_each_array_of(part,
+                      [&](const auto& array) { parallel::send_array(control, array, rank, share_tag); });
     part = {};
   }
 }
@@ -116,9 +112,9 @@ geometry::Subdomain receive_share(const SampleGroup& group, const ShareHeader& h
   parallel::agree(control, [&] {
     group.computation().enter(sharing_stage);
     std::size_t i = 0;
-    for_each_array(part, [&](auto& array) { array.resize(header.lengths[i++]); });
+    for_each_array_of(part, [&](auto& array) { array.resize(header.lengths.at(i++)); });
   });
-  for_each_array(part, [&](auto& array) {
+  for_each_array_of(part, [&](auto& array) {
     const auto bytes = std::as_writable_bytes(std::span(array));
     if (parallel::receive_length(control, 0, share_tag, 1) != bytes.size())
       throw std::runtime_error("a part of a sample arrived with an unexpected length");

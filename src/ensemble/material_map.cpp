@@ -2,8 +2,8 @@
 #include "crackle/ensemble/material_map.h"
 
 #include "crackle/common/failure.h"
-#include "crackle/geometry/centroid.h"
-#include "crackle/geometry/interface_numbers.h"
+#include "crackle/geometry/point.h"
+#include "crackle/geometry/realization.h"
 #include "crackle/io/raster.h"
 
 #include <cmath>

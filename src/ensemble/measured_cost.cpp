@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/measured_cost.h"
+#include "crackle/ensemble/estimate.h"
 
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/explicit_phase.h"
@@ -7,6 +7,7 @@
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/sample_setup.h"
 #include "crackle/fracture/material_field.h"
+#include "crackle/fracture/release.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/partition.h"
 
@@ -70,9 +71,9 @@ public:
     // Lower strength under the same load: equivalent, up to scale, to a higher load.
     auto weakened = fracture::tetrahedron_strengths(self_, parameters_, 0, setup_.body);
     for (double& value : weakened) value /= overload;
-    const auto criterion = fracture::make_criterion(
-        parameters_, weakened, setup_.grid.step,
-        fracture::fracture_field(parameters_, fracture::span_of(subdomain_), &input::Fracture::impulse));
+    const auto criterion =
+        fracture::make_criterion(parameters_, weakened, setup_.grid.step,
+                                 fracture::impulses(self_, parameters_, 0, setup_.body, weakened));
     fracture::update_strengths(*criterion, setup_.body, setup_.body.changes());
     const auto average =
         fracture::make_stress_average(parameters_.fracture, setup_.body, criterion->strengths());
@@ -96,6 +97,7 @@ public:
     std::int64_t n_polls = 0;
     dynamics::PhaseOptions options;
     options.grid = setup_.grid;
+    options.release_time = &setup_.release_time;
     if (parameters_.time.start != input::Start::rest)
       options.arrest_window = dynamics::arrest_window(parameters_, setup_.waves);
     // No frames are stored, but the energies of each are.

@@ -40,10 +40,10 @@ PreparedSample prepare(const RealizationMaker& make, std::uint64_t sample) {
 }
 
 std::size_t size_in_bytes(const geometry::Realization& realization) {
-  return realization.nodes.size() * sizeof(geometry::Point) +
-         realization.tetrahedra.size() * sizeof(geometry::Tetrahedron) +
-         realization.boundary.size() * sizeof(geometry::BoundaryTriangle) + realization.material.size() +
-         realization.interface.size() + realization.map_factor.size() * sizeof(float);
+  std::size_t size = 0;
+  geometry::for_each_array(realization,
+                           [&]<class T>(const std::vector<T>& array) { size += array.size() * sizeof(T); });
+  return size;
 }
 
 RealizationQueue::RealizationQueue(RealizationMaker make, std::vector<std::uint64_t> samples,

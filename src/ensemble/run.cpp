@@ -18,6 +18,7 @@
 #include "case_sample.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <deque>
@@ -32,22 +33,10 @@ constexpr double loss_check_interval = 10;  // [s] between checks that the folde
 
 /// The input lines that determine the base mother points or, with `of_mesh`, the realizations.
 std::string mesh_settings(const input::Parameters& parameters, bool of_mesh) {
-  std::string settings = parameters.mesh.points_digest;
-  for (const std::string& line : input::body_settings(parameters)) {
-    const bool of_realization = line.starts_with("mesh.perturbation") || line.starts_with("mesh.symmetry");
-    if (of_mesh || !of_realization) settings += line + "\n";
-  }
-  for (const std::string& line : input::sample_settings(parameters)) {
-    // With random geometry, meshes differ between draws, and the sampling plan determines the draws.
-    const bool is_random = of_mesh && !parameters.random.empty() &&
-                           (line.starts_with("random[") || line.starts_with("ensemble."));
-    const bool is_of_materials =
-        of_mesh && (line.starts_with("interface[") ||
-                    (line.starts_with("material") &&
-                     (line.find(".map.") != std::string::npos || line.find(".name ") != std::string::npos)));
-    if (is_random || is_of_materials || line.starts_with("ensemble.seed")) settings += line + "\n";
-  }
-  return settings;
+  using enum input::Affects;
+  const auto lines = of_mesh ? input::settings_of(parameters, {draws, body, points, mesh, materials})
+                             : input::settings_of(parameters, {body, points});
+  return fmt::format("{}\n{}", parameters.mesh.points_digest, fmt::join(lines, "\n"));
 }
 
 /// The last realization made on this rank, for the next case with the same body.

@@ -10,6 +10,7 @@
 #include "crackle/io/text_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <charconv>
 #include <map>
@@ -76,49 +77,25 @@ std::string describe(const std::vector<Difference>& found) {
   return text;
 }
 
-/// "7 mm, 9 mm" of "[7 mm, 9 mm]"
-std::string without_brackets(const std::string& list) {
-  return list.substr(1, list.size() - 2);
-}
-
-/// The options of crackle stats for all lines in these settings: a line's start precedes its end.
-std::string line_options(const std::vector<std::string>& settings) {
-  std::string options;
-  for (const auto& setting : settings) {
-    if (!setting.starts_with("sections.line")) continue;
-    const auto equals = setting.find(" = ");
-    const std::string end = without_brackets(setting.substr(equals + 3));
-    const bool is_start = setting.substr(0, equals).ends_with(".from");
-    options += is_start ? fmt::format(" --sections line=\"{}; ", end) : end + "\"";
-  }
-  return options;
-}
-
-/// Advice on settings that differ. Neither sections nor frames affect how a sample breaks, so the existing
-/// samples can be kept when they change.
-/// @param wanted settings of the input that differs from the folder's
+/// Advice on settings that differ. The existing samples can be kept when these do not affect how they break.
+/// @param wanted sections of the input that differs from the folder's
 std::string advice(const fs::path& folder, const std::vector<Difference>& found,
-                   const std::vector<std::string>& wanted) {
-  std::string options;
-  bool has_sections = false, has_lines = false, has_frames = false;
+                   const input::Sections& wanted) {
+  bool has_sections = false, has_records = false;
   for (const auto& [key, expected, actual] : found) {
-    const bool is_sections = key.starts_with("sections.");
-    if (!is_sections && key != "output.frames") return advice_for_others;
-    (is_sections ? has_sections : has_frames) = true;
-    const bool is_line = key.starts_with("sections.line");
-    has_lines = has_lines || (is_line && !actual.empty());
-    if (is_sections && !is_line && !actual.empty())
-      options +=
-          fmt::format(" --sections {}=\"{}\"", key.substr(key.find('.') + 1), without_brackets(actual));
+    const input::Affects affected = input::affects(key);
+    has_sections = has_sections || affected == input::Affects::reading;
+    has_records = has_records || affected == input::Affects::records;
+    if (affected != input::Affects::reading && affected != input::Affects::records) return advice_for_others;
   }
-  if (has_lines) options += line_options(wanted);
   std::string text =
-      fmt::format("keep the {} of the folder, or use another folder", !has_sections ? "frames"
-                                                                      : !has_frames ? "sections"
-                                                                                    : "sections and frames");
-  if (!options.empty())
-    text += fmt::format("; use other sections later, with crackle stats {}{}", folder.string(), options);
-  if (has_frames) text += "; frames cannot be changed afterwards";
+      fmt::format("keep the {} of the folder, or use another folder", !has_sections  ? "output"
+                                                                      : !has_records ? "sections"
+                                                                                     : "sections and output");
+  if (has_sections)
+    text += fmt::format("; use other sections later, with crackle stats {} --sections {}", folder.string(),
+                        fmt::join(input::as_given(wanted), " --sections "));
+  if (has_records) text += "; what is recorded cannot be changed afterwards";
   return text;
 }
 
@@ -131,9 +108,8 @@ std::optional<std::string> difference(const fs::path& folder, const std::string&
     const fs::path points = points_copy(file.parent_path());
     const input::Parameters there =
         input::parse(text, file, {.path = fs::exists(points) ? points : fs::path(), .digest = {}});
-    const auto wanted = input::sample_settings(parameters);
-    const auto settings = differences(input::sample_settings(there), wanted);
-    if (!settings.empty()) return describe(settings) + "; " + advice(folder, settings, wanted);
+    const auto settings = differences(input::sample_settings(there), input::sample_settings(parameters));
+    if (!settings.empty()) return describe(settings) + "; " + advice(folder, settings, parameters.sections);
     if (parameters.ensemble.samples >= there.ensemble.samples) return std::nullopt;
     found = fmt::format("ensemble.samples is {}, fewer than {}", parameters.ensemble.samples,
                         there.ensemble.samples);

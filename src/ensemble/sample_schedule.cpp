@@ -63,12 +63,8 @@ void send_work(const parallel::Communicator& world, int rank, const PreparedSamp
   header.put(prepared.seconds);
   header.put(prepared.realization.report);
   parallel::send_array(world, header.bytes(), rank, work_tag);
-  parallel::send_array(world, prepared.realization.nodes, rank, work_tag);
-  parallel::send_array(world, prepared.realization.tetrahedra, rank, work_tag);
-  parallel::send_array(world, prepared.realization.boundary, rank, work_tag);
-  parallel::send_array(world, prepared.realization.material, rank, work_tag);
-  parallel::send_array(world, prepared.realization.interface, rank, work_tag);
-  parallel::send_array(world, prepared.realization.map_factor, rank, work_tag);
+  geometry::for_each_array(prepared.realization,
+                           [&](const auto& array) { parallel::send_array(world, array, rank, work_tag); });
 }
 
 /// Master: answers a request with the end of work.
@@ -117,13 +113,9 @@ std::optional<PreparedSample> receive_work(const parallel::Communicator& world, 
   if (header.empty()) return prepare(source, prepared.sample);
   prepared.seconds = header.get<double>();
   prepared.realization.report = header.get<geometry::RealizationReport>();
-  prepared.realization.nodes = parallel::receive_array<geometry::Point>(world, master, work_tag);
-  prepared.realization.tetrahedra = parallel::receive_array<geometry::Tetrahedron>(world, master, work_tag);
-  prepared.realization.boundary =
-      parallel::receive_array<geometry::BoundaryTriangle>(world, master, work_tag);
-  prepared.realization.material = parallel::receive_array<std::uint8_t>(world, master, work_tag);
-  prepared.realization.interface = parallel::receive_array<std::uint8_t>(world, master, work_tag);
-  prepared.realization.map_factor = parallel::receive_array<float>(world, master, work_tag);
+  geometry::for_each_array(prepared.realization, [&]<class T>(std::vector<T>& array) {
+    array = parallel::receive_array<T>(world, master, work_tag);
+  });
   return prepared;
 }
 

@@ -141,7 +141,7 @@ std::vector<std::string> sample_warnings(const input::Parameters& parameters, co
   if (n_lacking > 0)
     warnings.push_back(fmt::format(
         "{} of {} samples failed, are undecided or lack a part of the observations, and are left out: the "
-        "posterior supposes that this has nothing to do with the inputs",
+        "posterior assumes that this is independent of the inputs",
         n_lacking, found.n_used + n_lacking));
   return warnings;
 }
@@ -225,7 +225,7 @@ Calibration calibrate(std::span<const Experiment> experiments, const ObservedSam
     fail("the ensemble has no random inputs; only those, [[random]] in its input, can be calibrated");
   const CalibrationData data = calibration_data(experiments, samples, body, parameters);
   if (options.has_specimen_scatter && data.observed.contrasts.rows() == 0)
-    fail("--between-specimens needs at least two experiments that have everything that any of them has");
+    fail("--between-specimens needs two experiments with the same observations");
   Calibration found = calibrate(data, options, samples.seed);
   for (const std::size_t i : data.experiments) found.experiments.push_back(experiments[i].name);
   found.n_planned = samples.n_planned;

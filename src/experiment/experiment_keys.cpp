@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "experiment_keys.h"
 
+#include "crackle/common/regular_file.h"
 #include "input/dimension.h"
 #include "input/schema.h"
-#include "picture_size.h"
 
 #include <fmt/format.h>
 
 #include <functional>
 #include <numbers>
-#include <stdexcept>
 #include <utility>
 
 namespace crackle::experiment {
@@ -28,6 +27,7 @@ constexpr Range error_range{0, 1e3};
 constexpr Range load_range{0, 1e12};
 constexpr Range time_range{0, 1e3};
 constexpr Range pixels{-1e6, 1e6};
+constexpr const char* accepted_picture = "the name of a PNG or JPEG file";
 
 const char* const place_form = "two lengths, y and z, such as [\"12.25 mm\", \"70 mm\"]";
 const char* const pixel_form = "two numbers of pixels, from the left and from the top, such as [120, 480]";
@@ -171,22 +171,14 @@ std::vector<BasicKey<Draft>> load_keys() {
           load_per_strength_key()};
 }
 
-std::optional<std::filesystem::path> read_picture(const Source& source) {
-  const auto name = read_text(source, "the name of a PNG or JPEG file");
-  if (!name) return {};
-  return source.context.folder / *name;
-}
-
-void measure_picture(const Source& source, Picture& picture) {
-  const auto file = read_picture(source);
-  if (!file) return;
-  try {
-    std::tie(picture.width, picture.height) = picture_size(*file);
-    picture.file = *file;
-  } catch (const std::runtime_error& error) {
-    source.report("{}: {}; give the name of a PNG or JPEG file", input::shortened(file->string(), 200),
-                  error.what());
-  }
+void read_picture(const Source& source, Picture& picture) {
+  const auto name = read_text(source, accepted_picture);
+  if (!name) return;
+  picture.file = source.context.folder / *name;
+  const std::string kind = other_kind(picture.file);
+  if (!is_taken(picture.file) || !kind.empty())
+    source.report("{}: {}; give {}", input::shortened(picture.file.string(), 200),
+                  kind.empty() ? "there is no such file" : "is " + kind, accepted_picture);
 }
 
 BasicKey<Picture> pixel_key() {
@@ -256,9 +248,9 @@ const BasicTable<Picture>& picture_table() {
       {{"file",
         "file name",
         input::required(),
-        "the name of a PNG or JPEG file",
+        accepted_picture,
         "the picture",
-        [](const Source& source, Picture& picture, std::size_t) { measure_picture(source, picture); },
+        [](const Source& source, Picture& picture, std::size_t) { read_picture(source, picture); },
         {}},
        time_key(&Picture::time, "since the crack began to run"),
        quantity<Picture>("scale", with_example(input::length_dimension, "0.05 mm"), {1e-9, 1},

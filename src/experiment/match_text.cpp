@@ -141,9 +141,10 @@ std::string to_text(const Match& match) {
   if (const std::string table = experiments_table(match); !table.empty()) text += "\n" + table;
   text += remarks(match);
   text += fmt::format(
-      "p: the share of samples, the experiment among them, that are as far from all others on average; "
-      "{:.2g} at least. Distance: that mean; usual: the samples' median. Offset: from "
-      "the samples' mean, along the path on average; std: of the same of the samples.\n",
+      "p: fraction of samples and experiment whose mean distance to the others is at least the experiment's; "
+      "{:.2g} at least. Distance: that mean; usual: the samples' median. Offset: mean signed distance from "
+      "the "
+      "samples' mean path; std: its standard deviation over samples.\n",
       least_p_value(match.n_used));
   if (match.set) text += "\n" + set_text(*match.set);
   return text;

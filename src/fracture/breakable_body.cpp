@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/breakable_body.h"
 
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/geometry/dual_facets.h"
 #include "crackle/geometry/face_neighbours.h"
 #include "crackle/parallel/collectives.h"
@@ -68,7 +68,7 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
   const double before = residual_stiffness_.energy(tetrahedron, strain);
   const int cut = most_loaded_cut(operators_.tetrahedra[index], intact_stress(tetrahedron, strain));
   open(tetrahedron, cut, remaining);
-  const bool is_counted = subdomain_->counted[index] != 0;
+  const bool is_counted = subdomain_->owned[index] != 0;
   if (remaining > 0)
     releasing_.push_back(
         {tetrahedron, phase_time, is_counted ? std::optional(records_.size()) : std::nullopt});
@@ -110,7 +110,7 @@ bool BreakableBody::reduce_stiffness(std::int32_t tetrahedron, const Symmetric& 
   const double before = residual_stiffness_.energy(tetrahedron, strain);
   residual_stiffness_.soften(tetrahedron, share);
   changes_.push_back(tetrahedron);
-  if (subdomain_->counted[index] != 0)
+  if (subdomain_->owned[index] != 0)
     stiffness_reductions_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
                                      before - residual_stiffness_.energy(tetrahedron, strain), share,
                                      softened.ductility});
@@ -157,12 +157,12 @@ void BreakableBody::restore(const Releases& releases, const RemainingShare& rema
     auto& softened = softened_[t];
     ++softened.n_fallen;
     softened.ductility = fall.ductility;
-    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) stiffness_reductions_.push_back(fall);
+    if (subdomain_->owned[static_cast<std::size_t>(t)] != 0) stiffness_reductions_.push_back(fall);
   }
   for (const auto& record : releases.breaks) {
     const std::int32_t t = subdomain_->local_number(record.tetrahedron);
     if (t < 0) continue;
-    const bool is_counted = subdomain_->counted[static_cast<std::size_t>(t)] != 0;
+    const bool is_counted = subdomain_->owned[static_cast<std::size_t>(t)] != 0;
     const double share = remaining ? remaining(t, record.phase_time) : 0;
     open(t, record.cut, share);
     if (share > 0)
@@ -174,7 +174,7 @@ void BreakableBody::restore(const Releases& releases, const RemainingShare& rema
     const std::int32_t t = subdomain_->local_number(release.tetrahedron);
     if (t < 0) continue;
     release_edges(t, static_cast<mechanics::EdgeSet>(release.edges));
-    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) bridge_releases_.push_back(release);
+    if (subdomain_->owned[static_cast<std::size_t>(t)] != 0) bridge_releases_.push_back(release);
   }
   n_checked_ = order_.size();
 }
@@ -221,7 +221,7 @@ void BreakableBody::release_bridges(const parallel::Communicator& group, double 
     const Symmetric eps = strain(t);
     const double before = residual_stiffness_.energy(t, eps);
     release_edges(t, static_cast<mechanics::EdgeSet>(edges));
-    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0)
+    if (subdomain_->owned[static_cast<std::size_t>(t)] != 0)
       bridge_releases_.push_back(
           {number, load_time, phase_time, before - residual_stiffness_.energy(t, eps), edges});
   }
@@ -246,7 +246,7 @@ std::vector<double> BreakableBody::energies(const Strain& strain) const {
   energies.reserve(operators_.tetrahedra.size());
   for (std::size_t i = 0; i < operators_.tetrahedra.size(); ++i) {
     const auto t = static_cast<std::int32_t>(i);
-    if (subdomain_->counted[i] == 0) continue;
+    if (subdomain_->owned[i] == 0) continue;
     if (!residual_stiffness_.carries(t) && !residual_stiffness_.has_contact(t)) continue;
     const Symmetric e = strain(t);
     // Nearly all tetrahedra are intact, so avoid a function call.

@@ -86,7 +86,7 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
     }
     if (group.size() == 1) break;
     of_owner = label;
-    parallel::agree(group);
+    parallel::check_peers(group);
     exchange.update(of_owner);
     changed = false;
     for (std::size_t n = static_cast<std::size_t>(subdomain.layout.n_owned); n < label.size(); ++n) {

@@ -3,7 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/fracture/toughness.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -29,7 +29,7 @@ void erase_high_ends(const parallel::Communicator& group, const geometry::Subdom
                      std::span<const double> spacings, std::vector<SquareEnd>& ends) {
   std::vector<std::vector<double>> terms(2 * ends.size());  // spacings and ones at each end
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
-    if (subdomain.counted[index(t)] == 0) continue;
+    if (subdomain.owned[index(t)] == 0) continue;
     const auto middle = geometry::centroid(subdomain.nodes, subdomain.tetrahedra[index(t)]);
     for (std::size_t i = 0; i < ends.size(); ++i)
       if (is_at(ends[i], middle, spacings[index(t)])) {

@@ -2,7 +2,7 @@
 #include "crackle/fracture/initial_strain.h"
 
 #include "crackle/common/index.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 
 #include <cmath>
 #include <span>

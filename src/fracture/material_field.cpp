@@ -76,7 +76,7 @@ BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parame
   // Deviations from the input's values, so that these come out exactly where nothing varies.
   std::vector<std::vector<double>> terms(3 * of_input.size());
   for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
-    if (body.subdomain().counted[index(t)] == 0) continue;
+    if (body.subdomain().owned[index(t)] == 0) continue;
     const std::size_t m = tetrahedra.material_of(index(t));
     const double volume = body.operators().tetrahedra[index(t)].volume;
     const Slowness own = slowness(elasticity[t], density[t]);
@@ -94,20 +94,6 @@ BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parame
         std::min(slowest.dilatational, 1 / (of_input[m].dilatational + sums[3 * m + 2] / volume));
   }
   return slowest;
-}
-
-mechanics::TetrahedronField<double> fracture_field(const input::Parameters& parameters,
-                                                   const TetrahedronSpan& tetrahedra,
-                                                   double input::Fracture::*key) {
-  std::vector<double> of_material;
-  for (std::size_t m = 0; m < parameters.materials.size(); ++m)
-    of_material.push_back(parameters.fracture_of(m).*key);
-  if (tetrahedra.material.empty()) return mechanics::TetrahedronField<double>(of_material.front());
-  std::vector<double> values;
-  values.reserve(tetrahedra.tetrahedra.size());
-  for (std::size_t t = 0; t < tetrahedra.tetrahedra.size(); ++t)
-    values.push_back(of_material[tetrahedra.material_of(t)]);
-  return mechanics::TetrahedronField<double>(std::move(values));
 }
 
 }  // namespace crackle::fracture

@@ -3,8 +3,8 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/vector.h"
-#include "crackle/geometry/centroid.h"
 #include "crackle/geometry/face_neighbours.h"
+#include "crackle/geometry/point.h"
 
 #include <algorithm>
 #include <cmath>

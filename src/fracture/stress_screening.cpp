@@ -93,7 +93,7 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
     auto& group = groups_[place(t) / 8];
     for (std::size_t a = 0; a < 4; ++a) group.corner[a][place(t) % 8] = subdomain.tetrahedra[index(t)][a];
     const double scale = strain_scale(t, strength[index(t)]);
-    if (subdomain.counted[index(t)] != 0 && scale < largest_scale && scale > 1 / largest_scale)
+    if (subdomain.owned[index(t)] != 0 && scale < largest_scale && scale > 1 / largest_scale)
       set_energy(t, scale);
     set_strength(t, strength[index(t)]);
   }

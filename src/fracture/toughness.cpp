@@ -119,27 +119,49 @@ std::optional<Range> toughness_along_ligaments(const input::Parameters& paramete
                toughness_of(parameters, strength, spacing->greatest)};
 }
 
-std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                                   const mechanics::PdsOperators& operators) {
-  std::vector<double> at_node(subdomain.nodes.size());
-  const auto node_to_cell = mechanics::node_tetrahedra(subdomain);
-  for (std::int32_t node = 0; node < subdomain.layout.n_owned; ++node) {
-    double volume = 0;
-    for (const auto t : node_to_cell[node]) volume += operators.tetrahedra[index(t)].volume;
-    volume /= static_cast<double>(node_to_cell[node].size());
-    at_node[index(node)] = std::cbrt(6 * std::sqrt(2.0) * volume);
+namespace {
+
+/// Edge length of the regular tetrahedron with the mean volume of those around each node [m].
+std::vector<double> node_spacings(const mechanics::TetrahedronOperators& tetrahedra, std::size_t n_nodes) {
+  std::vector<double> volume(n_nodes), n_around(n_nodes);
+  for (const auto& t : tetrahedra) {
+    for (const auto node : t.nodes) {
+      volume[index(node)] += t.volume;
+      ++n_around[index(node)];
+    }
   }
-  parallel::GhostExchange<double> exchange(group, subdomain.layout);
-  parallel::agree(group);
-  exchange.update(at_node);
-  std::vector<double> spacings;
-  spacings.reserve(operators.tetrahedra.size());
-  for (const auto& t : operators.tetrahedra) {
+  for (std::size_t i = 0; i < volume.size(); ++i)
+    volume[i] = std::cbrt(6 * std::sqrt(2.0) * (volume[i] / n_around[i]));
+  return volume;
+}
+
+std::vector<double> means_over_corners(const mechanics::TetrahedronOperators& tetrahedra,
+                                       std::span<const double> at_node) {
+  std::vector<double> means;
+  means.reserve(tetrahedra.size());
+  for (const auto& t : tetrahedra) {
     double sum = 0;
     for (const auto node : t.nodes) sum += at_node[index(node)];
-    spacings.push_back(sum / 4);
+    means.push_back(sum / 4);
   }
-  return spacings;
+  return means;
+}
+
+}  // namespace
+
+std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                                   const mechanics::PdsOperators& operators) {
+  auto at_node = node_spacings(operators.tetrahedra, subdomain.nodes.size());
+  // A rank has all tetrahedra around the nodes that it owns.
+  parallel::GhostExchange<double> exchange(group, subdomain.layout);
+  parallel::check_peers(group);
+  exchange.update(at_node);
+  return means_over_corners(operators.tetrahedra, at_node);
+}
+
+std::vector<double> local_spacings(const TetrahedronSpan& whole) {
+  const mechanics::TetrahedronOperators tetrahedra(whole.tetrahedra, whole.nodes);
+  return means_over_corners(tetrahedra, node_spacings(tetrahedra, whole.nodes.size()));
 }
 
 std::vector<double> fracture_spacings(const parallel::Communicator& group,

@@ -2,7 +2,7 @@
 #include "crackle/fracture/tuler_butcher.h"
 
 #include "crackle/common/real.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 
 #include <algorithm>
 #include <cmath>
@@ -63,6 +63,14 @@ OneStepTulerButcher::OneStepTulerButcher(const input::Fracture& parameters,
   if (parameters.toughness > 0 && parameters.release != input::Release::softening) return;
   for (std::size_t t = 0; t < strengths_.size(); ++t)
     strengths_[t] += std::pow(impulses[static_cast<std::int32_t>(t)] / time_step, 1 / parameters.exponent);
+}
+
+std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
+                                          double time_step, mechanics::TetrahedronField<double> impulses) {
+  const input::Fracture fracture = parameters.fracture_of(0);
+  if (fracture.accumulation == input::Accumulation::step)
+    return std::make_unique<OneStepTulerButcher>(fracture, impulses, std::move(strengths), time_step);
+  return std::make_unique<TulerButcher>(fracture, std::move(impulses), std::move(strengths), time_step);
 }
 
 }  // namespace crackle::fracture

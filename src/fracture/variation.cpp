@@ -5,7 +5,7 @@
 #include "crackle/common/random.h"
 #include "crackle/common/vector.h"
 #include "crackle/fracture/gaussian_field.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 #include "crackle/geometry/quality.h"
 
 #include <fmt/format.h>

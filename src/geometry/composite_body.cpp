@@ -20,13 +20,13 @@ namespace {
 using Line = input::MaterialLayout::Line;
 
 /// Way of a point along an edge [m], if it lies between its ends.
-std::optional<double> way_on(const Edge& edge, const Point& p, double near) {
+std::optional<double> arc_length_on(const Edge& edge, const Point& p, double near) {
   const Vector along = (edge.to() - edge.from()) / edge.length();
-  const double way = dot(p - edge.from(), along);
-  if (!(way > near && way < edge.length() - near)) return {};
-  const Vector gap = p - edge.at(way);
+  const double arc_length = dot(p - edge.from(), along);
+  if (!(arc_length > near && arc_length < edge.length() - near)) return {};
+  const Vector gap = p - edge.at(arc_length);
   if (dot(gap, gap) > near * near) return {};
-  return way;
+  return arc_length;
 }
 
 }  // namespace
@@ -80,15 +80,16 @@ private:
 
   /// An edge of the plain body, divided at the corners on it.
   void add_divided(const Edge& edge) {
-    std::map<double, Point> ways;
+    std::map<double, Point> arc_lengths;
     for (const auto& [key, p] : corners_)
-      if (const auto way = way_on(edge, p, body_.tolerance_)) ways.emplace(*way, p);
+      if (const auto arc_length = arc_length_on(edge, p, body_.tolerance_))
+        arc_lengths.emplace(*arc_length, p);
     Point from = edge.from();
-    for (const auto& [way, p] : ways) {
+    for (const auto& [arc_length, p] : arc_lengths) {
       body_.shape_.edges.emplace_back(from, p);
       from = p;
     }
-    if (ways.empty())
+    if (arc_lengths.empty())
       body_.shape_.edges.push_back(edge);
     else
       body_.shape_.edges.emplace_back(from, edge.to());
@@ -99,7 +100,7 @@ private:
     if (line.side < 0) return;
     const plane::Side& side = body_.plate_sides_[index(line.side)];
     const auto own = [&](int end) {
-      return plane::Point{layout_.levels[level], side.way(layout_.corners[index(end)])};
+      return plane::Point{layout_.levels[level], side.arc_length(layout_.corners[index(end)])};
     };
     body_.on_side_[index(line.side)].push_back({own(line.end[0]), own(line.end[1])});
   }
@@ -109,9 +110,9 @@ private:
     const auto sides = sides_at_.find(corner);
     if (sides == sides_at_.end()) return;
     for (const int s : sides->second) {
-      const double way = body_.plate_sides_[index(s)].way(layout_.corners[index(corner)]);
-      body_.on_side_[index(s)].push_back(
-          {plane::Point{layout_.levels[layer], way}, plane::Point{layout_.levels[layer + 1], way}});
+      const double arc_length = body_.plate_sides_[index(s)].arc_length(layout_.corners[index(corner)]);
+      body_.on_side_[index(s)].push_back({plane::Point{layout_.levels[layer], arc_length},
+                                          plane::Point{layout_.levels[layer + 1], arc_length}});
     }
   }
 

@@ -24,10 +24,10 @@ bool continues(const plane::Side& a, const plane::Side& b) {
 }
 
 /// The point of a side at a distance from its start, which is that of an end without rounding.
-plane::Point place_on(const plane::Side& side, double way) {
-  if (way <= 0) return side.from;
-  if (way >= side.length) return side.to;
-  return {side.from[0] + way * side.along[0], side.from[1] + way * side.along[1]};
+plane::Point place_on(const plane::Side& side, double arc_length) {
+  if (arc_length <= 0) return side.from;
+  if (arc_length >= side.length) return side.to;
+  return {side.from[0] + arc_length * side.along[0], side.from[1] + arc_length * side.along[1]};
 }
 
 bool interiors_meet(const Box& a, const Box& b) {
@@ -146,14 +146,14 @@ double CompositeBody::distance_to_outline(FaceId face, const Point& p) const {
     }
     const Layer& layer = layers_[own->number];
     const plane::Side& side = wall(*own);
-    const double way = side.way(place);
-    return std::min({p[0] - layer.lower, layer.upper - p[0], way, side.length - way});
+    const double arc_length = side.arc_length(place);
+    return std::min({p[0] - layer.lower, layer.upper - p[0], arc_length, side.length - arc_length});
   }
   double nearest = plain_->distance_to_outline(face, p);
   if (index(face) < first_wall)
     return std::min(nearest, (face == 0 ? layers_.front() : layers_.back()).walls.distance(place));
   const std::size_t side = index(face) - first_wall;
-  const plane::Point own{p[0], plate_sides_[side].way(place)};
+  const plane::Point own{p[0], plate_sides_[side].arc_length(place)};
   for (const OwnLine& line : on_side_[side])
     nearest = std::min(nearest, plane::distance(own, line[0], line[1]));
   return nearest;
@@ -176,18 +176,18 @@ std::optional<Point> CompositeBody::passage_of_wall(const InnerFace& face, const
     return {};
   const Point meeting = p + before / (before - after) * (q - p);
   double x = meeting[0];
-  double way = side.way(in_plane(meeting));
-  if (way < 0 || way > side.length || x < layer.lower || x > layer.upper) return {};
-  const double nearest = std::min({x - layer.lower, layer.upper - x, way, side.length - way});
+  double arc_length = side.arc_length(in_plane(meeting));
+  if (arc_length < 0 || arc_length > side.length || x < layer.lower || x > layer.upper) return {};
+  const double nearest = std::min({x - layer.lower, layer.upper - x, arc_length, side.length - arc_length});
   if (nearest < margin) {
     if (nearest == x - layer.lower)
       x = layer.lower;
     else if (nearest == layer.upper - x)
       x = layer.upper;
     else
-      way = nearest == way ? 0 : side.length;
+      arc_length = nearest == arc_length ? 0 : side.length;
   }
-  const plane::Point place = place_on(side, way);
+  const plane::Point place = place_on(side, arc_length);
   return Point{x, place[0], place[1]};
 }
 
@@ -201,7 +201,7 @@ std::optional<Point> CompositeBody::passage_of_cap(const Cap& cap, const Point& 
   if (!cap.rim.contains(place)) return {};
   const auto distance = [&](const plane::Side& side) { return plane::distance(place, side.from, side.to); };
   const plane::Side& border = *std::ranges::min_element(cap.borders.sides(), {}, distance);
-  if (distance(border) < margin) place = place_on(border, border.way(place));
+  if (distance(border) < margin) place = place_on(border, border.arc_length(place));
   return Point{cap.x, place[0], place[1]};
 }
 
@@ -223,7 +223,7 @@ Point CompositeBody::snapped(const Point& p, double tolerance) const {
   if (near.empty()) return result;
   const std::size_t n_walls = near.size();
   collect(plate_sides_);
-  plane::Point moved = place_on(*near.front(), near.front()->way(place));
+  plane::Point moved = place_on(*near.front(), near.front()->arc_length(place));
   const bool is_at_edge = near.size() > n_walls || std::ranges::any_of(near, [&](const plane::Side* side) {
                             return !continues(*side, *near.front());
                           });
@@ -260,16 +260,17 @@ bool CompositeBody::crosses(const Cap& cap, const std::array<Point, 4>& corners)
   return cap.rim.cover(section.points()) != plane::Cover::outside;
 }
 
-Place CompositeBody::place(const std::array<Point, 4>& corners) const {
-  const Place plain = plain_->place(corners);
-  if (plain != Place::solid) return plain;
+Containment CompositeBody::classify(const std::array<Point, 4>& corners) const {
+  const Containment plain = plain_->classify(corners);
+  if (plain != Containment::inside) return plain;
   Box around = nowhere;
   for (const Point& p : corners) around.include(p);
   for (const Layer& layer : layers_)
-    if (interiors_meet(around, layer.around) && crosses(layer, corners)) return Place::crossing;
+    if (interiors_meet(around, layer.around) && crosses(layer, corners)) return Containment::straddling;
   for (const Cap& cap : caps_)
-    if (around.lower[0] < cap.x && around.upper[0] > cap.x && crosses(cap, corners)) return Place::crossing;
-  return Place::solid;
+    if (around.lower[0] < cap.x && around.upper[0] > cap.x && crosses(cap, corners))
+      return Containment::straddling;
+  return Containment::inside;
 }
 
 }  // namespace crackle::geometry

@@ -83,9 +83,9 @@ void CompositeBody::add_wall_sources(const input::Mesh& mesh, std::vector<Spacin
     const double n_pieces = std::clamp(std::ceil(sides[i].length / mesh.spacing), 1.0, most_wall_pieces);
     for (double piece = 0; piece < n_pieces; ++piece) {
       const auto place = [&](double number) {
-        const double way = number / n_pieces * sides[i].length;
-        return plane::Point{sides[i].from[0] + way * sides[i].along[0],
-                            sides[i].from[1] + way * sides[i].along[1]};
+        const double arc_length = number / n_pieces * sides[i].length;
+        return plane::Point{sides[i].from[0] + arc_length * sides[i].along[0],
+                            sides[i].from[1] + arc_length * sides[i].along[1]};
       };
       const plane::Point from = place(piece);
       const plane::Point to = place(piece + 1);
@@ -150,8 +150,8 @@ bool CompositeBody::maps_materials(const Symmetry& symmetry) const {
   };
   const auto keeps_materials = [&](double x, const plane::Side& side) {
     const plane::Point middle{(side.from[0] + side.to[0]) / 2, (side.from[1] + side.to[1]) / 2};
-    for (const double way : {-off, off}) {
-      const Point p{x, middle[0] - way * side.along[1], middle[1] + way * side.along[0]};
+    for (const double arc_length : {-off, off}) {
+      const Point p{x, middle[0] - arc_length * side.along[1], middle[1] + arc_length * side.along[0]};
       if (plain_->contains(p) && material_at(p) != material_at(symmetry.image(p))) return false;
     }
     return true;

@@ -3,7 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/vector.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 
 #include <algorithm>
 #include <cmath>

@@ -57,8 +57,8 @@ double ExtrudedPlate::distance_to_surface(const Point& p) const {
 double ExtrudedPlate::distance_to_outline(FaceId face, const Point& p) const {
   if (index(face) < first_wall) return index_.contains(in_plane(p)) ? index_.distance(in_plane(p)) : 0;
   const plane::Side& side = side_of(face);
-  const double way = side.way(in_plane(p));
-  return std::min({p[0], thickness() - p[0], way, side.length - way});
+  const double arc_length = side.arc_length(in_plane(p));
+  return std::min({p[0], thickness() - p[0], arc_length, side.length - arc_length});
 }
 
 std::optional<Point> ExtrudedPlate::passage(FaceId face, const Point& p, const Point& q,
@@ -71,21 +71,21 @@ std::optional<Point> ExtrudedPlate::passage(FaceId face, const Point& p, const P
   if (!((before < -near && after > near) || (before > near && after < -near))) return std::nullopt;
   const Point meeting = p + before / (before - after) * (q - p);
   double x = meeting[0];
-  double way = side.way(in_plane(meeting));
-  if (way < 0 || way > side.length || x < 0 || x > thickness()) return std::nullopt;
+  double arc_length = side.arc_length(in_plane(meeting));
+  if (arc_length < 0 || arc_length > side.length || x < 0 || x > thickness()) return std::nullopt;
   // Move onto the nearest edge, if close.
-  const double nearest = std::min({x, thickness() - x, way, side.length - way});
+  const double nearest = std::min({x, thickness() - x, arc_length, side.length - arc_length});
   if (nearest < margin) {
     if (nearest == x)
       x = 0;
     else if (nearest == thickness() - x)
       x = thickness();
     else
-      way = nearest == way ? 0 : side.length;
+      arc_length = nearest == arc_length ? 0 : side.length;
   }
-  if (way == 0) return Point{x, side.from[0], side.from[1]};
-  if (way == side.length) return Point{x, side.to[0], side.to[1]};
-  return Point{x, side.from[0] + way * side.along[0], side.from[1] + way * side.along[1]};
+  if (arc_length == 0) return Point{x, side.from[0], side.from[1]};
+  if (arc_length == side.length) return Point{x, side.to[0], side.to[1]};
+  return Point{x, side.from[0] + arc_length * side.along[0], side.from[1] + arc_length * side.along[1]};
 }
 
 Point ExtrudedPlate::snapped(const Point& p, double tolerance) const {
@@ -95,9 +95,9 @@ Point ExtrudedPlate::snapped(const Point& p, double tolerance) const {
   const plane::Point place = in_plane(p);
   for (const plane::Side& side : index_.sides())
     if (plane::distance(place, side.from, side.to) <= tolerance) {
-      const double way = std::clamp(side.way(place), 0.0, side.length);
-      if (direction_of(side) != along_y) result[1] = side.from[0] + way * side.along[0];
-      if (direction_of(side) != along_z) result[2] = side.from[1] + way * side.along[1];
+      const double arc_length = std::clamp(side.arc_length(place), 0.0, side.length);
+      if (direction_of(side) != along_y) result[1] = side.from[0] + arc_length * side.along[0];
+      if (direction_of(side) != along_z) result[2] = side.from[1] + arc_length * side.along[1];
     }
   for (const plane::Side& side : index_.sides())
     if (plane::norm({place[0] - side.from[0], place[1] - side.from[1]}) <= tolerance) {
@@ -107,15 +107,15 @@ Point ExtrudedPlate::snapped(const Point& p, double tolerance) const {
   return result;
 }
 
-Place ExtrudedPlate::place(const std::array<Point, 4>& corners) const {
+Containment ExtrudedPlate::classify(const std::array<Point, 4>& corners) const {
   switch (index_.cover(
       {in_plane(corners[0]), in_plane(corners[1]), in_plane(corners[2]), in_plane(corners[3])})) {
     case plane::Cover::inside:
-      return Place::solid;
+      return Containment::inside;
     case plane::Cover::outside:
-      return Place::cavity;
+      return Containment::outside;
     default:
-      return Place::crossing;
+      return Containment::straddling;
   }
 }
 

@@ -135,10 +135,10 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
     if (is_finer(side.length, side.from, side.to)) add(side.from, side.to, side.length, reason_for_length(s));
     const double n_pieces = std::clamp(std::ceil(side.length / far), 1.0, 1000.0);
     const auto place = [&](double piece) {
-      const double way = piece / n_pieces * side.length;
-      return piece == n_pieces
-                 ? side.to
-                 : plane::Point{side.from[0] + way * side.along[0], side.from[1] + way * side.along[1]};
+      const double arc_length = piece / n_pieces * side.length;
+      return piece == n_pieces ? side.to
+                               : plane::Point{side.from[0] + arc_length * side.along[0],
+                                              side.from[1] + arc_length * side.along[1]};
     };
     plane::Point begin = side.from;  // of pieces in a row with one gap, which are one source
     double last_gap = far;

@@ -56,13 +56,13 @@ public:
 
   void finish() {
     for (const Edge& edge : plain_.edges()) {
-      const std::vector<std::size_t> ways = corners_on(edge.from(), edge.to(), n_plain_);
-      if (ways.empty()) {
+      const std::vector<std::size_t> path = corners_on(edge.from(), edge.to(), n_plain_);
+      if (path.empty()) {
         edges_.push_back(edge);
         continue;
       }
       Point from = edge.from();
-      for (const std::size_t i : ways) {
+      for (const std::size_t i : path) {
         edges_.emplace_back(from, corners_[i]);
         from = corners_[i];
       }
@@ -219,13 +219,13 @@ private:
     std::vector<std::pair<double, std::size_t>> found;
     for (std::size_t i = first; i < corners_.size(); ++i) {
       const Vector offset = corners_[i] - from;
-      const double way = dot(offset, along);
-      if (way <= merging_ || way >= length - merging_) continue;
-      if (norm(offset - way * along) <= merging_) found.emplace_back(way, i);
+      const double arc_length = dot(offset, along);
+      if (arc_length <= merging_ || arc_length >= length - merging_) continue;
+      if (norm(offset - arc_length * along) <= merging_) found.emplace_back(arc_length, i);
     }
     std::ranges::sort(found);
     std::vector<std::size_t> numbers;
-    for (const auto& [way, i] : found) numbers.push_back(i);
+    for (const auto& [arc_length, i] : found) numbers.push_back(i);
     return numbers;
   }
 
@@ -240,13 +240,13 @@ private:
     const FacePart& part = *border.part;
     const std::size_t first = corner(place(part, place_on(border, border.from)));
     const std::size_t last = corner(place(part, place_on(border, border.to)));
-    std::vector<std::size_t> ways = corners_on(corners_[first], corners_[last], 0);
-    ways.insert(ways.begin(), first);
-    ways.push_back(last);
-    for (std::size_t i = 1; i < ways.size(); ++i) {
-      const auto [low, high] = std::minmax(ways[i - 1], ways[i]);
+    std::vector<std::size_t> path = corners_on(corners_[first], corners_[last], 0);
+    path.insert(path.begin(), first);
+    path.push_back(last);
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      const auto [low, high] = std::minmax(path[i - 1], path[i]);
       if (!made_.emplace(part.face, low, high).second) continue;  // border shared by two regions
-      const Edge& edge = edges_.emplace_back(corners_[ways[i - 1]], corners_[ways[i]]);
+      const Edge& edge = edges_.emplace_back(corners_[path[i - 1]], corners_[path[i]]);
       add({{edge.from(), edge.to()},
            {own(part, edge.from()), own(part, edge.to())},
            border.across,
@@ -335,10 +335,10 @@ const ImprintedBody::Imprint* ImprintedBody::on(FaceId face) const {
 }
 
 bool ImprintedBody::is_on(const Line& line, const Point& p) const {
-  const Vector way = line.end[1] - line.end[0];
-  const double squared = dot(way, way);
-  const double share = squared > 0 ? std::clamp(dot(p - line.end[0], way) / squared, 0.0, 1.0) : 0;
-  const Vector gap = p - (line.end[0] + share * way);
+  const Vector side = line.end[1] - line.end[0];
+  const double squared = dot(side, side);
+  const double share = squared > 0 ? std::clamp(dot(p - line.end[0], side) / squared, 0.0, 1.0) : 0;
+  const Vector gap = p - (line.end[0] + share * side);
   return dot(gap, gap) <= tolerance_ * tolerance_;
 }
 
@@ -397,10 +397,10 @@ Point ImprintedBody::snapped(const Point& p, double tolerance) const {
     if (norm(corner - q) <= tolerance) return corner;
   for (const Imprint& imprint : imprints_)
     for (const Line& line : imprint.lines) {
-      const Vector way = line.end[1] - line.end[0];
-      const double squared = dot(way, way);
+      const Vector side = line.end[1] - line.end[0];
+      const double squared = dot(side, side);
       if (squared == 0) continue;
-      const Point nearest = line.end[0] + std::clamp(dot(q - line.end[0], way) / squared, 0.0, 1.0) * way;
+      const Point nearest = line.end[0] + std::clamp(dot(q - line.end[0], side) / squared, 0.0, 1.0) * side;
       if (norm(nearest - q) <= tolerance) return nearest;
     }
   return q;
@@ -421,9 +421,9 @@ bool ImprintedBody::crosses(const Imprint& imprint, const std::array<plane::Poin
     if (n_below == 0 || n_above == 0) continue;
     double from = infinity;
     double to = -infinity;
-    const auto include = [&](double way) {
-      from = std::min(from, way);
-      to = std::max(to, way);
+    const auto include = [&](double arc_length) {
+      from = std::min(from, arc_length);
+      to = std::max(to, arc_length);
     };
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t j = (i + 1) % 3;
@@ -439,9 +439,9 @@ bool ImprintedBody::crosses(const Imprint& imprint, const std::array<plane::Poin
   return false;
 }
 
-Place ImprintedBody::place(const std::array<Point, 4>& corners) const {
-  const Place plain = plain_->place(corners);
-  if (plain != Place::solid) return plain;
+Containment ImprintedBody::classify(const std::array<Point, 4>& corners) const {
+  const Containment plain = plain_->classify(corners);
+  if (plain != Containment::inside) return plain;
   Box around = nowhere;
   for (const Point& p : corners) around.include(p);
   for (const Imprint& imprint : imprints_) {
@@ -456,7 +456,7 @@ Place ImprintedBody::place(const std::array<Point, 4>& corners) const {
       if (n == 3) return plain;  // flat on the face
       triangle[n++] = own(imprint, p);
     }
-    if (n == 3 && crosses(imprint, triangle)) return Place::crossing;
+    if (n == 3 && crosses(imprint, triangle)) return Containment::straddling;
   }
   return plain;
 }

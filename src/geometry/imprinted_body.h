@@ -42,7 +42,7 @@ public:
   double distance_to_outline(FaceId face, const Point& p) const override;
   std::optional<Point> passage(FaceId face, const Point& p, const Point& q, double margin) const override;
   Point snapped(const Point& p, double tolerance) const override;
-  Place place(const std::array<Point, 4>& corners) const override;
+  Containment classify(const std::array<Point, 4>& corners) const override;
   std::vector<SpacingSource> spacing_sources(const input::Mesh& mesh) const override;
   std::vector<Symmetry> symmetries() const override;
 

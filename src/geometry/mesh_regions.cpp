@@ -2,7 +2,7 @@
 #include "crackle/geometry/mesh_regions.h"
 
 #include "crackle/common/index.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 
 #include <algorithm>
 

@@ -7,20 +7,90 @@
 #include "crackle/input/parameters.h"
 
 #include "blue_noise.h"
-#include "displacement.h"
-#include "face_points.h"
 #include "redraw.h"
-#include "slab_order.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 namespace crackle::geometry {
 
 namespace {
+
+/// Points to add where tetrahedra cross the surface: where their edges intersect a face, exactly in the face,
+/// or exactly on its outline if that is closer than `margin` spacings. Points closer than half a spacing to
+/// an earlier one are omitted.
+/// @param crossing the tetrahedra, as nodes of `points`; those that do not cross the surface are skipped
+std::vector<Point> missing_face_points(const Body& body, std::span<const Point> points,
+                                       std::span<const double> spacing, std::span<const Tetrahedron> crossing,
+                                       double margin) {
+  std::vector<Point> added;
+  for (const Tetrahedron& t : crossing) {
+    const std::array<Point, 4> corners{points[index(t[0])], points[index(t[1])], points[index(t[2])],
+                                       points[index(t[3])]};
+    if (body.classify(corners) != Containment::straddling) continue;
+    for (std::size_t face = 0; face < body.n_meshed_faces(); ++face)
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+          const double local = (spacing[index(t[i])] + spacing[index(t[j])]) / 2;
+          const std::optional<Point> p =
+              body.passage(static_cast<FaceId>(face), corners[i], corners[j], margin * local);
+          if (p && body.movable(*p) != 0 && std::none_of(added.begin(), added.end(), [&](const Point& other) {
+                return norm(*p - other) < 0.5 * local;
+              }))
+            added.push_back(*p);
+        }
+  }
+  return added;
+}
+
+/// Sorts by the first axis, cuts into layers of one mean spacing, and sorts each layer by the remaining axes.
+void sort_in_layers(const MotherPoints& points, std::span<const std::size_t> axes,
+                    std::span<std::int32_t> order) {
+  const auto coordinate = [&](std::int32_t i) { return points.position[index(i)][axes[0]]; };
+  std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+    return coordinate(a) != coordinate(b) ? coordinate(a) < coordinate(b) : a < b;
+  });
+  if (axes.size() == 1) return;
+  for (std::size_t begin = 0; begin < order.size();) {
+    double sum = 0;
+    std::size_t end = begin;
+    for (; end < order.size(); ++end) {
+      if (end > begin &&
+          (coordinate(order[end]) - coordinate(order[begin])) * static_cast<double>(end - begin) > sum)
+        break;
+      sum += points.spacing[index(order[end])];
+    }
+    sort_in_layers(points, axes.subspan(1), order.subspan(begin, end - begin));
+    begin = end;
+  }
+}
+
+/// The points in slabs of about one local spacing across the longest edge of the body, each slab in strips
+/// across the second longest one, each strip along the shortest: neighbours in space get nearby numbers.
+MotherPoints in_slab_order(const MotherPoints& points, const Point& size) {
+  std::array<std::size_t, 3> axes{0, 1, 2};
+  std::stable_sort(axes.begin(), axes.end(), [&](std::size_t a, std::size_t b) { return size[a] > size[b]; });
+  std::vector<std::int32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  sort_in_layers(points, axes, order);
+
+  MotherPoints sorted;
+  sorted.position.reserve(points.size());
+  sorted.spacing.reserve(points.size());
+  sorted.movable.reserve(points.size());
+  for (const std::int32_t i : order) {
+    sorted.position.push_back(points.position[index(i)]);
+    sorted.spacing.push_back(points.spacing[index(i)]);
+    sorted.movable.push_back(points.movable[index(i)]);
+  }
+  return sorted;
+}
 
 /// Minimum distance of face and interior points from edges and faces, in local spacings.
 constexpr double outline_margin = 0.55;
@@ -146,7 +216,8 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
 [[noreturn]] void refuse(const Body& body, const MotherPoints& points, double min_quality,
                          const std::vector<Tetrahedron>& bad) {
   const auto corner = [&](std::size_t i) { return points.position[index(bad.front()[i])]; };
-  const bool crossing = body.place({corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
+  const bool crossing =
+      body.classify({corner(0), corner(1), corner(2), corner(3)}) == Containment::straddling;
   fail(
       "mesh: the body cannot be tessellated with these points: {} tetrahedra extend beyond the body or are "
       "below min_quality = {}; the first, near ({:g}, {:g}, {:g}) mm, {}; use a finer spacing there or a "

@@ -2,19 +2,76 @@
 #include "crackle/geometry/subdomain.h"
 
 #include "crackle/common/index.h"
-#include "crackle/geometry/centroid.h"
-
-#include "halo.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <utility>
 
 namespace crackle::geometry {
 
 namespace {
+
+/// Finds the parts with tetrahedra near a point.
+class Halo {
+public:
+  /// @param width [m]
+  Halo(const Realization& realization, const Partition& partition, double width);
+
+  /// All parts that own the first node of a tetrahedron whose centroid is closer to `place` than the width,
+  /// and possibly some less than 2 sqrt(3) widths away; ascending.
+  std::span<const std::int32_t> parts_near(const Point& place) const;
+
+private:
+  using Cell = std::array<std::int64_t, 3>;
+  struct CellHash {
+    std::size_t operator()(const Cell& cell) const;
+  };
+  Cell cell_of(const Point& place) const;
+
+  double width_;
+  std::unordered_map<Cell, std::vector<std::int32_t>, CellHash> near_;  // by cell containing a centroid
+};
+
+std::size_t Halo::CellHash::operator()(const Cell& cell) const {
+  std::uint64_t hash = 0;
+  for (const auto i : cell) hash = (hash ^ static_cast<std::uint64_t>(i)) * 0x9E3779B97F4A7C15U;
+  return hash ^ (hash >> 32);
+}
+
+Halo::Halo(const Realization& realization, const Partition& partition, double width) : width_(width) {
+  std::unordered_map<Cell, std::vector<std::int32_t>, CellHash> inside;
+  for (const Tetrahedron& t : realization.tetrahedra) {
+    auto& parts = inside[cell_of(centroid(realization.nodes, t))];
+    const std::int32_t part = partition.node_part[index(t[0])];
+    if (std::ranges::find(parts, part) == parts.end()) parts.push_back(part);
+  }
+  near_.reserve(inside.size());
+  for (const auto& [cell, ignored] : inside) {
+    auto& parts = near_[cell];
+    for (const std::int64_t i : {-1, 0, 1})
+      for (const std::int64_t j : {-1, 0, 1})
+        for (const std::int64_t k : {-1, 0, 1}) {
+          const auto other = inside.find({cell[0] + i, cell[1] + j, cell[2] + k});
+          if (other != inside.end()) parts.insert(parts.end(), other->second.begin(), other->second.end());
+        }
+    std::ranges::sort(parts);
+    parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
+  }
+}
+
+std::span<const std::int32_t> Halo::parts_near(const Point& place) const {
+  return near_.at(cell_of(place));
+}
+
+Halo::Cell Halo::cell_of(const Point& place) const {
+  Cell cell{};
+  for (std::size_t i = 0; i < 3; ++i) cell[i] = static_cast<std::int64_t>(std::floor(place[i] / width_));
+  return cell;
+}
 
 /// Calls visit(part) once for each part that owns one of the nodes.
 template <class Visit>
@@ -35,7 +92,7 @@ void for_owning_parts(std::span<const std::int32_t> nodes, const std::vector<std
 void reserve(Subdomain& part, std::size_t n_tetrahedra, const Realization& realization) {
   part.tetrahedra.reserve(n_tetrahedra);
   part.tetrahedron_number.reserve(n_tetrahedra);
-  part.counted.reserve(n_tetrahedra);
+  part.owned.reserve(n_tetrahedra);
   if (!realization.material.empty()) part.material.reserve(n_tetrahedra);
   if (!realization.map_factor.empty()) part.map_factor.reserve(n_tetrahedra);
   if (!realization.interface.empty()) part.interface.reserve(n_tetrahedra);
@@ -113,7 +170,7 @@ std::vector<Subdomain> split(const Realization& realization, const Partition& pa
     Subdomain& part = parts[index(number)];
     part.tetrahedra.push_back(realization.tetrahedra[i]);
     part.tetrahedron_number.push_back(static_cast<std::int64_t>(i));
-    part.counted.push_back(number == node_part[index(realization.tetrahedra[i][0])]);
+    part.owned.push_back(number == node_part[index(realization.tetrahedra[i][0])]);
     if (!realization.material.empty()) part.material.push_back(realization.material[i]);
     if (!realization.map_factor.empty()) part.map_factor.push_back(realization.map_factor[i]);
     if (!realization.interface.empty()) part.interface.push_back(realization.interface[i]);

@@ -2,7 +2,7 @@
 #include "tessellation.h"
 
 #include "crackle/common/index.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 #include "crackle/geometry/quality.h"
 
 #include <CGAL/Delaunay_triangulation_3.h>
@@ -28,7 +28,7 @@ using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::int32_t, Ker
 struct CellInfo {
   double quality = 1;       ///< its third power; valid, as the place is, for finite cells
   std::uint32_t trial = 0;  ///< the last trial that would have replaced the cell
-  Place place = Place::solid;
+  Containment place = Containment::inside;
 };
 using CellBase = CGAL::Triangulation_cell_base_with_info_3<CellInfo, Kernel>;
 using DataStructure = CGAL::Triangulation_data_structure_3<VertexBase, CellBase>;
@@ -88,17 +88,17 @@ struct Tessellation::Data {
             cell->vertex(3)->info()};
   }
 
-  Place place_of(const Tetrahedron& cell) const {
-    return body.place(
+  Containment place_of(const Tetrahedron& cell) const {
+    return body.classify(
         {points[index(cell[0])], points[index(cell[1])], points[index(cell[2])], points[index(cell[3])]});
   }
 
   /// @param cell nodes in ascending order, for bitwise equal ratings of equal cells
   Rating rate(const Tetrahedron& cell) const { return rate(cell, place_of(cell)); }
 
-  Rating rate(const Tetrahedron& cell, Place place) const {
-    if (place == Place::cavity) return {true, 1};
-    if (place == Place::crossing) return {false, 0};
+  Rating rate(const Tetrahedron& cell, Containment place) const {
+    if (place == Containment::outside) return {true, 1};
+    if (place == Containment::straddling) return {false, 0};
     const double quality = mean_ratio_cubed(points[index(cell[0])], points[index(cell[1])],
                                             points[index(cell[2])], points[index(cell[3])]);
     return {quality >= min_quality_cubed, quality};
@@ -107,8 +107,8 @@ struct Tessellation::Data {
   /// The same of a finite cell of the tessellation.
   bool is_good(CellHandle cell) const {
     const CellInfo& info = cell->info();
-    return info.place != Place::crossing &&
-           (info.place == Place::cavity || info.quality >= min_quality_cubed);
+    return info.place != Containment::straddling &&
+           (info.place == Containment::outside || info.quality >= min_quality_cubed);
   }
 
   /// True if a face parts two materials; only from one of the two cells that have it.
@@ -120,7 +120,7 @@ struct Tessellation::Data {
       return sum;
     };
     const auto material = [&](CellHandle one) { return body.material_at(centroid(points, nodes(one))); };
-    return cell->info().place == Place::solid && neighbour->info().place == Place::solid &&
+    return cell->info().place == Containment::inside && neighbour->info().place == Containment::inside &&
            opposite(cell) < opposite(neighbour) && material(cell) != material(neighbour);
   }
 
@@ -279,7 +279,7 @@ TessellationContent Tessellation::content() const {
   content.tetrahedra.reserve(data.points.size() * 6);
   const bool has_inner = !data.body.inner_faces().empty();
   for (const CellHandle cell : data.delaunay.finite_cell_handles()) {
-    if (cell->info().place == Place::cavity) continue;
+    if (cell->info().place == Containment::outside) continue;
     const Tetrahedron nodes = data.nodes(cell);
     content.tetrahedra.push_back(nodes);
     for (std::size_t i = 0; i < 4; ++i) {
@@ -291,7 +291,7 @@ TessellationContent Tessellation::content() const {
       }
       if (!on_surface) continue;
       const CellHandle neighbour = cell->neighbor(static_cast<int>(i));
-      if (data.delaunay.is_infinite(neighbour) || neighbour->info().place == Place::cavity)
+      if (data.delaunay.is_infinite(neighbour) || neighbour->info().place == Containment::outside)
         content.boundary.push_back(face);
       else if (has_inner && data.parts_materials(cell, neighbour, face))
         content.inner.push_back(face);

@@ -58,7 +58,7 @@ double check_tetrahedra(const Realization& realization, const Body& body, double
       violation("tetrahedron {} has the quality {:g}, below min_quality = {:g}", i, std::cbrt(quality),
                 min_quality);
     worst = std::min(worst, quality);
-    if (body.place(corner) != Place::solid)
+    if (body.classify(corner) != Containment::inside)
       violation("tetrahedron {} extends beyond the body or its material", i);
   }
   const auto unused = std::find(used.begin(), used.end(), 0);

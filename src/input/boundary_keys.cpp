@@ -49,9 +49,12 @@ Key on_key() {
 
 Key region_key(std::size_t axis) {
   return range_key(
-      fmt::format("region.{}", axis_names[axis]),
-      [=](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).region[axis]; },
-      {"50 mm", "100 mm"}, "whole face", "part of the face; with equal limits a line of nodes", true);
+             fmt::format("region.{}", axis_names[axis]),
+             [=](Parameters & parameters, std::size_t i) -> auto& {
+               return boundary(parameters, i).region[axis];
+             },
+             {"50 mm", "100 mm"}, "whole face", "part of the face; with equal limits a line of nodes", true)
+      .that_affects(Affects::points);
 }
 
 Key fix_key() {
@@ -218,7 +221,7 @@ Table boundary_table() {
       "boundary",
       Occurrence::many,
       fmt::format("boundary conditions; each prescribes exactly one of {}", fmt::join(kind_names, ", ")),
-      {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
+      {on_key().that_affects(Affects::place), region_key(0), region_key(1), region_key(2), fix_key(),
        prescription_key(BoundaryKind::force, "total force, spread by area").also_called({"F", "load"}),
        prescription_key(BoundaryKind::traction, "force per area").also_called({"t"}),
        prescription_key(BoundaryKind::velocity, "\"free\" where it is not prescribed")

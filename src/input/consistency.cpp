@@ -2,7 +2,7 @@
 #include "consistency.h"
 
 #include "crackle/common/index.h"
-#include "crackle/input/poisson_limits.h"
+#include "crackle/input/parameters.h"
 
 #include "dimension.h"
 
@@ -264,7 +264,14 @@ bool given_by_materials(const Parameters& parameters, const std::string& key, co
 
 }  // namespace
 
+void check_release(const std::string& table, Findings& findings) {
+  if (findings.given(table + ".release_time") && findings.given(table + ".release_speed"))
+    findings.report(table + ".release_speed",
+                    "is given together with release_time; give only one of the two");
+}
+
 void check_fracture(const Parameters& parameters, Findings& findings) {
+  check_release("fracture", findings);
   if (parameters.fracture.variation) check_variation(findings, *parameters.fracture.variation);
   if (parameters.fracture.contact == Contact::frictionless && parameters.time.start != Start::rest)
     findings.report("fracture.contact",
@@ -284,7 +291,8 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
     return;
   const Fracture& fracture = parameters.fracture;
   const bool softens = fracture.release == Release::softening;
-  if (fracture.accumulation == Accumulation::step && !softens && parameters.fracture_of(0).toughness > 0)
+  if (fracture.accumulation == Accumulation::step && !softens && parameters.fracture_of(0).toughness > 0 &&
+      findings.given("fracture.impulse"))
     findings.note("fracture.impulse",
                   "has no effect: with accumulation = \"step\" the strengths that follow from the toughness "
                   "are those that break in one step");

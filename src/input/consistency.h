@@ -39,6 +39,9 @@ void complete_regions(Parameters& parameters, Findings& findings);
 /// checks.
 void complete_fracture(Parameters& parameters, Findings& findings);
 
+/// Reports a table that gives both release_time and release_speed.
+void check_release(const std::string& table, Findings& findings);
+
 void check_specimen(const Parameters& parameters, Findings& findings);
 void check_materials(const Parameters& parameters, Findings& findings);
 void check_mesh(const Parameters& parameters, Findings& findings);

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <string_view>
 
@@ -17,26 +16,34 @@ namespace crackle::input {
 
 namespace {
 
-/// Appends the given keys of one table.
-void add_lines(const Table& table, const std::string& path, std::size_t i, Parameters& shown,
-               std::vector<NamedValue>& lines) {
-  for (const Key& key : table.keys)
-    if (const auto text = key.show(shown, i)) lines.emplace_back(path + "." + key.name, *text);
+/// What a key affects in this input.
+Affects affects_in(const Parameters& parameters, const Key& key, std::size_t i) {
+  const bool has_layers =
+      !parameters.random.empty() && parameters.ensemble.plan == SamplingPlan::latin_hypercube;
+  if (key.affects == Affects::layers) return has_layers ? Affects::draws : Affects::run;
+  if (key.affects != Affects::place) return key.affects;
+  return parameters.boundaries.at(i).region == everywhere ? Affects::sample : Affects::points;
 }
 
-std::vector<NamedValue> resolved(const Parameters& parameters) {
+/// The keys with what they affect.
+std::vector<std::pair<NamedValue, Affects>> resolved(const Parameters& parameters) {
   Parameters shown = parameters;
-  std::vector<NamedValue> lines;
+  std::vector<std::pair<NamedValue, Affects>> lines;
+  const auto add_lines = [&](const Table& table, const std::string& path, std::size_t i) {
+    for (const Key& key : table.keys)
+      if (const auto text = key.show(shown, i))
+        lines.push_back({{path + "." + key.name, *text}, affects_in(parameters, key, i)});
+  };
   const bool has_list = is_list(parameters.materials);
   for (const Table& table : schema()) {
     if (has_list && table.part_of == "material") continue;
     for (std::size_t i = 0; i < (table.count ? table.count(shown) : 1); ++i) {
       const bool is_one_of_many =
           table.occurrence == Occurrence::many || (has_list && table.path == "material");
-      add_lines(table, is_one_of_many ? numbered(table.path, table.path, i) : table.path, i, shown, lines);
+      add_lines(table, is_one_of_many ? numbered(table.path, table.path, i) : table.path, i);
       if (!has_list || table.path != "material") continue;
       for (const Table& part : schema())
-        if (part.part_of == table.path) add_lines(part, numbered(part.path, table.path, i), i, shown, lines);
+        if (part.part_of == table.path) add_lines(part, numbered(part.path, table.path, i), i);
     }
   }
   return lines;
@@ -66,40 +73,29 @@ std::string description(const Key& key) {
 
 }  // namespace
 
+Affects affects(const std::string& path) {
+  return find_key(path)->affects;
+}
+
 std::string echo(const Parameters& parameters) {
-  return aligned(resolved(parameters));
+  std::vector<NamedValue> lines;
+  for (const auto& [line, affected] : resolved(parameters)) lines.push_back(line);
+  return aligned(lines);
 }
 
 std::vector<std::string> sample_settings(const Parameters& parameters) {
-  constexpr std::array<std::string_view, 7> without_effect{
-      "ensemble.samples",         "ensemble.ranks_per_sample", "ensemble.meshes", "ensemble.stop.half_width",
-      "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points"};
   if (parameters.draw) return parameters.draw->settings;
-  // The layers of a Latin hypercube depend on their number.
-  const bool samples_matter =
-      !parameters.random.empty() && parameters.ensemble.plan == SamplingPlan::latin_hypercube;
   std::vector<std::string> settings;
-  for (const auto& [key, value] : resolved(parameters)) {
-    if ((samples_matter && key == without_effect[0]) ||
-        std::ranges::find(without_effect, key) == without_effect.end())
-      settings.push_back(fmt::format("{} = {}", key, value));
-  }
+  for (const auto& [line, affected] : resolved(parameters))
+    if (affected != Affects::run) settings.push_back(fmt::format("{} = {}", line.first, line.second));
   return settings;
 }
 
-std::vector<std::string> body_settings(const Parameters& parameters) {
-  std::vector<std::string> settings = sample_settings(parameters);
-  const auto is_of_region = [&](const std::string& line) {
-    for (std::size_t i = 0; i < parameters.boundaries.size(); ++i)
-      if (parameters.boundaries[i].region != everywhere &&
-          (line.starts_with(fmt::format("boundary[{}].on ", i)) ||
-           line.starts_with(fmt::format("boundary[{}].region.", i))))
-        return true;
-    return false;
-  };
-  std::erase_if(settings, [&](const std::string& line) {
-    return !line.starts_with("specimen.") && !line.starts_with("mesh.") && !is_of_region(line);
-  });
+std::vector<std::string> settings_of(const Parameters& parameters, std::initializer_list<Affects> affected) {
+  std::vector<std::string> settings;
+  for (const auto& [line, affects] : resolved(parameters))
+    if (std::ranges::find(affected, affects) != affected.end())
+      settings.push_back(fmt::format("{} = {}", line.first, line.second));
   return settings;
 }
 

@@ -92,7 +92,7 @@ double MeshSpacing::operator()(const Point& p) const {
   return spacing;
 }
 
-void set_corner(Polygon& corners, const Point& p, const Polygon& stays) {
+void insert_vertex(Polygon& corners, const Point& p, const Polygon& stays) {
   const auto nearest =
       std::ranges::min_element(corners, {}, [&](const Point& corner) { return plane::norm(corner - p); });
   const auto i = static_cast<std::size_t>(nearest - corners.begin());
@@ -110,7 +110,7 @@ void set_corner(Polygon& corners, const Point& p, const Polygon& stays) {
     corners.insert(corners.begin() + static_cast<std::ptrdiff_t>(is_after ? i + 1 : i), p);
 }
 
-Polygon FigureMaker::ellipse(const Ellipse& curve, const std::string& name) const {
+Polygon ShapeBuilder::ellipse(const Ellipse& curve, const std::string& name) const {
   Polygon corners = plane::arc(curve.centre, curve.first, curve.second, 4, spacing_);
   Polygon stays;
   // The extent of a circle along y and z determines that of the body.
@@ -120,34 +120,34 @@ Polygon FigureMaker::ellipse(const Ellipse& curve, const std::string& name) cons
   for (const Boundary& condition : parameters_.boundaries) {
     if (condition.on != name) continue;
     for (const Point& limit : limits_on(curve, condition.region)) {
-      set_corner(corners, limit, stays);
+      insert_vertex(corners, limit, stays);
       stays.push_back(limit);
     }
   }
   if (name.starts_with("region")) return corners;
   for (const MaterialRegion& region : parameters_.specimen.regions)
-    for (const Point& place : meetings(corners, region.outline)) {
-      set_corner(corners, place, stays);
+    for (const Point& place : intersections(corners, region.outline)) {
+      insert_vertex(corners, place, stays);
       stays.push_back(place);
     }
   return corners;
 }
 
-std::optional<Polygon> FigureMaker::outline(const Hole& figure, const std::string& key,
-                                            const std::string& name, Findings& findings) const {
+std::optional<Polygon> ShapeBuilder::outline(const Hole& figure, const std::string& key,
+                                             const std::string& name, Findings& findings) const {
   if (findings.faulty(key)) return {};
   if (figure.polygon.empty()) {
     const Point along{std::cos(figure.angle), std::sin(figure.angle)};
-    return turned_left(
+    return counter_clockwise(
         ellipse({figure.center, figure.semi_axes[0] * along, figure.semi_axes[1] * left_of(along)}, name));
   }
-  if (plane::is_simple(figure.polygon)) return turned_left(figure.polygon);
+  if (plane::is_simple(figure.polygon)) return counter_clockwise(figure.polygon);
   findings.report(key + ".polygon", "the polygon intersects itself; give its corners in order, each once");
   return {};
 }
 
 /// Where the sides of two polygons meet.
-Polygon meetings(const Polygon& a, const Polygon& b) {
+Polygon intersections(const Polygon& a, const Polygon& b) {
   Polygon places;
   for (std::size_t i = 0; i < a.size(); ++i)
     for (std::size_t j = 0; j < b.size(); ++j) {
@@ -171,7 +171,7 @@ bool has_spacing(const Parameters& parameters, const Findings& findings) {
          !findings.faulty("mesh.region");
 }
 
-Polygon turned_left(Polygon polygon) {
+Polygon counter_clockwise(Polygon polygon) {
   if (plane::signed_area(polygon) < 0) std::ranges::reverse(polygon);
   return polygon;
 }

@@ -32,18 +32,18 @@ struct Ellipse {
 };
 
 /// Inserts a point of a curve as a corner of its polygon, in place of one that is close and need not stay.
-void set_corner(plane::Polygon& corners, const plane::Point& p, const plane::Polygon& stays);
+void insert_vertex(plane::Polygon& corners, const plane::Point& p, const plane::Polygon& stays);
 
 /// Where the sides of two polygons meet.
-plane::Polygon meetings(const plane::Polygon& a, const plane::Polygon& b);
+plane::Polygon intersections(const plane::Polygon& a, const plane::Polygon& b);
 
 /// True if the spacing of the mesh is valid.
 bool has_spacing(const Parameters& parameters, const Findings& findings);
 
 /// Makes outlines, with curves as chords.
-class FigureMaker {
+class ShapeBuilder {
 public:
-  explicit FigureMaker(const Parameters& parameters) : parameters_(parameters), spacing_(parameters) {}
+  explicit ShapeBuilder(const Parameters& parameters) : parameters_(parameters), spacing_(parameters) {}
 
   const MeshSpacing& spacing() const { return spacing_; }
 
@@ -64,7 +64,7 @@ private:
 };
 
 /// The polygon with counter-clockwise orientation.
-plane::Polygon turned_left(plane::Polygon polygon);
+plane::Polygon counter_clockwise(plane::Polygon polygon);
 
 inline plane::Point left_of(const plane::Point& vector) {
   return {-vector[1], vector[0]};

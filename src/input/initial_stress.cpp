@@ -205,9 +205,10 @@ Table initial_stress_table() {
                              optional("required with temperature"), "coefficient of thermal expansion")
            .also_called({"alpha", "cte"}),
        material_name_key(),
-       history_key(initial(&InitialStress::history),
-                   "factors, constant during a dynamic phase; for a quench a table for each time, with 1 "
-                   "then and 0 at the times before and after")},
+       history_key(
+           initial(&InitialStress::history),
+           "factors, constant during a dynamic phase; for a quench, one "
+           "[[initial.stress]] per time, with a history that is 1 then and 0 at the neighbouring times")},
       [](const Parameters& parameters) { return parameters.initial_stresses.size(); },
       [](Parameters& parameters) { parameters.initial_stresses.emplace_back(); }};
 }

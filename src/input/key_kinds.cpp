@@ -27,6 +27,23 @@ Key optional_quantity_key(std::string name, Access<double> access, const Dimensi
       access);
 }
 
+Key optional_quantity_key(std::string name, Access<std::optional<double>> access, const Dimension& dimension,
+                          Range range, Requirement requirement, std::string help) {
+  return {std::move(name),
+          name_without_article(dimension),
+          std::move(requirement),
+          quantity_form(dimension),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto value = read_quantity(source, dimension, range)) access(parameters, i) = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const std::optional<double>& value = access(parameters, i);
+            if (!value) return {};
+            return format_quantity(*value, dimension);
+          }};
+}
+
 Key toughness_key(const Access<double>& access, Requirement requirement, std::string help) {
   Key key = optional_quantity_key("toughness", access, energy_per_area_dimension, {0, 1e9, true},
                                   std::move(requirement), std::move(help));
@@ -62,6 +79,17 @@ Key impulse_key(const Access<double>& access, Requirement requirement, std::stri
           [=](Parameters& parameters, std::size_t i) {
             return format_quantity(access(parameters, i), impulse_dimension(parameters.fracture.exponent));
           }};
+}
+
+Key release_time_key(Access<std::optional<double>> access, Requirement requirement, std::string help) {
+  return optional_quantity_key("release_time", std::move(access), with_example(time_dimension, "0.2 us"),
+                               {0, 1}, std::move(requirement), std::move(help));
+}
+
+Key release_speed_key(const Access<double>& access, Requirement requirement, std::string help) {
+  return optional_quantity_key("release_speed", access,
+                               with_example(value_dimension(BoundaryKind::velocity), "780 m/s"),
+                               {0, 1e6, true}, std::move(requirement), std::move(help));
 }
 
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [material.map]: rasters of materials, stiffness or strength.
 #include "consistency.h"
-#include "crackle/common/file_digest.h"
+#include "crackle/common/checksum.h"
 #include "crackle/common/quantity_text.h"
 #include "schema.h"
 
@@ -27,6 +27,7 @@ Key of_map(Key key) {
     if (!parameters.map || i + 1 < parameters.materials.size()) return {};
     return show(parameters, 0);
   };
+  key.affects = Affects::materials;
   return key;
 }
 
@@ -50,8 +51,8 @@ Key text_key(const char* name, Requirement requirement, std::string accepted, st
 Key file_key() {
   Key key =
       text_key("file", required(),
-               "name of an HDF5 (.h5), NumPy (.npy) or PNG (.png) file, relative to the input file, such as "
-               "\"ct.npy\" or \"ct-{sample}.h5\"",
+               "name of an HDF5 (.h5) or PNG (.png) file, relative to the input file, such as \"ct.png\" or "
+               "\"ct-{sample}.h5\"",
                "the raster: one for all samples, or with {sample} one for each", &MaterialMap::file);
   key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
     read(source, parameters, i);
@@ -205,10 +206,13 @@ void complete_map(Parameters& parameters, Findings& findings) {
     findings.report(table + ".spacing", "is 0; give the distance from one cell to the next");
   const std::string suffix = std::filesystem::path(map.file).extension().string();
   const bool is_hdf5 = suffix == ".h5" || suffix == ".hdf5";
-  if (!is_hdf5 && suffix != ".npy" && suffix != ".png")
-    findings.report(table + ".file",
-                    "\"{}\" has an unknown format; give a name that ends in .h5, .npy or .png",
-                    shortened(map.file));
+  // A stored input may name what an earlier version has read.
+  if (map.checksum.empty() && !is_hdf5 && suffix != ".png")
+    findings.report(
+        table + ".file",
+        "\"{}\" has an unknown format; give a name that ends in .h5 or .png (of an array in Python: "
+        "h5py.File(\"ct.h5\", \"w\")[\"ct\"] = numpy.load(\"ct.npy\"))",
+        shortened(map.file));
   if (is_hdf5 && map.dataset.empty())
     findings.report(table + ".dataset", "the key is missing; name the dataset in the HDF5 file");
   if (!is_hdf5 && !map.dataset.empty())

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Consistency of materials and interfaces.
-#include "consistency.h"
 #include "crackle/input/poisson_limits.h"
+
+#include "consistency.h"
 #include "dimension.h"
 
 #include <fmt/ranges.h>
@@ -18,7 +19,8 @@ void check_names(const std::vector<Material>& materials, Findings& findings) {
     return findings.report("material.name",
                            "a single [material] has no name; write [[material]], in double brackets");
   if (!findings.given("material[0]")) {
-    for (const char* const key : {"strength", "toughness", "fracture_toughness", "impulse", "release_time"})
+    for (const char* const key :
+         {"strength", "toughness", "fracture_toughness", "impulse", "release_time", "release_speed"})
       if (findings.given(fmt::format("material.{}", key)))
         findings.report(fmt::format("material.{}", key),
                         "unknown key of a single material; did you mean fracture.{}?", key);
@@ -73,6 +75,7 @@ void check_toughness(const Parameters& parameters, std::size_t i, Findings& find
   if (findings.given(table + ".toughness") && findings.given(table + ".fracture_toughness"))
     findings.report(table + ".fracture_toughness",
                     "is given together with toughness; give only one of the two");
+  check_release(table, findings);
   if (parameters.fracture.release == Release::softening || parameters.fracture_of(i).toughness == 0) return;
   constexpr double least = least_measured_poisson_ratio;
   constexpr double greatest = greatest_measured_poisson_ratio;

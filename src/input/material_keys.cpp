@@ -29,31 +29,12 @@ Key name_key() {
           }};
 }
 
-Key release_time_key() {
-  const Dimension dimension = with_example(time_dimension, "0.2 us");
-  const Range range{0, 1};
-  return {"release_time",
-          "time",
-          optional("as in [fracture]"),
-          quantity_form(dimension),
-          "in place of that of [fracture]",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto value = read_quantity(source, dimension, range))
-              parameters.materials.at(i).release_time = *value;
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto& value = parameters.materials.at(i).release_time;
-            if (!value) return {};
-            return format_quantity(*value, dimension);
-          }};
-}
-
 Table material_table() {
   const Requirement as_fracture = optional("as in [fracture]");
   return {"material",
           Occurrence::once_or_many,
           "isotropic linear elasticity, and its own values of keys of [fracture]",
-          {name_key(),
+          {name_key().that_affects(Affects::materials),
            quantity_key("youngs_modulus", material(&Material::youngs_modulus),
                         with_example(stress_dimension, "3300 MPa"), positive_stress, required(),
                         "Young's modulus")
@@ -76,7 +57,10 @@ Table material_table() {
            hidden_at_zero(
                impulse_key(material(&Material::impulse), as_fracture, "in place of that of [fracture]"),
                material(&Material::impulse)),
-           release_time_key()},
+           release_time_key(material(&Material::release_time), as_fracture,
+                            "in place of release_time and release_speed of [fracture]"),
+           release_speed_key(material(&Material::release_speed), as_fracture,
+                             "in place of release_time and release_speed of [fracture]")},
           [](const Parameters& parameters) { return parameters.materials.size(); },
           [](Parameters& parameters) { parameters.materials.emplace_back(); }};
 }
@@ -162,7 +146,7 @@ Table interface_table() {
   return {"interface",
           Occurrence::many,
           "where two materials meet: the tetrahedra with a node on their boundary",
-          {between_key(),
+          {between_key().that_affects(Affects::materials),
            optional_quantity_key("strength", interface(&Interface::strength), stress_dimension,
                                  positive_stress, own, "of these tetrahedra"),
            toughness_key(interface(&Interface::toughness), own, "of these tetrahedra")

@@ -132,7 +132,14 @@ Table output_table() {
       {integer_key<int>(
            "frames", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.frames; },
            0, 100'000, by_default("11"), "snapshots of the fields during the dynamic phase"),
-       std::move(history), governing_key()}};
+       std::move(history), governing_key(),
+       optional_quantity_key(
+           "branch_length",
+           [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.branch_length; },
+           with_example(length_dimension, "2 mm"), positive_length,
+           optional("4 spacings, the largest where cracks run"),
+           "from which branches count as long; give it to compare meshes, since a finer one shows shorter "
+           "branches")}};
 }
 
 Table probe_table() {

@@ -226,13 +226,17 @@ double prescribed_speed(const Boundary& condition, double duration) {
 
 std::string of_release_time(const Parameters& parameters) {
   double release = 0;
-  for (std::size_t i = 0; i < parameters.materials.size(); ++i)
-    release = std::max(release, parameters.fracture_of(i).release_time);
+  for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
+    const Fracture fracture = parameters.fracture_of(i);
+    release = std::max(release, fracture.release_speed > 0
+                                    ? parameters.mesh.finest_spacing() / fracture.release_speed
+                                    : fracture.release_time.value_or(0));
+  }
   const double duration = parameters.time.duration;
   if (!(release > long_share * duration)) return {};
   return fmt::format(
-      "a release_time of {} is more than a tenth of time.duration = {}: few tetrahedra lose all of their "
-      "stiffness",
+      "a release in {} is more than a tenth of time.duration = {}: few tetrahedra lose all of their "
+      "stiffness; give a shorter release_time, or a higher release_speed",
       quantity_text(release, "s"), quantity_text(duration, "s"));
 }
 

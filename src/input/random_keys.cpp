@@ -67,13 +67,6 @@ Dimension dimension_of(const RandomInput& random) {
 
 constexpr std::array without_random{"ensemble", "sections", "output", "random", "sweep"};
 
-/// True if changing the number at this path changes the base mother points.
-bool moves_geometry(const std::string& path) {
-  const bool of_region = path.starts_with("boundary[") && path.find(".region.") != std::string::npos;
-  const bool of_body = path.starts_with("specimen.") || path.starts_with("mesh.") || of_region;
-  return of_body && path != "mesh.perturbation";
-}
-
 const std::string accepted_random_key =
     "a number that the input gives, such as \"material.youngs_modulus\" or \"specimen.notch[0].depth\", or "
     "an "
@@ -362,7 +355,8 @@ void check_random(const Parameters& parameters, Findings& findings) {
     for (const std::string& key : keys_of(random)) {
       if (!keys.insert(key).second)
         findings.report(table + ".key", "\"{}\" is random already; give each key once", key);
-      if (moves_geometry(key) && parameters.mesh.base != Base::own)
+      const bool moves_points = affects(key) == Affects::body || affects(key) == Affects::points;
+      if (moves_points && parameters.mesh.base != Base::own)
         findings.report(table + ".key",
                         "\"{}\" changes the mother points, which all samples share; give mesh.base = \"own\"",
                         key);

@@ -6,6 +6,7 @@
 #include "findings.h"
 #include "renamed_keys.h"
 #include "schema.h"
+#include "settings.h"
 #include "values.h"
 
 #include <fmt/format.h>
@@ -141,8 +142,9 @@ std::string with_map_checksum(const std::string& text, const Parameters& paramet
 
 /// @param draw of a sample: random inputs have the drawn values. These need not be valid means of their
 ///   distributions, and sections may lie outside the reach of cracks.
+/// @param drawn in place of those of the text
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points,
-                 std::optional<Draw> draw) {
+                 std::optional<Draw> draw, const std::vector<Setting>& drawn) {
   Findings findings;
   Parameters parameters;
   std::string stored = text;
@@ -152,6 +154,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
       throw SyntaxError(1, "the file has no keys; give an input file in TOML");
     }
     stored = with_current_names(text, root, findings);
+    root = with_settings(std::move(root), drawn);
     Context context{UnitSystem::shared(), findings, name.parent_path(), points, &root};
     locate(root, "", findings);
     report_unknown_keys(root, known_tables(), findings);
@@ -191,7 +194,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
 }  // namespace
 
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
-  return parse(text, name, points, std::nullopt);
+  return parse(text, name, points, std::nullopt, {});
 }
 
 Parameters drawn(const Parameters& parameters, const std::vector<double>& values, const std::string& name) {
@@ -207,10 +210,9 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
   }
   const PointsFile points{.path = parameters.mesh.points.value_or(std::filesystem::path()),
                           .digest = parameters.mesh.points_digest};
-  Parameters result = parse(with_settings(parameters.text, settings), name, points,
-                            Draw{values, sample_settings(parameters)});
+  Parameters result =
+      parse(parameters.text, name, points, Draw{values, sample_settings(parameters)}, settings);
   if (result.map) result.map->folder = parameters.map->folder;
-  result.text = parameters.text;
   result.random = parameters.random;
   return result;
 }

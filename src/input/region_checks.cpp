@@ -78,7 +78,7 @@ void end_chords_at_meetings(Specimen& specimen) {
     if (!region.shape || !region.shape->polygon.empty()) continue;
     Polygon places;
     const auto add = [&](const Polygon& other) {
-      const Polygon found = meetings(region.outline, other);
+      const Polygon found = intersections(region.outline, other);
       places.insert(places.end(), found.begin(), found.end());
     };
     for (const plane::Loop& loop : shape_of(specimen).loops) add(loop.corners);
@@ -86,7 +86,7 @@ void end_chords_at_meetings(Specimen& specimen) {
       if (&other != &region) add(other.outline);
     Polygon stays;
     for (const Point& place : places) {
-      set_corner(region.outline, place, stays);
+      insert_vertex(region.outline, place, stays);
       stays.push_back(place);
     }
   }
@@ -164,7 +164,7 @@ void make_region_outlines(Parameters& parameters, Findings& findings) {
   }
   if (findings.faulty("specimen") || !has_spacing(parameters, findings)) return;
   const Region bounds = bounds_of(specimen);
-  const FigureMaker figures(parameters);
+  const ShapeBuilder figures(parameters);
   for (std::size_t i = 0; i < specimen.regions.size(); ++i) {
     MaterialRegion& region = specimen.regions[i];
     if (!region.shape)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
-#include "crackle/common/file_digest.h"
+#include "crackle/common/checksum.h"
 
 #include <array>
 #include <cmath>
@@ -153,27 +153,33 @@ Table ensemble_table() {
       "the samples",
       {integer_key("samples", in(&Parameters::ensemble, &Ensemble::samples), 1, 1'000'000, required(),
                    "number of samples")
-           .also_called({"n_samples", "N", "realizations"}),
+           .also_called({"n_samples", "N", "realizations"})
+           .that_affects(Affects::layers),
        integer_key("seed", in(&Parameters::ensemble, &Ensemble::seed), 0,
                    std::numeric_limits<std::int64_t>::max(), by_default("0"),
-                   "sample i, with its random fields and inputs, depends on (seed, i) only"),
+                   "sample i, with its random fields and inputs, depends on (seed, i) only")
+           .that_affects(Affects::points),
        integer_key("ranks_per_sample", in(&Parameters::ensemble, &Ensemble::ranks_per_sample), 1, 100'000,
-                   by_default("1"), "ranks that share one sample"),
+                   by_default("1"), "ranks that share one sample")
+           .that_affects(Affects::run),
        choice_key<MeshMakers>(
            "meshes", in(&Parameters::ensemble, &Ensemble::meshes),
            {{"auto", MeshMakers::automatic}, {"master", MeshMakers::master}, {"groups", MeshMakers::groups}},
            by_default("\"auto\""),
-           "who makes them; \"auto\": the master in advance, or a group if none is ready"),
+           "who makes them; \"auto\": the master in advance, or a group if none is ready")
+           .that_affects(Affects::run),
        with_random_inputs(
            choice_key<SamplingPlan>("plan", in(&Parameters::ensemble, &Ensemble::plan),
                                     {{plan_names[0], SamplingPlan::independent},
                                      {plan_names[1], SamplingPlan::latin_hypercube},
                                      {plan_names[2], SamplingPlan::sobol}},
                                     by_default("\"independent\""),
-                                    "of [[random]]; with \"latin-hypercube\" no samples can be added later")),
+                                    "of [[random]]; with \"latin-hypercube\" no samples can be added later"))
+           .that_affects(Affects::draws),
        with_random_inputs(integer_key("replicates", in(&Parameters::ensemble, &Ensemble::replicates), 1,
                                       1'000'000, by_default("1"),
-                                      "consecutive samples (meshes) per draw of [[random]]"))}};
+                                      "consecutive samples (meshes) per draw of [[random]]"))
+           .that_affects(Affects::draws)}};
 }
 
 Table stop_table() {
@@ -204,17 +210,20 @@ Table mesh_table() {
            number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
                       "increase of the spacing per distance from a notch tip or region"),
            number_key("perturbation", in(&Parameters::mesh, &Mesh::perturbation), {0, 0.4}, by_default("0.2"),
-                      "amplitude of the disturbance, in local spacings"),
+                      "amplitude of the disturbance, in local spacings")
+               .that_affects(Affects::mesh),
            number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
                       "mean-ratio quality that every tetrahedron keeps"),
            choice_key<MeshSymmetry>(
                "symmetry", in(&Parameters::mesh, &Mesh::symmetry),
                {{"random", MeshSymmetry::random}, {"none", MeshSymmetry::none}}, by_default("\"random\""),
-               "\"random\": each sample takes one of the body's reflections and half-turns"),
+               "\"random\": each sample takes one of the body's reflections and half-turns")
+               .that_affects(Affects::mesh),
            choice_key<Base>("base", in(&Parameters::mesh, &Mesh::base),
                             {{"own", Base::own}, {"shared", Base::shared}}, by_default("\"own\""),
                             "base mother points: a set for each sample, or one for all"),
-           points_key()}};
+           // Its name has no effect; the contents are compared on their own.
+           points_key().that_affects(Affects::run)}};
 }
 
 Table region_table() {
@@ -266,7 +275,13 @@ Table fracture_table() {
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta")
            .also_called({"beta"}),
-       impulse_key(in(&Parameters::fracture, &Fracture::impulse), required(), "K_f").also_called({"K_f"}),
+       hidden_at_zero(
+           impulse_key(in(&Parameters::fracture, &Fracture::impulse),
+                       optional("small enough not to slow cracks down"),
+                       "K_f; by default (0.002 sigma_0)^exponent h / release_speed, with the local "
+                       "spacing h and 0.7 c_R without a release_speed"),
+           in(&Parameters::fracture, &Fracture::impulse))
+           .also_called({"K_f"}),
        choice_key<Accumulation>("accumulation", in(&Parameters::fracture, &Fracture::accumulation),
                                 {{"cumulative", Accumulation::cumulative}, {"step", Accumulation::step}},
                                 by_default("\"cumulative\""),
@@ -278,10 +293,17 @@ Table fracture_table() {
            by_default("\"element\""),
            "a tetrahedron loses all its stiffness at once, that across one cut, or all in steps "
            "(requires strength and toughness)"),
-       optional_quantity_key("release_time", in(&Parameters::fracture, &Fracture::release_time),
-                             with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
-                             "time in which a breaking tetrahedron loses its stiffness, in dynamic phases")
+       release_time_key(in(&Parameters::fracture, &Fracture::release_time), optional("by release_speed"),
+                        "time in which a breaking tetrahedron loses its stiffness in dynamic phases, on any "
+                        "spacing; \"0 s\": at once")
            .also_called({"tau"}),
+       release_speed_key(
+           in(&Parameters::fracture, &Fracture::release_speed),
+           optional("0.7 c_R of its material with a toughness; at once with a strength alone, or "
+                    "softening"),
+           "that time is the local spacing over this speed, so that crack speeds do not depend "
+           "on the spacing")
+           .also_called({"v_r"}),
        of_nucleation(choice_key<Nucleation>(
            "nucleation", in(&Parameters::fracture, &Fracture::nucleation),
            {{"nodal-mean", Nucleation::nodal_mean}, {"own-stress", Nucleation::own_stress}},
@@ -427,15 +449,26 @@ Table sections_table() {
 
 const std::vector<Table>& schema() {
   static const std::vector<Table> tables = [] {
-    std::vector<Table> all{ensemble_table(), stop_table()};
-    for (Table& table : specimen_tables()) all.push_back(std::move(table));
-    for (Table& table : std::vector<Table>{mesh_table(), region_table()}) all.push_back(std::move(table));
-    for (Table& table : material_tables()) all.push_back(std::move(table));
-    for (Table& table :
-         std::vector<Table>{fracture_table(), variation_table(), boundary_table(), load_table(),
-                            initial_stress_table(), time_table(), damping_table(), sections_table(),
-                            line_table(), output_table(), probe_table(), random_table(), sweep_table()})
-      all.push_back(std::move(table));
+    std::vector<Table> all;
+    // What their keys affect that do not say it themselves.
+    const auto add = [&](Affects affects, std::vector<Table> some) {
+      for (Table& table : some) {
+        for (Key& key : table.keys)
+          if (key.affects == Affects::sample) key.affects = affects;
+        all.push_back(std::move(table));
+      }
+    };
+    add(Affects::sample, {ensemble_table()});
+    add(Affects::run, {stop_table()});
+    add(Affects::body, specimen_tables());
+    add(Affects::points, {mesh_table(), region_table()});
+    add(Affects::sample, material_tables());
+    add(Affects::sample, {fracture_table(), variation_table(), boundary_table(), load_table(),
+                          initial_stress_table(), time_table(), damping_table()});
+    add(Affects::reading, {sections_table(), line_table()});
+    add(Affects::records, {output_table(), probe_table()});
+    add(Affects::draws, {random_table()});
+    add(Affects::sample, {sweep_table()});
     return all;
   }();
   return tables;

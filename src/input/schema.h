@@ -70,12 +70,18 @@ Key quantity_key(std::string name, Access<double> access, const Dimension& dimen
 /// A positive quantity that may be omitted; its value then stays 0 and is not shown.
 Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                           Requirement requirement, std::string help);
+/// A quantity that may be omitted, and may be 0.
+Key optional_quantity_key(std::string name, Access<std::optional<double>> access, const Dimension& dimension,
+                          Range range, Requirement requirement, std::string help);
 /// The key, hidden while its value is 0, which means not given.
 Key hidden_at_zero(Key key, const Access<double>& access);
 /// An energy per area; the error for a stress intensity refers to its key.
 Key toughness_key(const Access<double>& access, Requirement requirement, std::string help);
 /// The Tuler-Butcher impulse, whose dimension depends on the exponent.
 Key impulse_key(const Access<double>& access, Requirement requirement, std::string help);
+/// How long a breaking tetrahedron loses its stiffness.
+Key release_time_key(Access<std::optional<double>> access, Requirement requirement, std::string help);
+Key release_speed_key(const Access<double>& access, Requirement requirement, std::string help);
 /// A time or the word "auto", which leaves the value empty.
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
                        std::string help);

@@ -70,6 +70,20 @@ const char* coordinate_of(const Section& section) {
   return section.axis == 1 ? "z" : section.axis == 2 ? "y" : "distance";
 }
 
+std::vector<std::string> as_given(const Sections& sections) {
+  const auto list = [](const auto& lengths) {
+    std::vector<std::string> items;
+    for (const double length : lengths) items.push_back(show(length));
+    return fmt::format("{}", fmt::join(items, ", "));
+  };
+  std::vector<std::string> given;
+  if (!sections.y.empty()) given.push_back(fmt::format("y=\"{}\"", list(sections.y)));
+  if (!sections.z.empty()) given.push_back(fmt::format("z=\"{}\"", list(sections.z)));
+  for (const auto& [from, to] : sections.lines)
+    given.push_back(fmt::format("line=\"{}; {}\"", list(from), list(to)));
+  return given;
+}
+
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,
                          const std::string& name) {
   const PointsFile no_points;

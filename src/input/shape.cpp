@@ -97,7 +97,7 @@ private:
   }
 
   plane::Loop of_part(Polygon polygon, int part) const {
-    plane::Loop loop{turned_left(std::move(polygon)), {}};
+    plane::Loop loop{counter_clockwise(std::move(polygon)), {}};
     loop.part.assign(loop.size(), part);
     return loop;
   }
@@ -269,7 +269,7 @@ private:
   const Parameters& parameters_;
   const Specimen& specimen_;
   Findings& findings_;
-  FigureMaker figures_;
+  ShapeBuilder figures_;
   plane::Shape shape_;
   double size_ = 0;  ///< largest distance of two corners [m]
 };

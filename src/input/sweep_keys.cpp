@@ -155,7 +155,7 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
     bool has_map = false;
     for (const Setting& setting : one.settings) {
       has_points = has_points || setting.key == "mesh.points";
-      has_map = has_map || setting.key.find(".map.file") != std::string::npos;
+      has_map = has_map || setting.key == map_key(parameters) + ".file";
     }
     // At the end, so that line numbers match the file.
     std::vector<Setting> settings = one.settings;

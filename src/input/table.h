@@ -50,9 +50,14 @@ struct BasicKey {
   std::function<std::optional<std::string>(Target&, std::size_t)> show;
   /// What textbooks and other programs call it: "nu". They are not accepted; the error names the key.
   std::vector<std::string> synonyms = {};
+  Affects affects = Affects::sample;
 
   BasicKey also_called(std::vector<std::string> names) && {
     synonyms = std::move(names);
+    return std::move(*this);
+  }
+  BasicKey that_affects(Affects what) && {
+    affects = what;
     return std::move(*this);
   }
 };

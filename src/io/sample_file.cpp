@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
-#include "crackle/common/file_digest.h"
+#include "crackle/common/checksum.h"
 #include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
+#include "crackle/fracture/release.h"
 #include "crackle/input/reader.h"
 
 #include "hdf5.h"
@@ -188,14 +189,24 @@ void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
   hdf5::label_datasets(group, {"moment"}, "time");
 }
 
-void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::size_t n_nodes,
+/// The tetrahedra of a realization.
+fracture::TetrahedronSpan all_of(const geometry::Realization& mesh) {
+  return {mesh.nodes, mesh.tetrahedra, {}, mesh.material, mesh.map_factor};
+}
+
+void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, const geometry::Realization& mesh,
                   const input::Parameters& parameters) {
   using dynamics::Frame;
+  const std::size_t n_nodes = mesh.nodes.size();
   const hdf5::Handle group = hdf5::create_group(file, "frames");
   // Needed to compute the stress from the displacement.
   hdf5::write_attribute(group, "youngs_modulus", parameters.material().youngs_modulus);
   hdf5::write_attribute(group, "poisson_ratio", parameters.material().poisson_ratio);
-  hdf5::write_attribute(group, "release_time", parameters.fracture.release_time);
+  const auto release_time = fracture::release_times(parameters, all_of(mesh));
+  hdf5::write_attribute(group, "release_time", release_time.is_uniform() ? release_time[0] : 0);
+  if (!release_time.is_uniform())
+    write_column<double>(file, "mesh/release_time", release_time.values(), std::identity(), "s",
+                         "over which the stiffness of each tetrahedron falls");
   write_column<double>(group, "time", frames, &Frame::time, "s");
   write_column<std::int64_t>(group, "broken", frames, &Frame::broken);
   const auto write_field = [&](const char* name, std::vector<float> Frame::*field, const char* units) {
@@ -212,7 +223,7 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::s
 void write_materials(hid_t file, const SampleFileContent& content) {
   const geometry::Realization& mesh = content.realization;
   const input::Parameters& parameters = content.parameters;
-  const fracture::TetrahedronSpan all{mesh.nodes, mesh.tetrahedra, {}, mesh.material, mesh.map_factor};
+  const fracture::TetrahedronSpan all = all_of(mesh);
   // Values that are those of the attributes of /frames, or the only density, are left out.
   const auto write = [&](const char* name, double known, const auto& value_of, const char* units,
                          const char* meaning) {
@@ -252,11 +263,6 @@ void write_materials(hid_t file, const SampleFileContent& content) {
   write(
       "density", first.density, [&](std::size_t t) { return material.density[number(t)]; }, "kg/m^3",
       "density of each tetrahedron");
-  const auto release_time = fracture::fracture_field(parameters, all, &input::Fracture::release_time);
-  write(
-      "release_time", parameters.fracture.release_time,
-      [&](std::size_t t) { return release_time[number(t)]; }, "s",
-      "over which the stiffness of each tetrahedron falls");
   // Frames are from the last dynamic phase.
   if (const double start = content.result.phase_start; !std::isnan(start))
     if (const auto strain = fracture::initial_strain_at(parameters, start, material.elasticity, all);
@@ -364,7 +370,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
       write_stiffness_reductions(id, result.stiffness_reductions);
     write_energy(id, result.energy);
     write_history(id, content.parameters, result.history, result.separated_at, content.crack_history);
-    write_frames(id, result.frames, content.realization.nodes.size(), content.parameters);
+    write_frames(id, result.frames, content.realization, content.parameters);
     write_counts(id, result.counts);
     const hdf5::Handle timing = write_timing(id, content.summary);
     hdf5::write_scalar<double>(timing, "mesh", result.timings.mesh, "s");

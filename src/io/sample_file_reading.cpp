@@ -2,8 +2,8 @@
 #include "crackle/io/sample_file.h"
 
 #include "crackle/analysis/result_list.h"
+#include "crackle/common/checksum.h"
 #include "crackle/common/failure.h"
-#include "crackle/common/file_digest.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/io/ensemble_file.h"
 

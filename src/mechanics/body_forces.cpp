@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/index.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <cmath>
@@ -59,7 +59,7 @@ void mark_driven(const std::vector<PrescribedMotion>& motions, ForcePattern& pat
 
 void add_body_force(const parallel::Communicator& group, const BodyLoad& load,
                     const geometry::Subdomain& subdomain, const std::vector<double>& amount,
-                    BoundaryLoads& loads) {
+                    Conditions& loads) {
   const int number = static_cast<int>(loads.conditions.size());
   auto [condition, magnitude] = shares_of(group, load, subdomain, amount);
   for (int component = 0; component < 3; ++component) {
@@ -88,8 +88,7 @@ void add_body_force(const parallel::Communicator& group, const BodyLoad& load,
 }  // namespace
 
 void add_body_forces(const parallel::Communicator& group, const input::Parameters& parameters,
-                     const geometry::Subdomain& subdomain, const PdsOperators& operators,
-                     BoundaryLoads& loads) {
+                     const geometry::Subdomain& subdomain, const PdsOperators& operators, Conditions& loads) {
   for (const BodyLoad& load : parameters.body_forces())
     add_body_force(group, load, subdomain,
                    load.kind == LoadKind::body_force ? operators.node_volume : operators.node_mass, loads);

@@ -137,7 +137,7 @@ CoarseSpace::CoarseSpace(const parallel::Communicator& group, const geometry::Su
     centre_.push_back(scaled(cells_.centre[c]));
     magnification_.push_back(half_length / cells_.extent[c]);
   }
-  parallel::agree(group);
+  parallel::check_peers(group);
   if (!weight.empty()) parallel::all_reduce(group, weight, MPI_SUM);
   // Sums of integers that fit a double are exact in any order. A moment is less than twice the force.
   const std::int64_t heaviest = weight.empty() ? 1 : std::ranges::max(weight);
@@ -168,7 +168,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const ElasticityField
                             const ResidualStiffness& residual_stiffness) {
   // A tetrahedron's coarse entries are bounded by its stiffness bound times the motions, which are of order
   // 1.
-  parallel::agree(*group_);
+  parallel::check_peers(*group_);
   const double stiffest = parallel::largest_of_all(*group_, stiffness_bound(operators, elasticity));
   const double scale = std::ldexp(1.0, matrix_digits - std::ilogb(stiffest));
 
@@ -177,7 +177,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const ElasticityField
   std::vector<CellNumbers> strain, stress;
   for (std::size_t number = 0; number < operators.tetrahedra.size(); ++number) {
     const auto tetrahedron = static_cast<std::int32_t>(number);
-    if (!residual_stiffness.carries(tetrahedron) || subdomain_->counted[number] == 0) continue;
+    if (!residual_stiffness.carries(tetrahedron) || subdomain_->owned[number] == 0) continue;
     const auto& t = operators.tetrahedra[number];
     corners.shares.clear();
     corners.cells.clear();

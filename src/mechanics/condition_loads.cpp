@@ -51,7 +51,7 @@ ConditionNodes area_shares(LoadedRegion region) {
 }
 
 /// A force, or a traction with the same vector everywhere.
-void add_vector_load(const ConditionOnMesh& place, BoundaryLoads& loads) {
+void add_vector_load(const ConditionOnMesh& place, Conditions& loads) {
   const auto& factor = place.condition.factor;
   LoadedRegion region = loaded_region(place.group, place.region, place.subdomain, factor);
   refuse_factor(place, factor && region.total_area == 0, is_zero_in_region);
@@ -76,7 +76,7 @@ void add_vector_load(const ConditionOnMesh& place, BoundaryLoads& loads) {
   loads.conditions.push_back(area_shares(std::move(region)));
 }
 
-void add_pressure(const ConditionOnMesh& place, BoundaryLoads& loads) {
+void add_pressure(const ConditionOnMesh& place, Conditions& loads) {
   const auto& factor = place.condition.factor;
   LoadedRegion region = loaded_region(place.group, place.region, place.subdomain, factor);
   refuse_factor(place, factor && region.total_area == 0, is_zero_in_region);
@@ -99,10 +99,10 @@ void add_pressure(const ConditionOnMesh& place, BoundaryLoads& loads) {
 }
 
 /// A fix, displacement or velocity.
-void add_motion(const ConditionOnMesh& place, BoundaryLoads& loads) {
+void add_motion(const ConditionOnMesh& place, Conditions& loads) {
   const input::Boundary& condition = place.condition;
   const std::vector<std::int32_t> nodes = nodes_in_region(place.region, place.subdomain);
-  parallel::agree(place.group);
+  parallel::check_peers(place.group);
   const auto n = parallel::all_reduce<std::int64_t>(place.group, std::ssize(nodes), MPI_SUM);
   refuse_empty(place, n == 0, "node");
   for (int component = 0; component < 3; ++component) {
@@ -141,7 +141,7 @@ std::map<geometry::Triangle, std::int32_t> tetrahedra_behind(const geometry::Sub
   return behind;
 }
 
-void add_dashpots(const ConditionOnMesh& place, BoundaryLoads& loads) {
+void add_dashpots(const ConditionOnMesh& place, Conditions& loads) {
   const auto behind = tetrahedra_behind(place.subdomain);
   std::map<std::int32_t, Symmetric> impedance;
   // One component at a time, by the tributary areas weighted with that component of each face.
@@ -164,7 +164,7 @@ void add_dashpots(const ConditionOnMesh& place, BoundaryLoads& loads) {
     absorber.nodes.push_back(node);
     absorber.impedance.push_back(value);
   }
-  parallel::agree(place.group);
+  parallel::check_peers(place.group);
   refuse_empty(place, !parallel::any_of_all(place.group, !absorber.nodes.empty()), "boundary triangle");
   absorber.condition = place.number;
   loads.absorbers.push_back(std::move(absorber));
@@ -173,7 +173,7 @@ void add_dashpots(const ConditionOnMesh& place, BoundaryLoads& loads) {
 
 }  // namespace
 
-void add_condition(const ConditionOnMesh& place, BoundaryLoads& loads) {
+void add_condition(const ConditionOnMesh& place, Conditions& loads) {
   switch (place.condition.kind) {
     case BoundaryKind::force:
     case BoundaryKind::traction:

@@ -4,7 +4,7 @@
 #include "crackle/geometry/condition_region.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 
 #include <vector>
@@ -24,6 +24,6 @@ struct ConditionOnMesh {
 
 /// Adds the loads, motions or dashpots of a condition, and its nodes. Collective.
 /// @throws parallel::AgreedError when its region contains no part of the mesh
-void add_condition(const ConditionOnMesh& place, BoundaryLoads& loads);
+void add_condition(const ConditionOnMesh& place, Conditions& loads);
 
 }  // namespace crackle::mechanics

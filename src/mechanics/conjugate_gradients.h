@@ -40,7 +40,7 @@ public:
 
   /// Solves from zero until the norm of the residual r in the preconditioner's scalar product, sqrt(r . M^-1
   /// r), is at most `tolerance` or NaN, or the matrix turns out not to be positive definite.
-  /// Allocates nothing. Collective; does not agree() before.
+  /// Allocates nothing. Collective; does not call check_peers() before.
   /// @param residual the right-hand side on entry, the residual on return
   Outcome solve(std::span<float> residual, std::span<float> solution, double tolerance, int max_iterations,
                 Start start = Start::afresh) {

@@ -4,7 +4,7 @@
 #include "crackle/geometry/condition_region.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/profile.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>

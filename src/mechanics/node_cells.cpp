@@ -171,7 +171,7 @@ Neighbours neighbours_of(const geometry::Subdomain& subdomain, const Edges& edge
 geometry::Box box_of_all(const parallel::Communicator& group, const geometry::Subdomain& subdomain) {
   geometry::Box box = geometry::nowhere;
   for (const auto& node : subdomain.nodes) box.include(node);
-  parallel::agree(group);
+  parallel::check_peers(group);
   for (std::size_t i = 0; i < 3; ++i) {
     box.lower[i] = -parallel::largest_of_all(group, -box.lower[i]);
     box.upper[i] = parallel::largest_of_all(group, box.upper[i]);
@@ -195,7 +195,7 @@ NodeCells make_node_cells(const parallel::Communicator& group, const geometry::S
       extreme[3 + i] = std::max(extreme[3 + i], subdomain.nodes[n][i]);
     }
   }
-  parallel::agree(group);
+  parallel::check_peers(group);
   parallel::all_reduce(group, extremes, MPI_MAX);
   for (std::size_t c = 0; c < index(division.n_cells); ++c) {
     const double* extreme = &extremes[6 * c];
@@ -227,7 +227,7 @@ NodeCells make_node_cells(const parallel::Communicator& group, const geometry::S
         sums.add(before[index(neighbours.nodes[index(i)])]);
       shares[n] = sums.take();
     }
-    parallel::agree(group);
+    parallel::check_peers(group);
     exchange.update(shares);
   }
   return cells;

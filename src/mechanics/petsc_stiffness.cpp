@@ -56,7 +56,7 @@ PetscStiffness::PetscStiffness(const parallel::Communicator& group, const geomet
     n_blocks += columns_.size();
   }
   parallel::check_room(bytes_per_block * n_blocks + bytes_per_node * number_.size() + bytes_per_matrix);
-  parallel::agree(group);
+  parallel::check_peers(group);
   const PetscInt n = 3 * n_owned_;
   check_petsc(MatCreateSBAIJ(group.get(), 3, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, n_own_columns.data(),
                              0, n_other_columns.data(), matrix_.put()),

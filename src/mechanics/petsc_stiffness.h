@@ -26,7 +26,7 @@ public:
                  const PdsOperators& operators, const ElasticityField& elasticity,
                  const ResidualStiffness& residual_stiffness);
 
-  /// force = K displacement, for owned nodes [N]. Collective; does not agree() before.
+  /// force = K displacement, for owned nodes [N]. Collective; does not call check_peers() before.
   /// @param displacement owned values; ghosts are not read [m]
   /// @throws std::runtime_error with PETSc's message
   void apply(parallel::NodeField& displacement, parallel::NodeField& force) const;
@@ -35,7 +35,7 @@ public:
   /// Local; assemble() must follow before the next product.
   void update(std::span<const std::int32_t> tetrahedra);
 
-  /// Completes the updates of all ranks. Collective; does not agree() before.
+  /// Completes the updates of all ranks. Collective; does not call check_peers() before.
   void assemble();
 
 private:

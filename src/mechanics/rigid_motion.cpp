@@ -27,7 +27,7 @@ Motions motions_at(const geometry::Point& p, int component) {
 }
 
 template <class Term>
-double sum_over_constrained(const parallel::Communicator& group, const BoundaryLoads& loads, Term&& term) {
+double sum_over_constrained(const parallel::Communicator& group, const Conditions& loads, Term&& term) {
   std::vector<double> terms;
   for (const auto& motion : loads.motions)
     for (const auto node : motion.nodes) terms.push_back(term(node, motion.component));
@@ -37,8 +37,7 @@ double sum_over_constrained(const parallel::Communicator& group, const BoundaryL
 }  // namespace
 
 std::vector<std::string> free_rigid_motions(const parallel::Communicator& group,
-                                            const geometry::Subdomain& subdomain,
-                                            const BoundaryLoads& loads) {
+                                            const geometry::Subdomain& subdomain, const Conditions& loads) {
   const auto point = [&](std::int32_t node) { return subdomain.nodes[index(node)]; };
   const double n = sum_over_constrained(group, loads, [](std::int32_t, int) { return 1.0; });
   Vector centre{};

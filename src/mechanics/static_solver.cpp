@@ -110,7 +110,7 @@ public:
     fast_product_.resume();
     refresh_coarse();
     // From here on ranks wait for each other's messages, so none may allocate.
-    parallel::agree(*group_);
+    parallel::check_peers(*group_);
     // The reference is the residual with no free component displaced.
     for (std::size_t i = 0; i < constrained_.size(); ++i)
       unmoved_.local()[i] = constrained_[i] != 0 ? displacement.local()[i] : 0;

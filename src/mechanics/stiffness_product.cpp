@@ -50,7 +50,7 @@ constexpr int retreat = 4;
 /// Approximate upper bound on the stiffness of an edge: about ten tetrahedra meet at one.
 double stiffest(const parallel::Communicator& group, const PdsOperators& operators,
                 const ElasticityField& elasticity) {
-  parallel::agree(group);
+  parallel::check_peers(group);
   const double stiffest = parallel::largest_of_all(group, stiffness_bound(operators, elasticity));
   return stiffest > 0 ? stiffest : 1;
 }

@@ -24,7 +24,7 @@ NodeField::NodeField(const Communicator& group, const NodeLayout& layout) {
   for (const auto& ghost : layout.ghosts)
     ghosts.push_back(static_cast<PetscInt>(layout.first_owned[index(ghost.rank)] + ghost.node));
   check_room(bytes_per_node * layout.number.size() + bytes_per_ghost * ghosts.size() + bytes_per_vector);
-  agree(group);
+  check_peers(group);
   n_owned_ = 3 * index(layout.n_owned);
   check_petsc(VecCreateGhostBlock(group.get(), 3, static_cast<PetscInt>(n_owned_), PETSC_DECIDE,
                                   static_cast<PetscInt>(ghosts.size()), ghosts.data(), global_.put()),

@@ -27,10 +27,10 @@ bool meets(const Side& side, const Point& centre, double half_size) {
 }  // namespace
 
 Side side_between(const Point& from, const Point& to, int part) {
-  const Point way = to - from;
-  const double length = norm(way);
+  const Point arc_length = to - from;
+  const double length = norm(arc_length);
   // Divided, so that the vector of a side along an axis is one of +-1 and 0.
-  return {from, to, {way[0] / length, way[1] / length}, length, part};
+  return {from, to, {arc_length[0] / length, arc_length[1] / length}, length, part};
 }
 
 std::vector<Side> sides_of(const Shape& shape) {
@@ -174,17 +174,18 @@ Cover SideIndex::cover_of(std::span<const Point, extent> points) const {
         // The part of the side's line in the hull, as an interval along the line.
         double from = infinity;
         double to = -infinity;
-        const auto include = [&](double way) {
-          from = std::min(from, way);
-          to = std::max(to, way);
+        const auto include = [&](double arc_length) {
+          from = std::min(from, arc_length);
+          to = std::max(to, arc_length);
         };
         for (std::size_t i = 0; i < points.size(); ++i) {
-          const double way = side.way(points[i]);
-          if (std::abs(height[i]) <= tolerance_) include(way);
+          const double arc_length = side.arc_length(points[i]);
+          if (std::abs(height[i]) <= tolerance_) include(arc_length);
           for (std::size_t j = 0; j < i; ++j)
             if ((height[i] > tolerance_ && height[j] < -tolerance_) ||
                 (height[j] > tolerance_ && height[i] < -tolerance_))
-              include(way + (side.way(points[j]) - way) * (height[i] / (height[i] - height[j])));
+              include(arc_length +
+                      (side.arc_length(points[j]) - arc_length) * (height[i] / (height[i] - height[j])));
         }
         if (std::min(to, side.length) - std::max(from, 0.0) > tolerance_) return Cover::crossing;
       }

@@ -179,8 +179,9 @@ private:
       if (const auto found = cuts_.find({std::min(from, to), std::max(from, to)}); found != cuts_.end()) {
         Path between(found->second.begin(), found->second.end());
         const Point& start = corners_[index(from)];
-        const Point way = corners_[index(to)] - start;
-        std::ranges::sort(between, {}, [&](int number) { return dot(corners_[index(number)] - start, way); });
+        const Point arc_length = corners_[index(to)] - start;
+        std::ranges::sort(between, {},
+                          [&](int number) { return dot(corners_[index(number)] - start, arc_length); });
         result.insert(result.end(), between.begin(), between.end());
       }
       result.push_back(to);

@@ -11,6 +11,7 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/material_field.h"
+#include "crackle/fracture/release.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
@@ -70,7 +71,7 @@ struct Sample {
   geometry::Realization realization;
   geometry::Subdomain subdomain;
   fracture::BreakableBody body;
-  mechanics::BoundaryLoads loads;
+  mechanics::Conditions loads;
 
   explicit Sample(const input::Parameters& input)
       : parameters(input),
@@ -82,9 +83,9 @@ struct Sample {
         loads(mechanics::make_boundary_loads(self, input, subdomain)) {}
 
   std::unique_ptr<fracture::Criterion> criterion(double step) const {
-    return fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(self, parameters, 0, body), step,
-        fracture::fracture_field(parameters, fracture::span_of(subdomain), &input::Fracture::impulse));
+    const auto strengths = fracture::tetrahedron_strengths(self, parameters, 0, body);
+    return fracture::make_criterion(parameters, strengths, step,
+                                    fracture::impulses(self, parameters, 0, body, strengths));
   }
   dynamics::MotionContext context(fracture::Criterion& criterion, double screening_share) {
     return {&self, &body, &loads, &criterion, screening_share};

@@ -4,6 +4,7 @@
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
+#include "crackle/fracture/release.h"
 #include "crackle/input/reader.h"
 
 #include "io/hdf5.h"
@@ -99,8 +100,7 @@ void print_stresses(const std::filesystem::path& path) {
                                  parameters.fracture.release, parameters.fracture.contact);
     body.set_initial_strain(fracture::make_initial_strain(parameters, body.elasticity(), tetrahedra));
     body.set_time(sample.phase_start);
-    const auto release_time =
-        fracture::fracture_field(parameters, tetrahedra, &input::Fracture::release_time);
+    const auto release_time = fracture::release_times(parameters, tetrahedra);
     for (auto& record : releases.breaks)
       if (record.load_time < sample.phase_start) record.phase_time = -infinity;
     body.restore(releases, [&](std::int32_t t, double broke_at) {

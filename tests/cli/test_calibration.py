@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests of jobs/calibrate-release: its interval on synthetic results, and the release time that a small plate was computed with."""
+"""Tests of jobs/calibrate-release: its interval on synthetic results, and the release speed that a small plate was computed with."""
 from __future__ import annotations
 
 import argparse
@@ -24,35 +24,35 @@ from crackle_runs import RunError, with_keys  # noqa: E402
 from small_input import small_input  # noqa: E402
 
 OPTIONS = None
-TIMES = np.array([5e-8, 1e-7, 2e-7, 4e-7, 8e-7])
+SPEEDS = np.array([200.0, 400.0, 800.0, 1600.0, 3200.0])
 
 
-def speed(time: np.ndarray) -> np.ndarray:
-    return 700 - 130 * np.log(time / TIMES[0])
+def result(speed: np.ndarray) -> np.ndarray:
+    return 180 + 130 * np.log(speed / SPEEDS[0])
 
 
 class Interval(unittest.TestCase):
-    def test_exact_results_give_the_release_time(self):
-        results = np.repeat(speed(TIMES)[:, None], 5, axis=1)
-        best, low, high = calibrating.release_time(TIMES, results, speed(np.array(3e-7)), 13.0)
-        self.assertAlmostEqual(best / 3e-7, 1, places=12)
-        self.assertAlmostEqual(low / 3e-7, np.exp(-1.96 * 0.1), delta=0.01)
-        self.assertAlmostEqual(high / 3e-7, np.exp(1.96 * 0.1), delta=0.02)
+    def test_exact_results_give_the_release_speed(self):
+        results = np.repeat(result(SPEEDS)[:, None], 5, axis=1)
+        best, low, high = calibrating.release_speed(SPEEDS, results, result(np.array(500.0)), 13.0)
+        self.assertAlmostEqual(best / 500, 1, places=12)
+        self.assertAlmostEqual(low / 500, np.exp(-1.96 * 0.1), delta=0.01)
+        self.assertAlmostEqual(high / 500, np.exp(1.96 * 0.1), delta=0.02)
 
     def test_the_interval_covers_and_says_where_it_ends(self):
         random, covered, n = np.random.default_rng(4), 0, 100
         for _ in range(n):
-            results = speed(TIMES)[:, None] + random.normal(0, 20, 8) + random.normal(0, 10, (5, 8))
-            _, low, high = calibrating.release_time(TIMES, results, random.normal(speed(np.array(2.5e-7)), 15), 15.0)
-            covered += low < 2.5e-7 < high
-        print(f"95 % intervals cover the release time in {covered} of {n} calibrations")
+            results = result(SPEEDS)[:, None] + random.normal(0, 20, 8) + random.normal(0, 10, (5, 8))
+            _, low, high = calibrating.release_speed(SPEEDS, results, random.normal(result(np.array(640.0)), 15), 15.0)
+            covered += low < 640 < high
+        print(f"95 % intervals cover the release speed in {covered} of {n} calibrations")
         self.assertTrue(86 <= covered <= 99)
-        results = np.repeat(speed(TIMES)[:, None], 5, axis=1)
-        self.assertTrue(np.isnan(calibrating.release_time(TIMES, results, 1000.0, 5.0)).all())
-        low, high = calibrating.release_time(TIMES, -results, -speed(TIMES[0]), 20.0)[1:]  # a result that rises with the time
-        self.assertTrue(np.isnan(low) and TIMES[0] < high < 1.5 * TIMES[0])
-        _, low, high = calibrating.release_time(TIMES, results, speed(TIMES[0]), 20.0)
-        self.assertTrue(np.isnan(low) and TIMES[0] < high < 1.5 * TIMES[0])
+        results = np.repeat(result(SPEEDS)[:, None], 5, axis=1)
+        self.assertTrue(np.isnan(calibrating.release_speed(SPEEDS, results, 1000.0, 5.0)).all())
+        low, high = calibrating.release_speed(SPEEDS, -results, -result(SPEEDS[0]), 20.0)[1:]  # a result that falls with the speed
+        self.assertTrue(np.isnan(low) and SPEEDS[0] < high < 1.5 * SPEEDS[0])
+        _, low, high = calibrating.release_speed(SPEEDS, results, result(SPEEDS[0]), 20.0)
+        self.assertTrue(np.isnan(low) and SPEEDS[0] < high < 1.5 * SPEEDS[0])
 
 
 class Command(unittest.TestCase):
@@ -75,20 +75,25 @@ class Command(unittest.TestCase):
                 text = text.replace(old, new)
             (folder / "plate.toml").write_text(text)
 
-            def calibrate(*options: str) -> subprocess.CompletedProcess:
+            def calibrate(*options: str, speeds: tuple[str, ...] = ("--speeds", "400 m/s", "4000 m/s")) -> subprocess.CompletedProcess:
                 return subprocess.run([str(ROOT / "jobs" / "calibrate-release"), str(folder / "plate.toml"), "-o", str(folder / "out"),
-                                       "--program", OPTIONS.program, "--times", "0.1 us", "1 us", *options],
+                                       "--program", OPTIONS.program, *speeds, *options],
                                       capture_output=True, text=True, env=environment(), check=False)
             first = calibrate("--measured", "300 m/s", "--error", "5 m/s")
             self.assertEqual(first.returncode, 0, first.stderr)
             means = [float(mean) for mean in re.findall(r"crack_speed_max ([\d.]+)", first.stdout)]
             print(first.stdout)
             self.assertEqual(len(means), 3)
-            self.assertGreater(means[1], means[2] + 50)  # the release in time reaches the program
+            self.assertGreater(means[2], means[1] + 50)  # the release speed reaches the program
             measured = (means[1] + means[2]) / 2
             second = calibrate("--measured", f"{measured} m/s", "--error", "5 m/s").stdout
-            found = float(re.search(r'release_time = "([\d.]+) us"', second)[1])
-            self.assertAlmostEqual(found, 0.1**0.5, delta=0.002)
+            found = float(re.search(r'release_speed = "([\d.]+) m/s"', second)[1])
+            self.assertAlmostEqual(found, 4000 * 0.1**0.5, delta=10)
+            started = calibrate("--measured", "300 m/s", "--error", "5 m/s", "--samples", "3", speeds=())
+            computed = [float(speed) for speed in re.findall(r"release speed ([\d.]+) m/s", started.stdout)]
+            v, rayleigh = 300, 961.8  # epoxy's with nu = 0.3: Gamma / G = 2
+            self.assertAlmostEqual(computed[2] / (v * (1.9 / (1 - v / rayleigh) ** 1.12) ** (1 / 1.67)), 1, delta=0.02)
+            self.assertAlmostEqual(computed[4] / computed[2], 2, delta=0.01)
             self.assertTrue((folder / "out" / "calibration.png").is_file())
             wrong = calibrate("--measured", "300 m/s", "--error", "5 m/s", "--result", "crack_spead")
             self.assertEqual(wrong.returncode, 1)
@@ -97,7 +102,7 @@ class Command(unittest.TestCase):
             self.assertEqual(wrong.returncode, 1)
             self.assertIn("--measured: 'peak_load' is in N", wrong.stderr)
             for options, reason in ((("--samples", "2"), "three or more"), (("--error=-5 m/s",), "must not be negative"),
-                                    (("--times", "1 us"), "give two or more"), (("--error", "5 N"), "in the unit of --measured")):
+                                    (("--speeds", "900 m/s"), "give two or more"), (("--error", "5 N"), "in the unit of --measured")):
                 refused = calibrate("--measured", "300 m/s", "--error", "5 m/s", *options)
                 self.assertEqual((refused.returncode, refused.stdout), (1, ""))
                 self.assertIn(reason, refused.stderr)

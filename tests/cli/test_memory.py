@@ -10,6 +10,9 @@ import subprocess
 import tempfile
 import unittest
 
+import h5py
+import numpy as np
+
 import survival_fixture
 from survival_fixture import ROOT, environment, mpirun
 
@@ -32,11 +35,12 @@ def setting(name, spacing=None, **values):
 def with_raster(text, file):
     """With a raster of 150 MB of ones over the demo's plate."""
     rows, columns = 15000, 10000
-    header = f"{{'descr': '|u1', 'fortran_order': False, 'shape': ({rows}, {columns}), }}".encode().ljust(117) + b"\n"
-    file.write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes([1]) * (rows * columns))
+    with h5py.File(file, "w") as made:
+        made["ones"] = np.ones((rows, columns), np.uint8)
     return text + f"""
 [material.map]
 file = "{file.name}"
+dataset = "ones"
 of = "stiffness"
 axes = ["z", "y"]
 origin = ["{70 / rows} mm", "{12.25 / columns} mm"]
@@ -77,7 +81,7 @@ class Memory(unittest.TestCase):
     def test_the_estimate_holds(self):
         for name, n_ranks, text in (
                 ("demo", 1, setting("demo.toml")),
-                ("demo, a raster", 1, with_raster(setting("demo.toml"), self.folder / "ones.npy")),
+                ("demo, a raster", 1, with_raster(setting("demo.toml"), self.folder / "ones.h5")),
                 ("between, many frames", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), frames=60, growth=0.05)),
                 ("between, by PETSc", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), growth=0.05,
                                                  integrator='"bilateral4"\nengine = "petsc"')),

@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "cli"), str(ROOT / "tools")]
 
 import command_lines  # noqa: E402
-from crackle_readme import BLOCKS, block, put_block  # noqa: E402
+from crackle_readme import BLOCKS, block, put_block, tests_with_keys  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 PROGRAM = ""
@@ -116,6 +116,9 @@ class Readme(unittest.TestCase):
         result = run_program("stats", "--columns")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(block("results"), result.stdout)
+
+    def test_the_keys_of_usual_tests_are_the_inputs(self):
+        self.assertEqual(block("tests"), tests_with_keys())
 
     def test_the_inputs_shown_are_valid(self):
         examples = [(page, example) for page in pages() for example in fenced(page, "toml")]

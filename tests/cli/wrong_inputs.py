@@ -246,7 +246,7 @@ CASES = [
          "the key is missing; give a toughness such as", "or a strength alone"),
     Case("history that jumps", lambda t: t.set("boundary", "history", '[["0 s", 0], ["1e-303 s", 1]]', 1).drop("boundary", "rate", 1)
          .at("boundary", "history", 1), "boundary[1].history[1][0]", '"1e-303 s" is less than 1e-15 s later than the time before it'),
-    Case("impulse of no unit", lambda t: t.drop("fracture", "impulse"), "fracture.impulse",
+    Case("impulse of no unit", lambda t: t.set("fracture", "impulse", "1e-8"), "fracture.impulse",
          'give a stress^exponent times a time, above 0, such as "1e-8 MPa^2 s"'),
     Case("number for a table", lambda t: t.drop_table("mesh").prepend("mesh = 3"), "mesh",
          "3 is a plain number", "give a table [mesh]"),
@@ -438,6 +438,8 @@ CASES = [
     Case("step over the duration", lambda t: t.set("time", "step", '"1 ms"'), "time.step", "exceeds the duration"),
     Case("too many steps", lambda t: t.set("time", "step", '"1 fs"'), "time.step", "steps"),
     Case("negative release time", lambda t: t.set("fracture", "release_time", '"-1 us"'), "fracture.release_time", "0"),
+    Case("release time and speed", lambda t: t.set("fracture", "release_time", '"1 us"').set("fracture", "release_speed", '"500 m/s"'),
+         "fracture.release_speed", "is given together with release_time; give only one of the two"),
     Case("contact in equilibria", lambda t: t.set("fracture", "contact", '"frictionless"'), "fracture.contact",
          "contact is available in dynamics only"),
     Case("unknown engine", lambda t: t.set("time", "engine", '"PETSc"'), "time.engine",

@@ -74,7 +74,7 @@ inline dynamics::SampleResult break_strip(const parallel::Communicator& group, s
                                           const geometry::Subdomain& subdomain) {
   std::vector<std::int64_t> mine;
   for (std::size_t i = 0; i < subdomain.tetrahedra.size(); ++i) {
-    if (subdomain.counted[i] == 0) continue;
+    if (subdomain.owned[i] == 0) continue;
     double y = 0, z = 0;
     for (const auto node : subdomain.tetrahedra[i]) {
       y += subdomain.nodes[index(node)][1] / 4;

@@ -23,34 +23,10 @@ namespace CRACKLE_TEST_FILE {
 using input::BoundaryKind;
 using input::Face;
 
-/// A bar torn apart from rest, with time-dependent loads and a driven end. It ends before fragments exceed
-/// the range of mixed precision.
 input::Parameters torn_bar() {
-  input::Parameters parameters;
-  parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.materials[0] = test::epoxy();
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
-  parameters.time.start = input::Start::rest;
-  parameters.time.duration = 1.2e-5;
-  parameters.time.step = 2e-8;
-  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::velocity, {true, true, true}));
-  parameters.boundaries.back().value = {0, 0, -1};
-  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 3e6, 22e6}));
-  parameters.boundaries.back().rate = {0, 0, 1e11};
-  parameters.output.frames = 4;
+  auto parameters = test::torn_bar(2e-8);
   parameters.output.history = 1.3e-7;
   parameters.output.probes = {{"middle", {1e-3, 2.1e-3, 6.2e-3}}};
-  return parameters;
-}
-
-/// Loaded slowly, with so little patience that dynamic phases arrest and loading continues.
-input::Parameters pulled_bar() {
-  auto parameters = torn_bar();
-  parameters.time.start = input::Start::quasi_static;
-  parameters.time.arrest = 2.5e-6;
-  parameters.boundaries.clear();
-  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
-  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
   return parameters;
 }
 
@@ -66,7 +42,7 @@ input::Parameters torn_bar_for_longer() {
 /// As pulled_bar, but after a phase has arrested the load grows within a step to 500 times the strength of
 /// the body: the next phase leaves the range of mixed precision.
 input::Parameters jerked_bar() {
-  auto parameters = pulled_bar();
+  auto parameters = test::pulled_bar(torn_bar());
   auto& load = parameters.boundaries.back();
   load.rate = {};
   load.value = {0, 0, 1};
@@ -162,7 +138,7 @@ TEST_F(Checkpoints, ContinueToTheSameBits) {
 
 TEST_F(Checkpoints, KeepWhatDampersRemember) {
   for (const bool is_mixed : {true, false}) {
-    for (auto parameters : {torn_bar(), pulled_bar()}) {
+    for (auto parameters : {torn_bar(), test::pulled_bar(torn_bar())}) {
       parameters.time.integrator = input::Integrator::verlet;
       parameters.time.precision = is_mixed ? input::Precision::mixed : input::Precision::double_;
       parameters.damping = {.mass = 1e4, .bulk = {0.06, 1.2}};
@@ -178,7 +154,7 @@ TEST_F(Checkpoints, KeepWhatFacetsAndTiesReleased) {
   compare("facets", parameters, true);
   parameters.fracture.contact = input::Contact::frictionless;
   compare("facets with contact", parameters, true);
-  parameters = pulled_bar();
+  parameters = test::pulled_bar(torn_bar());
   parameters.fracture.release = input::Release::facet;
   compare("facets, quasi-static", parameters, true);
 }
@@ -188,7 +164,7 @@ TEST_F(Checkpoints, KeepTheTeethThatFell) {
   parameters.fracture.release = input::Release::softening;
   parameters.fracture.toughness = 900;
   compare("softening", parameters, true);
-  parameters = pulled_bar();
+  parameters = test::pulled_bar(torn_bar());
   parameters.time.duration = 3e-5;
   parameters.fracture.release = input::Release::softening;
   parameters.fracture.toughness = 300;
@@ -207,13 +183,16 @@ TEST_F(Checkpoints, KeepReleasesUnderWay) {
   parameters.fracture.release_time = 2e-6;
   parameters.fracture.contact = input::Contact::frictionless;
   compare("release in time with contact", parameters, true);
-  parameters = pulled_bar();
+  parameters = torn_bar();
+  parameters.fracture.release_speed = 400;  // over some 2 us
+  compare("release by a speed", parameters, true);
+  parameters = test::pulled_bar(torn_bar());
   parameters.fracture.release_time = 1e-6;
   compare("release in time, quasi-static", parameters, true);
 }
 
 TEST_F(Checkpoints, KeepTheStrengthsNearCracks) {
-  for (auto parameters : {torn_bar(), pulled_bar()}) {
+  for (auto parameters : {torn_bar(), test::pulled_bar(torn_bar())}) {
     parameters.fracture.toughness = 50;
     parameters.time.step = 1e-8;
     for (const double strength : {45e6, 12e6}) {  // more and less than at cracks
@@ -233,9 +212,9 @@ TEST_F(Checkpoints, KeepWhatBallsBroke) {
 }
 
 TEST_F(Checkpoints, KeepArrestedPhases) {
-  compare("quasi-static", pulled_bar(), false);
-  compare("quasi-static", pulled_bar(), true);
-  auto parameters = pulled_bar();
+  compare("quasi-static", test::pulled_bar(torn_bar()), false);
+  compare("quasi-static", test::pulled_bar(torn_bar()), true);
+  auto parameters = test::pulled_bar(torn_bar());
   parameters.time.precision = input::Precision::double_;
   compare("quasi-static, double", parameters, true);
 }
@@ -250,7 +229,7 @@ TEST_F(Checkpoints, KeepThatMixedNumbersDidNotSuffice) {
 
 /// Mixed precision would suffice for this bar, so no alarm reveals a phase with the wrong precision.
 TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
-  const auto mixed = pulled_bar();
+  const auto mixed = test::pulled_bar(torn_bar());
   auto in_double = mixed;
   in_double.time.precision = input::Precision::double_;
   auto expected = run_sample(world_, in_double, part(world_));
@@ -295,7 +274,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
 /// A run asked to park during quasi-static loading, between a phase restored from its checkpoint and the
 /// phase that the checkpoint continues.
 TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
-  const auto parameters = pulled_bar();
+  const auto parameters = test::pulled_bar(torn_bar());
   const auto whole = run_sample(world_, parameters, part(world_));
   std::vector<std::byte> saved;
   bool is_found = false;
@@ -335,7 +314,7 @@ TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
 }
 
 TEST_F(Checkpoints, OfAnotherSampleOrCutShortAreNotUsed) {
-  const auto parameters = pulled_bar();
+  const auto parameters = test::pulled_bar(torn_bar());
   const auto whole = run_sample(world_, parameters, part(world_));
   std::vector<std::byte> saved;
   int n_looks = 0;

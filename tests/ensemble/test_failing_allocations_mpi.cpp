@@ -109,10 +109,8 @@ using input::BoundaryKind;
 using input::Face;
 
 input::Parameters pulled_bar() {
-  input::Parameters parameters;
-  parameters.specimen.size = {0.002, 0.004, 0.008};
-  parameters.materials[0] = test::epoxy();
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
+  auto parameters = test::brittle({0.002, 0.004, 0.008});
+  parameters.fracture.impulse = 1e5;
   parameters.fracture.release = input::Release::facet;
   parameters.time.duration = 4e-6;
   parameters.time.step = 4e-8;

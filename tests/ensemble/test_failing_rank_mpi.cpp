@@ -88,10 +88,7 @@ class FailingRank : public testing::TestWithParam<std::tuple<input::Release, inp
 
 TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   const parallel::Communicator world(test::group());
-  input::Parameters parameters;
-  parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.materials[0] = test::epoxy();
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  auto parameters = test::brittle({0.002, 0.004, 0.012});
   std::tie(parameters.fracture.release, parameters.time.engine) = GetParam();
   parameters.time.precision = input::Precision::double_;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));

@@ -3,7 +3,7 @@
 // equilibrium.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/stable_step.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"

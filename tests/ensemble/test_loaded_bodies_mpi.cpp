@@ -29,10 +29,7 @@ using input::LoadKind;
 
 /// Quenched and tempered: it breaks by stresses of its own.
 input::Parameters quenched_bar(input::Release release) {
-  input::Parameters parameters;
-  parameters.specimen.size = {0.004, 0.004, 0.012};
-  parameters.materials[0] = {70e9, 0.23, 2500};
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  auto parameters = test::brittle({0.004, 0.004, 0.012}, {70e9, 0.23, 2500});
   parameters.time.duration = 1e-5;
   parameters.time.arrest = 2e-6;
   parameters.output.frames = 2;
@@ -54,10 +51,8 @@ input::Parameters quenched_bar(input::Release release) {
 }
 
 input::Parameters held_bar() {
-  input::Parameters parameters;
-  parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.materials[0] = test::epoxy();
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
+  auto parameters = test::brittle({0.002, 0.004, 0.012});
+  parameters.fracture.impulse = 1e5;
   parameters.time.precision = input::Precision::double_;
   parameters.time.integrator = input::Integrator::verlet;
   parameters.time.duration = 1e-5;

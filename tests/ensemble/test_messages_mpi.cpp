@@ -87,7 +87,7 @@ TEST(SampleGroup, SharesArriveWhole) {
     subdomain.layout.first_owned = {0, 6, 7};
     subdomain.tetrahedra = {{0, 1, 1, rank}};
     subdomain.tetrahedron_number = {11};
-    subdomain.counted = {1};
+    subdomain.owned = {1};
     subdomain.boundary = {{{0, 1, rank}, 8}};
     subdomain.boundary_number = {4};
     subdomain.material = {2};
@@ -118,7 +118,7 @@ TEST(SampleGroup, SharesArriveWhole) {
   EXPECT_EQ(share.layout.first_owned, expected.layout.first_owned);
   EXPECT_EQ(share.tetrahedra, expected.tetrahedra);
   EXPECT_EQ(share.tetrahedron_number, expected.tetrahedron_number);
-  EXPECT_EQ(share.counted, expected.counted);
+  EXPECT_EQ(share.owned, expected.owned);
   ASSERT_EQ(share.boundary.size(), 1u);
   EXPECT_EQ(share.boundary[0].nodes, expected.boundary[0].nodes);
   EXPECT_EQ(share.boundary[0].surface, 8);

@@ -105,7 +105,7 @@ struct Share {
   geometry::Subdomain subdomain;
   input::Parameters parameters;
   fracture::BreakableBody body;
-  mechanics::BoundaryLoads loads;
+  mechanics::Conditions loads;
 };
 
 /// Operands of very different size and kind, so that the scale of one does not suit the next.

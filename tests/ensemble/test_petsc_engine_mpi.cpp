@@ -32,33 +32,10 @@ using input::BoundaryKind;
 using input::Engine;
 using input::Face;
 
-/// A bar torn apart from rest, with time-dependent loads and a driven end.
 input::Parameters torn_bar() {
-  input::Parameters parameters;
-  parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.materials[0] = test::epoxy();
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
-  parameters.time.start = input::Start::rest;
-  parameters.time.duration = 1.2e-5;
-  parameters.time.step = 1e-8;
+  auto parameters = test::torn_bar(1e-8);
   parameters.time.engine = Engine::petsc;
   parameters.time.precision = input::Precision::double_;
-  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::velocity, {true, true, true}));
-  parameters.boundaries.back().value = {0, 0, -1};
-  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 3e6, 22e6}));
-  parameters.boundaries.back().rate = {0, 0, 1e11};
-  parameters.output.frames = 4;
-  return parameters;
-}
-
-/// Loaded slowly, with so little patience that dynamic phases arrest and loading continues.
-input::Parameters pulled_bar() {
-  auto parameters = torn_bar();
-  parameters.time.start = input::Start::quasi_static;
-  parameters.time.arrest = 2.5e-6;
-  parameters.boundaries.clear();
-  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
-  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
   return parameters;
 }
 
@@ -200,7 +177,7 @@ TEST_F(PetscEngine, MovesAsTheDefinitionDoes) {
 }
 
 TEST_F(PetscEngine, BreaksWhatTheFixedPointEngineBreaks) {
-  for (auto parameters : {torn_bar(), pulled_bar()}) {
+  for (auto parameters : {torn_bar(), test::pulled_bar(torn_bar())}) {
     for (const auto release : {input::Release::element, input::Release::facet}) {
       parameters.fracture.release = release;
       parameters.time.engine = Engine::petsc;
@@ -224,9 +201,9 @@ TEST_F(PetscEngine, BreaksWhatTheFixedPointEngineBreaks) {
 }
 
 TEST_F(PetscEngine, HasTheSameBitsOnTheSameNumberOfRanks) {
-  auto parameters = pulled_bar();
+  auto parameters = test::pulled_bar(torn_bar());
   parameters.fracture.release = input::Release::facet;
-  for (const auto& each : {torn_bar(), pulled_bar(), parameters}) {
+  for (const auto& each : {torn_bar(), test::pulled_bar(torn_bar()), parameters}) {
     const auto whole = sample(each);
     const auto again = sample(each);
     const auto pieces = in_pieces(each, false);
@@ -239,7 +216,7 @@ TEST_F(PetscEngine, HasTheSameBitsOnTheSameNumberOfRanks) {
 }
 
 TEST_F(PetscEngine, GoesOnOnAnotherNumberOfRanks) {
-  for (const auto& each : {torn_bar(), pulled_bar()}) {
+  for (const auto& each : {torn_bar(), test::pulled_bar(torn_bar())}) {
     const auto whole = sample(each);
     const auto pieces = in_pieces(each, true);
     if (!world_.is_root()) continue;

@@ -3,8 +3,8 @@
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/connectivity.h"
-#include "crackle/geometry/centroid.h"
-#include "crackle/geometry/interface_numbers.h"
+#include "crackle/geometry/point.h"
+#include "crackle/geometry/realization.h"
 
 #include "support/box_mesh.h"
 #include "support/group.h"
@@ -30,10 +30,7 @@ using input::Face;
 
 /// A bar torn apart from rest by a sudden traction: it breaks in many places.
 input::Parameters torn_bar() {
-  input::Parameters parameters;
-  parameters.specimen.size = {0.002, 0.004, 0.012};
-  parameters.materials[0] = test::epoxy();
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  auto parameters = test::brittle({0.002, 0.004, 0.012});
   parameters.time.start = input::Start::rest;
   parameters.time.duration = 2.5e-5;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
@@ -236,6 +233,9 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithReleaseInTimeAndNucleation) {
   parameters.fracture.nucleation = input::Nucleation::own_stress;
   compare(parameters, 50);
   parameters.fracture.nucleation = input::Nucleation::nodal_mean;
+  parameters.fracture.release_time = {};
+  parameters.fracture.release_speed = 2000;
+  compare(parameters, 50);
   parameters.fracture.release = input::Release::facet;
   parameters.fracture.strength = 12e6;  // less than at cracks
   compare(parameters, 50, {test::hostile_partitions(parameters.specimen.size)[2]});

@@ -15,7 +15,7 @@ namespace crackle::dynamics {
 inline SampleResult in_two_pieces(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain, const SampleControl& given = {}) {
   SampleResult result;
-  parallel::together(group, [&] {
+  parallel::run_collectively(group, [&] {
     std::vector<std::byte> saved;
     bool is_saved = false;
     SampleControl control = given;

@@ -26,8 +26,8 @@ public:
   geometry::Point snapped(const geometry::Point&, double) const override {
     return refuse(), geometry::Point{};
   }
-  geometry::Place place(const std::array<geometry::Point, 4>&) const override {
-    return refuse(), geometry::Place::solid;
+  geometry::Containment classify(const std::array<geometry::Point, 4>&) const override {
+    return refuse(), geometry::Containment::inside;
   }
   std::vector<geometry::SpacingSource> spacing_sources(const input::Mesh&) const override {
     return refuse(), std::vector<geometry::SpacingSource>{};

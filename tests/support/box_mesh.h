@@ -131,6 +131,43 @@ inline input::Boundary boundary(input::Face face, input::BoundaryKind kind,
   return condition;
 }
 
+/// A body of epoxy, or of another material, that breaks at 35 MPa.
+inline input::Parameters brittle(const Vector& size, const input::Material& material = epoxy()) {
+  input::Parameters parameters;
+  parameters.specimen.size = size;
+  parameters.materials[0] = material;
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  parameters.time.duration = 4e-5;
+  return parameters;
+}
+
+/// A bar torn apart from rest, with time-dependent loads and a driven end. It ends before fragments exceed
+/// the range of mixed precision.
+inline input::Parameters torn_bar(double time_step) {
+  using input::BoundaryKind;
+  using input::Face;
+  auto parameters = brittle({0.002, 0.004, 0.012});
+  parameters.fracture.impulse = 1e5;
+  parameters.time.start = input::Start::rest;
+  parameters.time.duration = 1.2e-5;
+  parameters.time.step = time_step;
+  parameters.boundaries = {boundary(Face::z_min, BoundaryKind::velocity, {true, true, true}, {0, 0, -1}),
+                           boundary(Face::z_max, BoundaryKind::traction, {}, {0, 3e6, 22e6}, {0, 0, 1e11})};
+  parameters.output.frames = 4;
+  return parameters;
+}
+
+/// The bar loaded slowly, with so little patience that dynamic phases arrest and loading continues.
+inline input::Parameters pulled_bar(input::Parameters parameters) {
+  using input::BoundaryKind;
+  using input::Face;
+  parameters.time.start = input::Start::quasi_static;
+  parameters.time.arrest = 2.5e-6;
+  parameters.boundaries = {boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
+                           boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10})};
+  return parameters;
+}
+
 /// Pulled along z by a force that grows by 1 N/s, with symmetry on three faces: the stress is uniform, as in
 /// a bar.
 inline std::vector<input::Boundary> uniform_pull() {

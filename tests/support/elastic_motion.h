@@ -68,7 +68,7 @@ public:
   const parallel::Communicator& self() const { return self_; }
   const geometry::Subdomain& subdomain() const { return subdomain_; }
   const fracture::BreakableBody& body() const { return body_; }
-  const mechanics::BoundaryLoads& loads() const { return loads_; }
+  const mechanics::Conditions& loads() const { return loads_; }
   std::size_t n_nodes() const { return subdomain_.nodes.size(); }
   double mass(std::size_t node) const { return body_.operators().node_mass[node]; }
   double displacement(std::size_t node, std::size_t axis) const {
@@ -99,7 +99,7 @@ private:
   parallel::Communicator self_{MPI_COMM_SELF};
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
-  mechanics::BoundaryLoads loads_;
+  mechanics::Conditions loads_;
   fracture::TulerButcher criterion_;
   dynamics::MotionState state_;
   const dynamics::Splitting& map_;

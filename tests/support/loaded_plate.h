@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/dynamics/quasi_static.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/operators.h"
 
 #include "support/criterion.h"

@@ -257,6 +257,21 @@ TEST(CrackWays, DoNotJumpToWhatOpensAtOnceAheadOfTheFront) {
       20 * mm, 25.5 * mm);
 }
 
+TEST(CrackWays, DoNotCountWhatIsFasterThanARayleighWave) {
+  // A burst of 4 or 6 mm, as where the path passes between branches that have grown side by side.
+  for (const Start& start : starts())
+    for (const double burst : {4 * mm, 6 * mm}) {
+      const auto arrival = [=](double place) {
+        return (place - 0.9 * std::clamp(place - 20 * mm, 0.0, burst)) / 500;
+      };
+      test::FlatCracks made(thickness, step);
+      made.begin(0);
+      made.add(start.tip, start.along + 45, 36 * mm, arrival);
+      EXPECT_NEAR(measure(*start.body, made.surface()).largest, 500, 10) << start.name;
+      EXPECT_GT(measure(*start.body, made.surface(), 1e4).largest, 900) << "it would count";
+    }
+}
+
 TEST(CrackWays, CompareSpeedsWithTheMaterialInWhichTheCrackRuns) {
   // 500 m/s where Rayleigh waves have 1,000, 1,500 m/s where they have 3,000, 800 m/s where they have 1,000.
   const Start start = std::move(starts().front());

@@ -9,9 +9,10 @@
 #include "crackle/cracks/crack_pattern.h"
 #include "crackle/cracks/front_trajectory.h"
 #include "crackle/cracks/section_crossings.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 #include "crackle/mechanics/elasticity.h"
 
+#include "support/job.h"
 #include "support/structured_mesh.h"
 
 #include <gmock/gmock.h>
@@ -251,6 +252,22 @@ TEST(EnsembleWarnings, OnsetsBelowThePeakLoadAreWarnedOf) {
   const auto warnings = ensemble_warnings(rows);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_THAT(warnings[0], testing::HasSubstr("in 1 of 2 samples the load was more than 11 % higher"));
+}
+
+TEST(LongBranches, AreThoseOfALength) {
+  cracks::CrackBranches branches;
+  for (const double length : {0.8e-3, 2.4e-3, 5e-3, 9e-3}) {
+    cracks::BranchingPoint& point = branches.points.emplace_back();
+    point.length = length;
+    point.is_in_space = length < 8e-3;
+  }
+  auto parameters = test::job("your-own-problem.toml");  // 0.6 mm where its crack runs
+  const auto body = geometry::make_body(parameters);
+  EXPECT_DOUBLE_EQ(branch_length(parameters, *body), 2.4e-3);
+  EXPECT_EQ(branches.n_in_space(branch_length(parameters, *body)), 2);
+  parameters.output.branch_length = 3e-3;
+  EXPECT_EQ(branches.n_in_space(branch_length(parameters, *body)), 1);
+  EXPECT_EQ(branches.n_in_space(), 3);
 }
 
 }  // namespace CRACKLE_TEST_FILE

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bodies of several materials: where these are, and realizations that part them exactly.
 #include "crackle/common/stopwatch.h"
-#include "crackle/geometry/centroid.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/partition.h"
+#include "crackle/geometry/point.h"
 #include "crackle/geometry/quality.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/geometry/subdomain.h"

@@ -2,7 +2,7 @@
 // Loads and supports on parts of faces: their location is equal in every realization, to the last digits.
 #include "crackle/geometry/condition_region.h"
 #include "crackle/geometry/symmetry.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 
 #include "support/job.h"
 #include "support/plate_family.h"
@@ -39,7 +39,7 @@ struct Wrench {
 Wrench wrench_of(const input::Parameters& parameters, int condition, std::uint64_t sample) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = test::whole(test::realization(parameters, sample));
-  const BoundaryLoads loads = make_boundary_loads(self, parameters, subdomain);
+  const Conditions loads = make_boundary_loads(self, parameters, subdomain);
   Wrench wrench;
   for (const ForcePattern& pattern : loads.forces) {
     if (pattern.condition != condition) continue;
@@ -172,7 +172,7 @@ TEST(ConditionRegion, WithoutWidthIsALineOfNodes) {
     for (std::uint64_t sample = 0; sample < 3; ++sample) {
       const parallel::Communicator self(MPI_COMM_SELF);
       const auto subdomain = test::whole(test::realization(parameters, sample));
-      const BoundaryLoads loads = make_boundary_loads(self, parameters, subdomain);
+      const Conditions loads = make_boundary_loads(self, parameters, subdomain);
       ASSERT_EQ(loads.forces.size(), 1u);
       const ForcePattern& pattern = loads.forces.front();
       EXPECT_GE(pattern.nodes.size(), 2u);
@@ -238,7 +238,7 @@ fix = ["x", "y", "z"]
   for (std::uint64_t sample = 0; sample < 3; ++sample) {
     const parallel::Communicator self(MPI_COMM_SELF);
     const auto subdomain = test::whole(test::realization(parameters, sample));
-    const BoundaryLoads loads = make_boundary_loads(self, parameters, subdomain);
+    const Conditions loads = make_boundary_loads(self, parameters, subdomain);
     ASSERT_EQ(loads.motions.size(), 3u);
     double lower = 1;
     double upper = 0;
@@ -272,12 +272,12 @@ TEST(ConditionRegion, IsNotCrossedByBoundaryTriangles) {
       parsed(box, held + traction_on("z-max", R"({ y = ["7.5 mm", "12.5 mm"], x = ["1 mm", "2 mm"] })")));
   const auto at = [](double x, double y, double z) { return geometry::Point{x * mm, y * mm, z * mm}; };
   const geometry::Point below = at(1.5, 7.4, 39);
-  EXPECT_EQ(body->place({at(1.2, 7, 40), at(1.8, 7, 40), at(1.5, 8, 40), below}), Place::crossing);
-  EXPECT_EQ(body->place({at(1.2, 7, 40), at(1.8, 7, 40), at(1.5, 7.5, 40), below}), Place::solid)
+  EXPECT_EQ(body->classify({at(1.2, 7, 40), at(1.8, 7, 40), at(1.5, 8, 40), below}), Containment::straddling);
+  EXPECT_EQ(body->classify({at(1.2, 7, 40), at(1.8, 7, 40), at(1.5, 7.5, 40), below}), Containment::inside)
       << "touches it";
-  EXPECT_EQ(body->place({at(0.2, 7, 40), at(0.8, 7, 40), at(0.5, 8, 40), below}), Place::solid)
+  EXPECT_EQ(body->classify({at(0.2, 7, 40), at(0.8, 7, 40), at(0.5, 8, 40), below}), Containment::inside)
       << "beside it";
-  EXPECT_EQ(body->place({at(1.2, 7, 39.5), at(1.8, 7, 40), at(1.5, 8, 40), below}), Place::solid)
+  EXPECT_EQ(body->classify({at(1.2, 7, 39.5), at(1.8, 7, 40), at(1.5, 8, 40), below}), Containment::inside)
       << "with an edge on the face only";
   // The border's points move along it, its corners are fixed.
   EXPECT_EQ(body->movable(at(1.5, 7.5, 40)), 1);
@@ -292,8 +292,9 @@ TEST(ConditionRegion, IsNotCrossedByBoundaryTriangles) {
 
 TEST(ConditionRegion, IsPartOfWhatAMeshFollowsFrom) {
   const auto settings = [](const std::string& region, const char* traction) {
-    return input::body_settings(parsed(box, held + std::string("[[boundary]]\non = \"z-max\"\n") + region +
-                                                "traction = [\"0 MPa\", \"0 MPa\", \"" + traction + "\"]\n"));
+    return input::settings_of(parsed(box, held + std::string("[[boundary]]\non = \"z-max\"\n") + region +
+                                              "traction = [\"0 MPa\", \"0 MPa\", \"" + traction + "\"]\n"),
+                              {input::Affects::body, input::Affects::points});
   };
   const std::string region = "region = { y = [\"7 mm\", \"12 mm\"] }\n";
   EXPECT_EQ(settings(region, "1 MPa"), settings(region, "2 MPa"));

@@ -38,7 +38,7 @@ ValueTable curves(RandomStream& stream, std::size_t n, double scale = 1, double 
   return table;
 }
 
-ValueTable together(const ValueTable& one, const ValueTable& other) {
+ValueTable run_collectively(const ValueTable& one, const ValueTable& other) {
   ValueTable both = one;
   both.values.insert(both.values.end(), other.values.begin(), other.values.end());
   return both;
@@ -175,10 +175,10 @@ TEST_P(ValidRankTest, GivesUniformPValuesToLeftOutSamples) {
   const int n_trials = n == 199 ? 300 : 600;
   for (int trial = 0; trial < n_trials; ++trial) {
     const ValueTable samples = curves(stream, n);
-    const ValueTable table = together(curves(stream, 1), samples);
+    const ValueTable table = run_collectively(curves(stream, 1), samples);
     of_distance.push_back(rank_p_value(distances_of(table)));
     n_small_of_band += envelope(table, 0.95).p_value <= 0.05 ? 1 : 0;
-    of_scaled.push_back(rank_p_value(distances_of(together(curves(stream, 1, 3), samples))));
+    of_scaled.push_back(rank_p_value(distances_of(run_collectively(curves(stream, 1, 3), samples))));
   }
   const std::size_t n_bins = n == 50 ? 17 : 20;  // divisors of n + 1
   const double limit = n == 50 ? 39.3 : 43.8;    // chi-square at 0.001
@@ -202,7 +202,7 @@ TEST(ValidGroupTest, HasItsLevelAndThePowerThatItPromises) {
   const double deviation = std::sqrt(1 + 1.0 / 3 + 0.5);  // of curve(), averaged over the columns
   int by_chance = 0, of_shift = 0, of_scatter = 0;
   const auto is_found = [&](const ValueTable& experiments, const ValueTable& samples) {
-    return group_test(distances_of(together(experiments, samples)), m, 199).p_value() <= 0.05 ? 1 : 0;
+    return group_test(distances_of(run_collectively(experiments, samples)), m, 199).p_value() <= 0.05 ? 1 : 0;
   };
   for (int trial = 0; trial < n_trials; ++trial) {
     const ValueTable samples = curves(stream, n);

@@ -50,16 +50,6 @@ protected:
     return all.empty() ? "" : all[0];
   }
 
-  static std::string png(int width, int height) {
-    std::string text("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0", 18);
-    text += static_cast<char>(width / 256);
-    text += static_cast<char>(width % 256);
-    text += std::string("\0\0", 2);
-    text += static_cast<char>(height / 256);
-    text += static_cast<char>(height % 256);
-    return text;
-  }
-
   test::TemporaryFolder folder_;
 };
 
@@ -67,10 +57,7 @@ TEST_F(ExperimentsFile, HasAllThatWasObserved) {
   write("path.csv", "# a comment\ny_mm,z_mm\n1,2\n2,2\n# another\n4,2\n\n3,3\r\n5,6\n");
   write("tips.csv", "time_us;y_cm;z_cm\n10;0.1;0.2\n20;0.2;0.2\n");
   write("curve.csv", "displacement_um\tload_kN\n0\t0\n5\t0.3\n6\t0.1\n");
-  write("frame.png", png(640, 300));
-  // SOI, a comment with a false frame in it, SOF2.
-  write("frame.jpg",
-        std::string("\xff\xd8\xff\xfe\x00\x06\xff\xc0\x00\x11\xff\xff\xc2\x00\x11\x08\x01\x00\x02\x01", 20));
+  for (const char* picture : {"frame.png", "frame.jpg"}) write(picture, "");
   const auto experiments = read(R"(
 [[experiment]]
 name = "first"
@@ -125,16 +112,12 @@ peak_load = "7 N"
   EXPECT_DOUBLE_EQ(first.time_error, 1e-6);
   EXPECT_NEAR(first.curve.displacement[2], 6e-6, 1e-18);
   ASSERT_THAT(first.pictures, SizeIs(2));
-  EXPECT_EQ(first.pictures[0].width, 640);
-  EXPECT_EQ(first.pictures[0].height, 300);
   EXPECT_TRUE(first.pictures[0].has_dark_field);
   EXPECT_FALSE(first.pictures[0].is_reversed);
   EXPECT_THAT(first.pictures[0].origin, ElementsAre(12, 34.5));
   EXPECT_THAT(first.pictures[0].corner, ElementsAre(DoubleNear(8.275e-3, 1e-15), DoubleNear(20.6e-3, 1e-15)));
   EXPECT_THAT(first.pictures[0].right, ElementsAre(DoubleNear(0, 1e-15), DoubleNear(-0.05e-3, 1e-15)));
   EXPECT_THAT(first.pictures[0].down, ElementsAre(DoubleNear(0.05e-3, 1e-15), DoubleNear(0, 1e-15)));
-  EXPECT_EQ(first.pictures[1].width, 513);
-  EXPECT_EQ(first.pictures[1].height, 256);
   EXPECT_FALSE(first.pictures[1].has_dark_field);
   EXPECT_TRUE(first.pictures[1].is_reversed);
   EXPECT_DOUBLE_EQ(first.pictures[1].scale, 50e-6);
@@ -213,18 +196,12 @@ TEST_F(ExperimentsFile, ErrorsOfCsvFiles) {
 }
 
 TEST_F(ExperimentsFile, ErrorsOfPictures) {
-  const auto error = [&](const std::string& content) {
-    write("a.png", content);
-    return one_error(
-        "[[experiment]]\nname = \"a\"\n[[experiment.picture]]\nfile = \"a.png\"\ntime = \"0 s\"\nscale = \"1 "
-        "mm\"\norigin = [0, 0]\n");
+  const auto error = [&](const std::string& file) {
+    return one_error("[[experiment]]\nname = \"a\"\n[[experiment.picture]]\nfile = \"" + file +
+                     "\"\ntime = \"0 s\"\nscale = \"1 mm\"\norigin = [0, 0]\n");
   };
-  EXPECT_THAT(error("GIF89a"), HasSubstr("experiment[0].picture[0].file: a.png: is neither PNG nor JPEG"));
-  EXPECT_THAT(error(""), HasSubstr("is neither PNG nor JPEG"));
-  EXPECT_THAT(error(png(640, 300).substr(0, 20)), HasSubstr("ends in its header"));
-  EXPECT_THAT(error(png(0, 300)), HasSubstr("has no pixels"));
-  EXPECT_THAT(error("\xff\xd8\xff\xd9"), HasSubstr("a JPEG without a size"));
-  EXPECT_THAT(error("\xff\xd8zz"), HasSubstr("a damaged JPEG"));
+  EXPECT_THAT(error("none.png"), HasSubstr("experiment[0].picture[0].file: none.png: there is no such file"));
+  EXPECT_THAT(error("."), HasSubstr(": is a folder; give the name of a PNG or JPEG file"));
   EXPECT_THAT(errors("[[experiment]]\nname = \"a\"\n[[experiment.picture]]\nfield = \"grey\"\n"),
               ElementsAre(HasSubstr("picture[0].file: the key is missing"),
                           HasSubstr("picture[0].time: the key is missing"),
@@ -243,7 +220,7 @@ TEST_F(ExperimentsFile, ErrorsOfLoads) {
   EXPECT_THAT(error("strength_MPa,peak_load_N\n3,3\n"), HasSubstr("leave one of them out"));
   EXPECT_THAT(error("peak_load_N\n"), EndsWith("has no rows"));
   EXPECT_THAT(error("peak_load_N\n3\n-3\n"),
-              EndsWith("line 3: the load is below 0; loads count along the machine's drive"));
+              EndsWith("line 3: negative load; loads are positive in the machine's direction"));
   EXPECT_THAT(one_error("load_error = \"3 N\"\n[[experiment]]\nname = \"a\"\npeak_load = \"3 N\"\n"),
               HasSubstr("load_error: is for loads"));
   write("loads.csv", "peak_load_N\n3\n");

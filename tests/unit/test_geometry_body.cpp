@@ -232,17 +232,17 @@ TEST(Body, PlacesTetrahedra) {
     return notched.place(
         {{{mm, slot.tip, slot.lower}, {mm, slot.tip, slot.upper}, {0, y, z}, {2 * mm, y, z}}});
   };
-  EXPECT_EQ(with(3 * mm, 6 * mm), Place::solid);
-  EXPECT_EQ(with(mm, 6 * mm), Place::cavity);
-  EXPECT_EQ(with(mm, slot.upper), Place::cavity);
-  EXPECT_EQ(with(mm, 7 * mm), Place::crossing);
+  EXPECT_EQ(with(3 * mm, 6 * mm), Containment::inside);
+  EXPECT_EQ(with(mm, 6 * mm), Containment::outside);
+  EXPECT_EQ(with(mm, slot.upper), Containment::outside);
+  EXPECT_EQ(with(mm, 7 * mm), Containment::straddling);
   // Across the edge of tip and wall, distinguishable only by their diagonals.
   const auto diagonal = [&](double y) {
     return notched.place(
         {{{mm, y, 6.2 * mm}, {0, y, 6.2 * mm}, {mm, 1.8 * mm, 6.5 * mm}, {0, 1.8 * mm, 7 * mm}}});
   };
-  EXPECT_EQ(diagonal(2.5 * mm), Place::solid);
-  EXPECT_EQ(diagonal(2.01 * mm), Place::crossing);
+  EXPECT_EQ(diagonal(2.5 * mm), Containment::inside);
+  EXPECT_EQ(diagonal(2.01 * mm), Containment::straddling);
 }
 
 TEST(Body, Movable) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/centroid.h"
 #include "crackle/geometry/partition.h"
+#include "crackle/geometry/point.h"
 #include "crackle/geometry/subdomain.h"
 
 #include "support/geometry_bodies.h"
@@ -124,7 +124,7 @@ TEST(Subdomain, OnePartIsTheRealization) {
 /// True if a part counts a tetrahedron near a point.
 bool counts_near(const Realization& realization, const Subdomain& part, const Point& place, double distance) {
   for (std::size_t i = 0; i < part.tetrahedra.size(); ++i) {
-    if (part.counted[i] == 0) continue;
+    if (part.owned[i] == 0) continue;
     const auto& t = realization.tetrahedra[index(part.tetrahedron_number[i])];
     if (norm(centroid(realization.nodes, t) - place) < distance) return true;
   }
@@ -153,7 +153,7 @@ void check_split(const Realization& realization, int n_parts, double halo = 0) {
     ASSERT_EQ(part.layout.first_owned.size(), subdomains.size() + 1);
     EXPECT_EQ(part.layout.first_owned[rank + 1] - part.layout.first_owned[rank], part.layout.n_owned);
     ASSERT_EQ(part.tetrahedron_number.size(), part.tetrahedra.size());
-    ASSERT_EQ(part.counted.size(), part.tetrahedra.size());
+    ASSERT_EQ(part.owned.size(), part.tetrahedra.size());
     ASSERT_EQ(part.boundary_number.size(), part.boundary.size());
     const auto first_ghost = part.layout.number.begin() + part.layout.n_owned;
     EXPECT_TRUE(std::is_sorted(part.layout.number.begin(), first_ghost));
@@ -189,7 +189,7 @@ void check_split(const Realization& realization, int n_parts, double halo = 0) {
         EXPECT_TRUE(n_parts > 1 && counts_near(realization, part, centroid(realization.nodes, global),
                                                2 * std::sqrt(3.0) * halo));
       }
-      counted[index(part.tetrahedron_number[i])] += part.counted[i];
+      counted[index(part.tetrahedron_number[i])] += part.owned[i];
     }
     std::vector<std::size_t> seen_boundary(part.nodes.size(), 0);
     for (std::size_t i = 0; i < part.boundary.size(); ++i) {

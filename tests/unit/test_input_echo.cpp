@@ -3,6 +3,7 @@
 // all.
 #include "crackle/common/checksum.h"
 #include "crackle/input/reader.h"
+#include "input/schema.h"
 
 #include "unit/input_samples.h"
 
@@ -10,6 +11,7 @@
 #include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
+#include <array>
 #include <charconv>
 #include <filesystem>
 #include <fstream>
@@ -56,7 +58,8 @@ std::vector<InputTable> full_tables() {
             {"exponent", "1.5"},
             {"impulse", R"("2.5e-7 MPa^1.5 s")"},
             {"accumulation", R"("step")"},
-            {"release", R"("element")"}}},
+            {"release", R"("element")"},
+            {"release_time", R"("0 s")"}}},
           {"[fracture.variation]",
            {{"of", R"("toughness")"},
             {"distribution", R"("weibull")"},
@@ -90,7 +93,11 @@ std::vector<InputTable> full_tables() {
           {"[sections]", {{"y", R"(["7 mm", "9 mm", "12.25 mm"])"}, {"z", R"(["11.5 mm", "30 mm"])"}}},
           {"[[sections.line]]", {{"from", R"(["10 mm", "60 mm"])"}, {"to", R"(["14.5 mm", "-1 mm"])"}}},
           {"[[sections.line]]", {{"from", R"(["2 mm", "3 mm"])"}, {"to", R"(["2 mm", "9 mm"])"}}},
-          {"[output]", {{"frames", "3"}, {"history", R"("0.25 us")"}, {"governing", R"("grip A")"}}},
+          {"[output]",
+           {{"frames", "3"},
+            {"history", R"("0.25 us")"},
+            {"governing", R"("grip A")"},
+            {"branch_length", R"("1.5 mm")"}}},
           {"[[output.probe]]", {{"name", R"("gauge A")"}, {"at", R"(["2.5 mm", "12 mm", "40 mm"])"}}},
           {"[[random]]",
            {{"key", R"("material.density")"},
@@ -178,7 +185,7 @@ std::vector<InputTable> regions() {
   InputTable other = *material;
   other.keys.back().second = R"("layer")";
   for (const auto& key : std::vector<std::pair<std::string, std::string>>{
-           {"strength", R"("50 MPa")"}, {"impulse", R"("1e-7 MPa^2 s")"}, {"release_time", R"("0.5 us")"}})
+           {"strength", R"("50 MPa")"}, {"impulse", R"("1e-7 MPa^2 s")"}, {"release_speed", R"("500 m/s")"}})
     other.keys.push_back(key);
   tables.push_back(other);
   tables.push_back({"[material.variation]",
@@ -292,6 +299,7 @@ TEST(InputEcho, KeepsTheValues) {
   const auto expect_near = [](double a, double b) { EXPECT_NEAR(a, b, 1e-9 * std::abs(b)); };
   expect_near(again.materials[0].youngs_modulus, 210e9);
   expect_near(again.fracture.impulse, 2.5e-7 * 1e9);
+  EXPECT_EQ(again.fracture.release_time, 0);
   ASSERT_TRUE(again.fracture.variation);
   EXPECT_EQ(again.fracture.variation->of, input::Varies::toughness);
   expect_near(again.fracture.variation->modulus, 12.5);
@@ -389,6 +397,51 @@ TEST(InputEcho, ShowsReadableUnitsInAlignedLines) {
   }
 }
 
+/// Which meshes cases share, which samples a folder may keep and what may be random follow from this.
+TEST(InputEcho, EveryKeySaysWhatItAffects) {
+  constexpr std::array words{"run",  "layers",    "draws",  "body",    "points", "place",
+                             "mesh", "materials", "sample", "records", "reading"};
+  std::string table_of_effects;
+  for (const input::Table& table : input::schema()) {
+    table_of_effects += table.path + ":";
+    std::string before;
+    for (const input::Key& key : table.keys) {
+      const std::string word = words.at(static_cast<std::size_t>(key.affects));
+      if (word != before) table_of_effects += (before.empty() ? " " : "; ") + word;
+      before = word;
+      table_of_effects += " " + key.name;
+    }
+    table_of_effects += "\n";
+  }
+  EXPECT_EQ(table_of_effects,
+            R"(ensemble: layers samples; points seed; run ranks_per_sample meshes; draws plan replicates
+ensemble.stop: run half_width confidence min_samples
+specimen: body size thickness outline radius
+specimen.hole: body center radius semi_axes angle polygon
+specimen.notch: body face at depth height from to end
+specimen.region: body material x y z center radius semi_axes angle polygon
+mesh: points spacing notch_spacing growth; mesh perturbation; points min_quality; mesh symmetry; points base; run points
+mesh.region: points x y z spacing
+material: materials name; sample youngs_modulus poisson_ratio density strength toughness fracture_toughness impulse release_time
+material.variation: sample of distribution modulus coefficient_of_variation correlation_length with_strength
+material.map: materials file dataset of axes origin spacing scale checksum
+interface: materials between; sample strength toughness
+fracture: sample strength toughness fracture_toughness length nucleation exponent impulse accumulation release release_time softening teeth contact
+fracture.variation: sample of distribution modulus reference_volume coefficient_of_variation correlation_length
+boundary: place on; points region.x region.y region.z; sample fix force traction velocity displacement pressure absorbing rate history factor.along factor.table name
+load: sample acceleration body_force angular_velocity axis point velocity velocity_gradient center rate history
+initial.stress: sample along surface profile components temperature expansion material history
+time: sample start step duration integrator engine precision arrest after_separation
+damping: sample mass bulk
+sections: reading y z
+sections.line: reading from to
+output: records frames history governing
+output.probe: records name at
+random: draws key distribution mean standard_deviation lower upper mode scale shape
+sweep: sample key values
+)");
+}
+
 /// The keys of the list, as "table.key".
 std::set<std::string> listed_keys() {
   std::set<std::string> keys;
@@ -419,13 +472,26 @@ TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
     if (open != std::string::npos) key.erase(open, key.find(']') - open + 1);
     shown.insert(key);
   }
-  for (const char* unused :
-       {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points",
-        "fracture.toughness", "fracture.fracture_toughness", "fracture.length", "fracture.softening",
-        "fracture.release_time", "fracture.teeth", "fracture.variation.coefficient_of_variation",
-        "material.toughness", "material.fracture_toughness", "material.variation.coefficient_of_variation",
-        "interface.toughness", "initial.stress.material", "time.after_separation", "sweep.key",
-        "sweep.values"}) {
+  for (const char* unused : {"ensemble.stop.half_width",
+                             "ensemble.stop.confidence",
+                             "ensemble.stop.min_samples",
+                             "mesh.points",
+                             "fracture.toughness",
+                             "fracture.fracture_toughness",
+                             "fracture.length",
+                             "fracture.softening",
+                             "fracture.release_speed",
+                             "fracture.teeth",
+                             "fracture.variation.coefficient_of_variation",
+                             "material.toughness",
+                             "material.fracture_toughness",
+                             "material.release_time",
+                             "material.variation.coefficient_of_variation",
+                             "interface.toughness",
+                             "initial.stress.material",
+                             "time.after_separation",
+                             "sweep.key",
+                             "sweep.values"}) {
     shown.insert(unused);
   }
   const auto declared = listed_keys();

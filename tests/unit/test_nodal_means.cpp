@@ -2,8 +2,8 @@
 // Stresses averaged around nodes.
 #include "crackle/fracture/nodal_means.h"
 
-#include "crackle/geometry/centroid.h"
 #include "crackle/geometry/partition.h"
+#include "crackle/geometry/point.h"
 
 #include "support/box_mesh.h"
 

@@ -246,13 +246,13 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
                                      "sections of the folder, or use another folder; " +
                                      look);
   EXPECT_EQ(changed({frames}), of_another +
-                                   "output.frames is 9, not 4; keep the frames of the folder, or use "
-                                   "another folder; frames cannot be changed afterwards");
+                                   "output.frames is 9, not 4; keep the output of the folder, or use "
+                                   "another folder; what is recorded cannot be changed afterwards");
   EXPECT_EQ(changed({sections, frames}),
             of_another +
                 "output.frames is 9, not 4, sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; keep the "
-                "sections and frames of the folder, or use another folder; " +
-                look + "; frames cannot be changed afterwards");
+                "sections and output of the folder, or use another folder; " +
+                look + "; what is recorded cannot be changed afterwards");
   EXPECT_EQ(changed({sections, {"seed = 1", "seed = 2"}}),
             of_another +
                 "ensemble.seed is 2, not 1, sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; use that input, "
@@ -265,7 +265,7 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
           "sections.line[0].from is [1 mm, 2 mm], not absent, sections.line[0].to is [3 mm, 4 mm], not "
           "absent; keep the sections of the folder, or use another folder; use other sections later, "
           "with crackle stats " +
-          folder_.string() + " --sections line=\"1 mm, 2 mm; 3 mm, 4 mm\"");
+          folder_.string() + " --sections y=\"3 mm, 4 mm\" --sections line=\"1 mm, 2 mm; 3 mm, 4 mm\"");
   // Settings that are not sections of the other input yield no sections to show.
   EXPECT_EQ(
       changed({{"face = \"y-min\"", "face = \"z-min\""}, {"y = [\"3 mm\", \"4 mm\"]", "z = [\"3 mm\"]"}}),

@@ -2,8 +2,8 @@
 // The stress averaged over balls.
 #include "crackle/fracture/stress_average.h"
 
-#include "crackle/fracture/principal_stress.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/fracture/equivalent_stress.h"
+#include "crackle/geometry/point.h"
 
 #include "support/box_mesh.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/material_field.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/elasticity.h"
 
 #include "support/box_mesh.h"

@@ -60,9 +60,10 @@ TEST_F(WithoutMpi, SumsAreThoseOfTheProcess) {
 TEST_F(WithoutMpi, FailuresAreAgreedOn) {
   EXPECT_EQ(agree(alone_, [] { return 3; }), 3);
   const auto fail = [] { throw std::runtime_error(std::string(3000, 'x')); };
-  for (const auto& work : {+[](const Communicator&group, void (*step)()) { agree(group, step); },
-                           +[](const Communicator&group, void (*step)()) { agree_on_root(group, step); },
-                           +[](const Communicator&group, void (*step)()) { together(group, step); }}) {
+  for (const auto& work :
+       {+[](const Communicator&group, void (*step)()) { agree(group, step); },
+        +[](const Communicator&group, void (*step)()) { agree_on_root(group, step); },
+        +[](const Communicator&group, void (*step)()) { run_collectively(group, step); }}) {
     try {
       work(alone_, fail);
       ADD_FAILURE();

@@ -31,10 +31,7 @@ using input::LoadKind;
 /// rests on rollers, so that nothing hinders the sides.
 struct Bar {
   explicit Bar(const Vector& size, std::array<int, 3> cells) {
-    parameters.specimen.size = size;
-    parameters.materials[0] = {3300e6, 0, 1180};
-    parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
-    parameters.time.duration = 4e-5;
+    parameters = test::brittle(size, {3300e6, 0, 1180});
     for (const Face face : {Face::x_min, Face::y_min, Face::z_min}) {
       std::array<bool, 3> held{};
       held[index(input::axis_of(face))] = true;
@@ -46,7 +43,7 @@ struct Bar {
   /// Leaves only the edge at the lower end on the rollers of the side, so that the bar can bend.
   void free_side() { parameters.boundaries[1].region[2] = {0, 0}; }
 
-  mechanics::BoundaryLoads loads(const fracture::BreakableBody& body) const {
+  mechanics::Conditions loads(const fracture::BreakableBody& body) const {
     auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
     mechanics::add_body_forces(self, parameters, subdomain, body.operators(), loads);
     return loads;
@@ -279,7 +276,7 @@ TEST(InitialVelocity, LetsARingBreathe) {
 }
 
 /// Moment about x of the forces of all patterns, about the middle of the width [N m].
-double moment(const Bar& bar, const mechanics::BoundaryLoads& loads) {
+double moment(const Bar& bar, const mechanics::Conditions& loads) {
   double sum = 0;
   for (const auto& pattern : loads.forces)
     for (std::size_t i = 0; i < pattern.nodes.size(); ++i)

@@ -2,7 +2,7 @@
 // Boundary conditions in dynamics: motions of part of a face, loads with a history, free flight.
 #include "crackle/common/real.h"
 #include "crackle/dynamics/sample_run.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/rigid_motion.h"
 #include "crackle/parallel/exact_sum.h"
 

@@ -32,16 +32,13 @@ using input::BoundaryKind;
 using input::Face;
 
 input::Parameters notched_plate() {
-  input::Parameters parameters;
-  parameters.specimen.size = {0.003, 0.012, 0.03};
+  auto parameters = test::brittle({0.003, 0.012, 0.03});
   parameters.specimen.notches = {{Face::y_min, 0.013, 0.003, 0.001}, {Face::y_max, 0.017, 0.003, 0.001}};
   parameters.mesh.spacing = 0.0015;
   parameters.mesh.notch_spacing = 0.0005;
   parameters.mesh.growth = 0.1;
   parameters.mesh.perturbation = 0.2;
   parameters.mesh.min_quality = 0.2;
-  parameters.materials[0] = test::epoxy();
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {20, -30, 100}));
   return parameters;

@@ -42,7 +42,7 @@ TEST(Damping, LetsFreeMotionDecayHoweverSlow) {
   const auto mesh = test::make_box({.size = {0.004, 0.006, 0.012}, .cells = {2, 3, 6}, .disturbance = 0.2});
   const auto subdomain = test::whole(mesh);
   fracture::BreakableBody body(subdomain, test::epoxy());
-  const mechanics::BoundaryLoads loads;
+  const mechanics::Conditions loads;
   auto criterion = test::unbreakable(subdomain);
   const double rate = 5000, step = 2e-8;
   const MotionContext context{&self, &body, &loads, &criterion, 1, nullptr, rate};

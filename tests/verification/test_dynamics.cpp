@@ -82,7 +82,7 @@ public:
   std::pair<MotionState, PhaseResult> integrate(const Eigen::VectorXd& start, Integrator integrator,
                                                 double dt, std::int64_t n_steps,
                                                 double initial_velocity = 0) {
-    const mechanics::BoundaryLoads no_loads;
+    const mechanics::Conditions no_loads;
     auto criterion = test::tuler_butcher(unbreakable(), subdomain_);
     const EnergyAccount account(self_, body_);
     MotionState state{parallel::NodeField(self_, subdomain_.layout),

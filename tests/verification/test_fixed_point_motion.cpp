@@ -3,7 +3,7 @@
 // with the plain double-precision dynamics, and no overloaded tetrahedron missed.
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/fracture/tuler_butcher.h"
 
 #include "dynamics/fixed_point_state.h"
@@ -94,7 +94,7 @@ protected:
   geometry::Realization mesh_;
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
-  mechanics::BoundaryLoads loads_;
+  mechanics::Conditions loads_;
   std::unique_ptr<fracture::Criterion> criterion_;
   double dt_ = 0;
 };
@@ -497,7 +497,7 @@ TEST(FixedPointContact, ForcesBeyondTheRangeAreReported) {
   const auto mesh = test::make_box({.size = {0.001, 0.001, 0.001}, .cells = {1, 1, 1}});
   const auto subdomain = test::whole(mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
-  const mechanics::BoundaryLoads loads;
+  const mechanics::Conditions loads;
   auto criterion = test::unbreakable(subdomain, 1e5);
   const auto fails = [&](double closing) {
     fracture::BreakableBody body(subdomain, test::epoxy(), input::Release::element,

@@ -15,14 +15,6 @@ namespace CRACKLE_TEST_FILE {
 using input::BoundaryKind;
 using input::Face;
 
-input::Parameters epoxy_parameters() {
-  input::Parameters parameters;
-  parameters.materials[0] = test::epoxy();
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
-  parameters.time.duration = 4e-5;
-  return parameters;
-}
-
 SampleResult run(const input::Parameters& parameters, const geometry::Realization& mesh) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = test::whole(mesh);
@@ -40,10 +32,9 @@ SampleResult run(const input::Parameters& parameters, const geometry::Realizatio
 
 /// A bar held at the bottom and pulled at the top, with the load growing by 10 N/s.
 input::Parameters pulled_bar() {
-  auto parameters = epoxy_parameters();
+  auto parameters = test::brittle({0.002, 0.004, 0.012});
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
-  parameters.specimen.size = {0.002, 0.004, 0.012};
   return parameters;
 }
 
@@ -111,9 +102,8 @@ TEST(RunAway, BreaksAtTheSameStressesForLargeAndSmallSteps) {
 TEST(Arrest, WedgeOpenedStripCracksInManySteps) {
   // A strip with a slot along half its length, opened by prescribed displacements: the crack unloads itself
   // as it grows, so every pop-in arrests and needs a wider opening to continue.
-  auto parameters = epoxy_parameters();
   const double width = 0.012, length = 0.03;
-  parameters.specimen.size = {0.001, width, length};
+  auto parameters = test::brittle({0.001, width, length});
   for (const auto& [face, sign] : {std::pair{Face::y_max, 1.0}, {Face::y_min, -1.0}}) {
     auto wedge = test::boundary(face, BoundaryKind::displacement, {true, true, true}, {0, sign * 1e-5, 0});
     wedge.region[2] = {0, 0.0021};
@@ -135,8 +125,7 @@ TEST(Arrest, WedgeOpenedStripCracksInManySteps) {
 
 TEST(Separation, IsRecognizedDuringQuasiStaticLoading) {
   // No patience for dynamics: every break is released quasi-statically, until the bar is in two pieces.
-  auto parameters = epoxy_parameters();
-  parameters.specimen.size = {0.002, 0.004, 0.012};
+  auto parameters = test::brittle({0.002, 0.004, 0.012});
   parameters.time.arrest = 1e-30;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));

@@ -23,10 +23,7 @@ constexpr double length = 0.04, width = 0.004, thickness = 0.002;
 class HistoryOfABar : public testing::Test {
 protected:
   HistoryOfABar() {
-    parameters.materials[0] = test::epoxy();
     parameters.materials[0].poisson_ratio = 0;
-    parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
-    parameters.specimen.size = {thickness, width, length};
     parameters.time.duration = 3e-5;
     parameters.output.probes = {{"first", {0.0011, 0.0017, 0.012}}, {"second", {0.0004, 0.0031, 0.028}}};
   }
@@ -40,7 +37,7 @@ protected:
     return run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, test::whole(mesh));
   }
 
-  input::Parameters parameters;
+  input::Parameters parameters = test::brittle({thickness, width, length});
   geometry::Realization mesh;
   int n_cells = 80;
 };

@@ -5,7 +5,7 @@
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 
 #include "support/box_mesh.h"
 #include "support/criterion.h"
@@ -60,13 +60,13 @@ public:
 
 private:
   /// Holds the body at three corners, without any force.
-  mechanics::BoundaryLoads three_points(const geometry::Point& size) const {
+  mechanics::Conditions three_points(const geometry::Point& size) const {
     const auto at = [&](const geometry::Point& p) {
       for (std::int32_t n = 0;; ++n)
         if (norm(subdomain_.nodes[index(n)] - p) < 1e-9) return n;
     };
     const std::int32_t a = at({0, 0, 0}), b = at({0, size[1], 0}), c = at({0, 0, size[2]});
-    mechanics::BoundaryLoads loads;
+    mechanics::Conditions loads;
     loads.motions = {{.component = 0, .is_fixed = true, .curve = {}, .nodes = {a, b, c}},
                      {.component = 1, .is_fixed = true, .curve = {}, .nodes = {a, c}},
                      {.component = 2, .is_fixed = true, .curve = {}, .nodes = {a}}};
@@ -76,7 +76,7 @@ private:
   parallel::Communicator self_{MPI_COMM_SELF};
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
-  mechanics::BoundaryLoads loads_;
+  mechanics::Conditions loads_;
   fracture::TulerButcher criterion_;
 };
 

@@ -2,7 +2,7 @@
 // Bodies for which all fracture laws agree: a bar without a notch fails at the strength, and breaks by an
 // averaged stress attach to the crack.
 #include "crackle/dynamics/sample_run.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 
 #include "support/box_mesh.h"
 

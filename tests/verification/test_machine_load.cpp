@@ -127,10 +127,6 @@ TEST(LoadResults, AreUnknownWithoutAHistory) {
 class PulledBar : public testing::Test {
 protected:
   PulledBar() {
-    parameters.materials[0] = test::epoxy();
-    parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
-    parameters.specimen.size = {0.002, 0.004, 0.012};
-    parameters.time.duration = 4e-5;
     parameters.output.frames = 0;
     parameters.boundaries = {
         test::boundary(Face::z_min, BoundaryKind::fix, all),
@@ -144,7 +140,7 @@ protected:
   static double largest_load(const SampleResult& result) {
     return std::ranges::max_element(result.history, {}, &HistoryRow::load)->load;
   }
-  input::Parameters parameters;
+  input::Parameters parameters = test::brittle({0.002, 0.004, 0.012});
 };
 
 TEST_F(PulledBar, HasItsPeakBeforeItReboundsFromTheGrip) {

@@ -6,7 +6,7 @@
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/fracture/toughness.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 
 #include "support/criterion.h"
 #include "support/job.h"
@@ -81,7 +81,7 @@ struct Composite {
   input::Parameters parameters;
   geometry::Subdomain subdomain;
   fracture::BreakableBody body;
-  mechanics::BoundaryLoads loads;
+  mechanics::Conditions loads;
   fracture::TulerButcher criterion;
 };
 

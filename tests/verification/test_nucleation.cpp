@@ -4,7 +4,7 @@
 #include "crackle/common/real.h"
 #include "crackle/common/vector.h"
 #include "crackle/dynamics/sample_run.h"
-#include "crackle/geometry/centroid.h"
+#include "crackle/geometry/point.h"
 #include "crackle/mechanics/elasticity.h"
 #include "support/box_mesh.h"
 #include "support/job.h"

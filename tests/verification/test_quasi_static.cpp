@@ -22,14 +22,6 @@ namespace CRACKLE_TEST_FILE {
 using input::BoundaryKind;
 using input::Face;
 
-input::Parameters epoxy_parameters() {
-  input::Parameters parameters;
-  parameters.materials[0] = test::epoxy();
-  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
-  parameters.time.duration = 4e-5;
-  return parameters;
-}
-
 /// Pieces of a body after these breaks, with release by elements.
 std::set<std::int64_t> pieces_after(const geometry::Subdomain& subdomain,
                                     std::span<const fracture::Break> breaks) {
@@ -44,11 +36,10 @@ class StableBreaks : public ::testing::TestWithParam<input::Release> {};
 
 TEST_P(StableBreaks, ByTheHundredCloseTheEnergyAccount) {
   // A wedge opens a strip; no patience for dynamics, so every break is followed by an equilibrium.
-  auto parameters = epoxy_parameters();
+  const double width = 0.012, length = 0.02;
+  auto parameters = test::brittle({0.002, width, length});
   parameters.fracture.release = GetParam();
   parameters.time.arrest = 1e-30;
-  const double width = 0.012, length = 0.02;
-  parameters.specimen.size = {0.002, width, length};
   auto wedge = test::boundary(Face::y_max, BoundaryKind::displacement, {false, true, false}, {0, 1e-5, 0});
   wedge.region[2] = {0, 0.0021};
   wedge.history = {{0, 0}, {1000, 1000}};
@@ -90,8 +81,7 @@ INSTANTIATE_TEST_SUITE_P(Releases, StableBreaks,
 TEST(Hinge, ThatIsLeftOverEndsTheSampleAsSeparated) {
   // Two blocks that share a line of nodes and an adjacent column. When the column breaks, the blocks are
   // still in one piece, but the load rotates one about the other.
-  auto parameters = epoxy_parameters();
-  parameters.specimen.size = {0.004, 0.004, 0.012};
+  auto parameters = test::brittle({0.004, 0.004, 0.012});
   parameters.time.arrest = 1e-30;
   parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
                            test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10})};
@@ -129,8 +119,7 @@ class LastHinge : public ::testing::TestWithParam<Drive> {};
 
 TEST_P(LastHinge, EndsTheHistoryAtTheLastBreak) {
   // As above, but driven along one edge of the upper end, which leaves the upper block free to rotate.
-  auto parameters = epoxy_parameters();
-  parameters.specimen.size = {0.004, 0.004, 0.012};
+  auto parameters = test::brittle({0.004, 0.004, 0.012});
   parameters.time.arrest = 1e-30;
   const Vector value = GetParam().kind == BoundaryKind::velocity ? Vector{0, 0, 1e-6} : Vector{};
   const Vector rate = GetParam().kind == BoundaryKind::velocity ? Vector{} : Vector{0, 0, 1e-6};
@@ -167,8 +156,7 @@ INSTANTIATE_TEST_SUITE_P(Drives, LastHinge,
 
 TEST(RigidMotion, ThatConditionsPrescribeIsNoMechanism) {
   // Both ends move sideways together, which causes no strain, while a force pulls the bar apart.
-  auto parameters = epoxy_parameters();
-  parameters.specimen.size = {0.002, 0.004, 0.012};
+  auto parameters = test::brittle({0.002, 0.004, 0.012});
   parameters.time.arrest = 1e-30;
   const auto run = [&](double speed) {
     parameters.boundaries = {
@@ -193,8 +181,7 @@ protected:
       : mesh_(test::make_box({.size = {0.004, 0.004, 0.012}, .cells = {4, 4, 12}, .disturbance = 0.1})),
         subdomain_(test::whole(mesh_)),
         body_(subdomain_, test::epoxy()) {
-    parameters_ = epoxy_parameters();
-    parameters_.specimen.size = {0.004, 0.004, 0.012};
+    parameters_ = test::brittle({0.004, 0.004, 0.012});
     parameters_.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
     parameters_.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 10}));
     loads_ = mechanics::make_boundary_loads(self_, parameters_, subdomain_);
@@ -242,7 +229,7 @@ protected:
   geometry::Realization mesh_;
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
-  mechanics::BoundaryLoads loads_;
+  mechanics::Conditions loads_;
   std::int64_t iterations_ = 0;
 };
 

@@ -169,6 +169,9 @@ void for_each_result(Visit&& visit) {
                    "number of branching points in space, seen in windows through the thickness", path, counts,
                    nowhere, "branching in space", "", 1, "d"},
         &Row::branching_points);
+  visit(ResultInfo{"long_bifurcations", "", "number of those with branches of [output] branch_length or more",
+                   path, counts, in_sweep, "long branches in space", "", 1, "d", "", 7},
+        &Row::long_branching_points);
   visit(ResultInfo{"bifurcations_projected", "",
                    "number of branching points of the crack projected on the plane of the plate", path,
                    counts, in_watch | in_sweep | in_sensitivities, "branching projected", "", 1, "d"},

@@ -47,6 +47,7 @@ struct SampleSummary {
   std::int32_t hole_passage = 0;    ///< likewise
   double overlap = none;            ///< see pattern_overlap
   std::int32_t branching_points = 0;
+  std::int32_t long_branching_points = 0;
   std::int32_t branching_points_projected = 0;
   std::int32_t kinks = 0;
   std::int64_t breaks = 0;
@@ -89,6 +90,9 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
                         const cracks::CrackBranches& branches,
                         const std::vector<cracks::SectionCrossing>& crossings,
                         std::span<const cracks::FrontTrajectory> trajectories);
+
+/// From which branches are long [m]: the input's length, or 4 spacings of the mesh where cracks run.
+double branch_length(const input::Parameters& parameters, const geometry::Body& body);
 
 /// The parts of a body of several materials among which the area of its cracks is divided: the materials by
 /// name, then "interface A-B" of each [[interface]]. Empty if there is only one material.

@@ -3,7 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace crackle {
@@ -20,5 +23,9 @@ inline std::uint64_t checksum(std::span<const std::byte> bytes, std::uint64_t va
 inline std::uint64_t checksum(std::string_view text) {
   return checksum(std::as_bytes(std::span(text)));
 }
+
+/// Size and 64-bit FNV-1a hash of a file's contents, as text: detects accidental, not deliberate differences.
+/// Empty if the file cannot be read.
+std::optional<std::string> file_digest(const std::filesystem::path& file);
 
 }  // namespace crackle

@@ -54,8 +54,10 @@ struct CrackBranches {
   std::int32_t n_projected() const {
     return static_cast<std::int32_t>(std::ranges::count_if(points, &BranchingPoint::is_in_projection));
   }
-  std::int32_t n_in_space() const {
-    return static_cast<std::int32_t>(std::ranges::count_if(points, &BranchingPoint::is_in_space));
+  /// @param least length of the secondary branch [m]
+  std::int32_t n_in_space(double least = 0) const {
+    return static_cast<std::int32_t>(std::ranges::count_if(
+        points, [&](const BranchingPoint& point) { return point.is_in_space && point.length >= least; }));
   }
 };
 

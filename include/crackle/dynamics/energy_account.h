@@ -3,7 +3,7 @@
 
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 
@@ -32,7 +32,7 @@ struct LoadState {
 /// Collective; bitwise equal for any number of ranks.
 /// @param velocity of the motion, or nullptr in equilibrium
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                        const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
+                        const mechanics::Conditions& loads, const parallel::NodeField& displacement,
                         double time, const parallel::NodeField* velocity = nullptr);
 
 /// Strain energy of an equilibrium that is linear in its loads and its initial strain [J].

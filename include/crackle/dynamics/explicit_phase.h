@@ -44,7 +44,7 @@ struct PhaseResult {
   double separated_at = not_a_number;
   double last_break = 0;  ///< time of the last break, likewise [s]
   /// Breaks up to this time count if this is the last phase: at most the duration [s].
-  double counted_time = 0;
+  double end_time = 0;
   std::string note;          ///< reason for an unplanned early end
   double kinetic = 0;        ///< kinetic energy at the end [J]
   double external_work = 0;  ///< external work in the phase [J]
@@ -64,8 +64,8 @@ struct PhaseOptions {
   /// The window counts from the first break of the phase on; without one the phase arrests after its
   /// duration.
   bool awaits_break = false;
-  /// Over which the stiffness of a breaking tetrahedron falls [s]; 0: it is lost at once.
-  mechanics::TetrahedronField<double> release_time{0.0};
+  /// Over which the stiffness of a breaking tetrahedron falls [s]; 0, or nullptr: it is lost at once.
+  const mechanics::TetrahedronField<double>* release_time = nullptr;
   std::optional<double> after_separation = {};  ///< a phase ends this long after separation of the body [s]
   bool ends_out_of_range = false;  ///< after separation, numbers out of range end the phase without a failure
   int n_frames = 0;                ///< frames over the whole duration, including first and last
@@ -92,7 +92,7 @@ struct PhaseOptions {
   /// Receives the partial result of a phase that fails; on every rank, may be empty.
   std::function<void(PhaseResult partial)> on_failure = {};
   /// The context's loads, which end on fragments that come loose; nullptr: they continue.
-  mechanics::BoundaryLoads* ending_loads = nullptr;
+  mechanics::Conditions* ending_loads = nullptr;
   const Checkpoint* from = nullptr;  ///< resumes this checkpoint's running phase
 };
 

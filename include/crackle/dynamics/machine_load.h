@@ -4,7 +4,7 @@
 #include "crackle/common/real.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/sample_result.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 
 #include <span>
 #include <utility>
@@ -35,10 +35,10 @@ struct Load {
 };
 
 /// The machine's load and displacement.
-Load machine_load(const mechanics::BoundaryLoads& loads, const LoadState& state);
+Load machine_load(const mechanics::Conditions& loads, const LoadState& state);
 
 /// The largest force applied by any condition, or reaction of a prescribed motion other than `fix` [N].
-double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state);
+double largest_load(const mechanics::Conditions& loads, const LoadState& state);
 
 /// From the moments of the history; NaN without any.
 LoadResults load_results(const SampleResult& result);

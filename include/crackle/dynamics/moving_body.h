@@ -9,7 +9,7 @@
 #include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/stress_average.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 
@@ -105,7 +105,7 @@ public:
 struct MotionContext {
   const parallel::Communicator* group;
   fracture::BreakableBody* body;
-  const mechanics::BoundaryLoads* loads;
+  const mechanics::Conditions* loads;
   fracture::Criterion* criterion;
   double screening_share =
       1;  ///< of the strength, above which MovingBody::overloaded() reports a tetrahedron

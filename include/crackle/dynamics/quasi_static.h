@@ -7,7 +7,7 @@
 #include "crackle/fracture/crack_vicinity.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/stress_average.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
@@ -21,7 +21,7 @@
 
 namespace crackle::dynamics {
 
-class CarriedShare;
+class StiffnessRatio;
 
 /// How a quasi-static phase ended.
 enum class QuasiStaticEnd {
@@ -44,9 +44,9 @@ public:
   /// @param ending_loads the loads, which end on fragments that come loose; nullptr: they continue
   /// @param vicinity of cracks, on which breaking depends, or nullptr
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                     const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion, double patience,
+                     const mechanics::Conditions& loads, fracture::Criterion& criterion, double patience,
                      fracture::StressAverage* average = nullptr,
-                     mechanics::BoundaryLoads* ending_loads = nullptr,
+                     mechanics::Conditions* ending_loads = nullptr,
                      fracture::CrackVicinity* vicinity = nullptr);
   ~QuasiStaticLoading();
 
@@ -91,6 +91,10 @@ public:
   /// Largest residual of the solves so far, see mechanics::StaticSolver::residual.
   double residual() const { return residual_; }
   const parallel::NodeField& displacement() const { return displacement_; }
+  /// At an instability, by how much a stress exceeds the strength, relative to that, and how long the
+  /// tetrahedron resists [s].
+  double overload() const { return overload_; }
+  double onset_delay() const { return onset_delay_; }
   std::int64_t n_solves() const { return n_solves_; }
   std::int64_t n_iterations() const { return n_iterations_; }
   std::int64_t n_breaks() const { return n_breaks_; }
@@ -156,8 +160,9 @@ private:
   /// All tetrahedra that fail together: that of breaking() or, with softening, all whose load is nearly the
   /// largest.
   std::vector<std::int32_t> all_breaking(const Critical& critical) const;
-  /// True if an overloaded tetrahedron would break before a dynamic phase counts as arrested.
-  bool breaks_soon(std::int32_t tetrahedron, double load) const;
+  /// How long a tetrahedron resists this load, relative to its strength [s].
+  /// @param tetrahedron local number; -1 on ranks that do not hold it
+  double time_to_break(std::int32_t tetrahedron, double load) const;
   /// The tetrahedron at which another one's load is evaluated: itself, or the centre of the ball that
   /// represents it. -1 if it is broken or another rank is responsible.
   std::int32_t place_of(std::int32_t tetrahedron) const;
@@ -165,8 +170,8 @@ private:
 
   const parallel::Communicator* group_;
   fracture::BreakableBody* body_;
-  const mechanics::BoundaryLoads* loads_;
-  mechanics::BoundaryLoads* ending_loads_;
+  const mechanics::Conditions* loads_;
+  mechanics::Conditions* ending_loads_;
   fracture::Criterion* criterion_;
   fracture::StressAverage* average_;
   fracture::CrackVicinity* vicinity_;
@@ -175,7 +180,7 @@ private:
   std::vector<parallel::NodeField> unit_;          // for each force pattern, then for each driven motion
   std::vector<parallel::NodeField> initial_unit_;  // for each part of the initial strain
   std::vector<std::uint8_t> is_solved_;            // of these, with the current stiffness
-  std::unique_ptr<const CarriedShare> carried_share_;
+  std::unique_ptr<const StiffnessRatio> carried_share_;
   parallel::NodeField displacement_;                 // equilibrium at time_
   mutable std::vector<mechanics::Symmetric> means_;  // stresses around nodes there; empty: not computed yet
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
@@ -183,6 +188,7 @@ private:
   double time_ = 0;
   double load_ = 0;  // [N]
   double load_at_first_break_ = not_a_number;
+  double overload_ = 0, onset_delay_ = 0;
   double residual_ = 0;
   std::int64_t n_solves_ = 0;
   std::int64_t n_iterations_ = 0;

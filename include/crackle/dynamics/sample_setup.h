@@ -10,7 +10,7 @@
 #include "crackle/fracture/stress_average.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
@@ -42,10 +42,11 @@ struct SampleSetup {
   const geometry::Subdomain& subdomain;
   fracture::BreakableBody body;
   fracture::BodyWaves waves;
-  mechanics::BoundaryLoads loads;
+  mechanics::Conditions loads;
   const Splitting& splitting;
   double stable_step;  ///< [s]
   TimeGrid grid;
+  mechanics::TetrahedronField<double> release_time;  ///< of each local tetrahedron [s]
   std::unique_ptr<fracture::Criterion> criterion;
   std::unique_ptr<fracture::StressAverage> average;   ///< or none
   std::unique_ptr<fracture::CrackVicinity> vicinity;  ///< or none

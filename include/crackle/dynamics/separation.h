@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
@@ -20,16 +20,16 @@ inline constexpr double separated_share = 0.01;
 /// between them; or if none acts on the largest piece, as below. With fewer than two of them, as
 /// is_separated. Equal on every rank. Collective.
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                 const mechanics::BoundaryLoads& loads);
+                 const mechanics::Conditions& loads);
 
 /// True if the body has separated: two loads or motions act on no common piece, or there is a second piece of
 /// at least separated_share of the volume, or the largest piece has come off the prescribed motions, of which
 /// there are some, and no load acts on it either. Equal on every rank. Collective.
 /// @param labels of the pieces, see fracture::piece_labels()
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                  const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
+                  const mechanics::Conditions& loads, const std::vector<std::int64_t>& labels);
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                  const mechanics::BoundaryLoads& loads);
+                  const mechanics::Conditions& loads);
 
 /// True if every load still acts on a piece with a prescribed motion, and body forces on no other, so that an
 /// equilibrium exists; without
@@ -37,10 +37,10 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
 /// load, so a hinge is enough. Equal on every rank. Collective.
 /// @param labels of the pieces, see fracture::piece_labels()
 bool loads_are_supported(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                         const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
+                         const mechanics::Conditions& loads, const std::vector<std::int64_t>& labels);
 
 /// The same for pieces connected by faces all of whose edges still carry load.
 bool loads_are_supported_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                                  const mechanics::BoundaryLoads& loads);
+                                  const mechanics::Conditions& loads);
 
 }  // namespace crackle::dynamics

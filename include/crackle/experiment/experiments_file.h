@@ -24,7 +24,6 @@ struct Tip {
 /// axis, upwards, their z.
 struct Picture {
   std::filesystem::path file;
-  int width = 0, height = 0;  ///< [pixels]
   double time = 0;            ///< since the crack began to run [s]
   double scale = 0;           ///< [m per pixel]
   plane::Point origin{};      ///< of the experiment's axes: pixels from the left and from the top

@@ -139,8 +139,8 @@ public:
   void restore(const Releases& releases, const RemainingShare& remaining = {});
 
   /// Applies the bridging rule after breaks since the last call; no effect with release by elements.
-  /// Collective; does not agree() before. A rank that fails before its communication throws; the others then
-  /// do nothing.
+  /// Collective; does not call check_peers() before. A rank that fails before its communication throws; the
+  /// others then do nothing.
   /// @param load_time, phase_time of these breaks, for the records
   /// @param strain current strain of a local tetrahedron
   void release_bridges(const parallel::Communicator& group, double load_time, double phase_time,

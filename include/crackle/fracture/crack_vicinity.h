@@ -65,8 +65,8 @@ public:
   /// True if they must for a local tetrahedron now.
   bool needs_mean(std::int32_t tetrahedron) const { return means_ && reached_[index(tetrahedron)] == 0; }
 
-  /// Takes over the broken tetrahedra that were not yet counted as a crack. Collective; does not agree()
-  /// before. A rank that fails before its communication throws; the others then do nothing.
+  /// Takes over the broken tetrahedra that were not yet counted as a crack. Collective; does not call
+  /// check_peers() before. A rank that fails before its communication throws; the others then do nothing.
   /// @param phase_time since the start of the dynamic phase [s]; infinity: all that is broken is a crack
   /// @return the local tetrahedra whose strength has changed, ascending
   std::span<const std::int32_t> update(const parallel::Communicator& group, double phase_time = infinity);

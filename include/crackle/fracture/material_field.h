@@ -27,9 +27,4 @@ struct BodyWaves {
 BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parameters& parameters,
                         const BreakableBody& body);
 
-/// A key of [fracture] for each tetrahedron, such as the impulse: that of its material.
-mechanics::TetrahedronField<double> fracture_field(const input::Parameters& parameters,
-                                                   const TetrahedronSpan& tetrahedra,
-                                                   double input::Fracture::*key);
-
 }  // namespace crackle::fracture

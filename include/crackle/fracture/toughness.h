@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/variation.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
@@ -48,6 +49,8 @@ std::optional<Range> toughness_along_ligaments(const input::Parameters& paramete
 /// any number of ranks.
 std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                                    const mechanics::PdsOperators& operators);
+/// The same at the tetrahedra of a whole realization. Local.
+std::vector<double> local_spacings(const TetrahedronSpan& whole);
 
 /// The spacing that relates strength and toughness of each local tetrahedron: the local one, or the
 /// equivalent of the ball over which stress is averaged [m]. Collective as local_spacings().

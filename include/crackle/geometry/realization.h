@@ -6,7 +6,9 @@
 #include "crackle/geometry/point.h"
 #include "crackle/input/parameters.h"
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace crackle::geometry {
@@ -44,6 +46,17 @@ struct Realization {
   RealizationReport report;
 };
 
+/// Calls work(array) for each array of a Realization, or those that a Subdomain has in common with it.
+template <class Mesh, class Work>
+void for_each_array(Mesh& mesh, const Work& work) {
+  work(mesh.nodes);
+  work(mesh.tetrahedra);
+  work(mesh.boundary);
+  work(mesh.material);
+  work(mesh.interface);
+  work(mesh.map_factor);
+}
+
 /// Perturbs the base points, tessellates them (Delaunay, CGAL) and redraws points locally until the
 /// realization fills the body exactly and every tetrahedron has the minimum quality.
 ///
@@ -72,5 +85,10 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
 /// @return quality of the worst tetrahedron
 /// @throws std::runtime_error naming the first violation with its figures
 double verify(const Realization& realization, const Body& body, double min_quality);
+
+/// Realization::interface, from the other members.
+/// @param pairs of materials
+std::vector<std::uint8_t> interface_numbers(const Realization& realization,
+                                            std::span<const std::array<int, 2>> pairs);
 
 }  // namespace crackle::geometry

@@ -23,7 +23,7 @@ struct Subdomain {
   std::vector<Tetrahedron> tetrahedra;  ///< local node numbers, in ascending order of tetrahedron_number
   std::vector<std::int64_t> tetrahedron_number;  ///< in the realization
   std::vector<std::uint8_t>
-      counted;  ///< 1 on exactly one rank for each tetrahedron: the rank that includes it in sums
+      owned;  ///< 1 on exactly one rank for each tetrahedron: the rank that includes it in sums
   std::vector<BoundaryTriangle> boundary;  ///< local node numbers; every triangle that touches an owned node
   std::vector<std::int64_t> boundary_number;  ///< in the realization, ascending
   std::vector<std::uint8_t> material = {};    ///< per tetrahedron, as in the realization
@@ -45,7 +45,7 @@ struct Subdomain {
 
 /// All parts of a realization, one per rank of the group; one that owns no nodes is empty.
 /// @param halo each part also has all tetrahedra whose centroid is closer than this to that of one that it
-///   counts [m]
+///   owns [m]
 std::vector<Subdomain> split(const Realization& realization, const Partition& partition, double halo = 0);
 
 }  // namespace crackle::geometry

@@ -238,6 +238,7 @@ struct Material {
   double fracture_toughness = 0;            ///< [Pa m^0.5]
   double impulse = 0;                       ///< [Pa^beta s]
   std::optional<double> release_time = {};  ///< [s]
+  double release_speed = 0;                 ///< [m/s]
 };
 
 /// The property that a raster gives for each tetrahedron.
@@ -306,13 +307,16 @@ struct Variation {
 struct Fracture {
   double strength = 0;  ///< sigma_0 [Pa]; 0 if derived from the toughness
   double exponent = 2;  ///< beta
-  double impulse = 0;   ///< K_f [Pa^beta s]
+  double impulse = 0;   ///< K_f [Pa^beta s]; 0: see fracture::impulses
   Accumulation accumulation = Accumulation::cumulative;
   Release release = Release::element;
   SofteningCurve softening = SofteningCurve::linear;
   int teeth = 10;  ///< steps in which a tetrahedron's stiffness decreases
-  /// In dynamic phases, over which the stiffness of a breaking tetrahedron falls to nothing [s]; 0: at once.
-  double release_time = 0;
+  /// In dynamic phases the stiffness of a breaking tetrahedron falls to nothing over this time [s], 0: at
+  /// once, or over its spacing divided by this speed [m/s], 0: not given. At most one of the two is given;
+  /// without either, see fracture::release_speed.
+  std::optional<double> release_time = {};
+  double release_speed = 0;
   Contact contact = Contact::none;
   /// Energy per crack area [J/m^2], from which the strength is derived; 0 if the strength is given. With
   /// softening, given in addition to the strength.
@@ -459,6 +463,7 @@ struct Output {
   /// Interval of history rows in dynamic phases [s]; empty: 1/200 of the duration ("auto").
   std::optional<double> history = {};
   std::vector<Probe> probes = {};
+  double branch_length = 0;  ///< from which branches are long [m]; 0: see analysis::branch_length
   /// Number or name of the boundary condition for the load curve; unset: the driving condition.
   std::variant<std::monostate, int, std::string> governing = {};
 };

@@ -4,6 +4,7 @@
 #include "crackle/input/parameters.h"
 
 #include <filesystem>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -86,6 +87,9 @@ std::string to_string(const std::vector<Setting>& settings);
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,
                          const std::string& name);
 
+/// Sections as with_sections() takes them, in a shell: y="7 mm, 9 mm"
+std::vector<std::string> as_given(const Sections& sections);
+
 /// The keys of all numbers that change: its own, then those that change with it.
 std::vector<std::string> keys_of(const RandomInput& random);
 
@@ -101,15 +105,32 @@ std::string format_value(const RandomInput& random, double value);
 /// @throws std::runtime_error when the text is not such a value
 double read_value(const std::string& text, const std::string& si_unit);
 
+/// What a key of the input changes.
+enum class Affects {
+  run,        ///< how samples are computed and how many, but none of them
+  layers,     ///< the draws if they are in the layers of a Latin hypercube, otherwise the run
+  draws,      ///< the draws of the random inputs
+  body,       ///< its shape
+  points,     ///< the base mother points
+  place,      ///< where a condition acts: its region changes the points; without one, the sample
+  mesh,       ///< what a sample makes of the points
+  materials,  ///< to which material or interface the tetrahedra belong, and their factors
+  sample,     ///< what happens in the mesh
+  records,    ///< what is stored of it
+  reading     ///< what is read off what is stored
+};
+
+/// What the key at a path such as "boundary[1].rate[2]" changes. @pre the schema has it
+Affects affects(const std::string& path);
+
 /// The resolved input, one "key = value unit" line for each key, including defaults.
 std::string echo(const Parameters& parameters);
 
-/// The lines of echo() that determine a sample's results: all but the number of samples, the stopping rule,
-/// the ranks per sample, and the name of the points file.
+/// The lines of echo() that determine a sample's results: all but those that affect the run only.
 std::vector<std::string> sample_settings(const Parameters& parameters);
 
-/// The lines that determine the meshed bodies: specimen, mesh, and the regions of boundary conditions.
-std::vector<std::string> body_settings(const Parameters& parameters);
+/// The lines of echo() with keys that affect one of these.
+std::vector<std::string> settings_of(const Parameters& parameters, std::initializer_list<Affects> affected);
 
 /// Checksum of sample_settings(), as text: inputs with equal checksums have the same samples.
 std::string sample_identity(const Parameters& parameters);

@@ -42,7 +42,7 @@
 namespace crackle::io {
 
 /// Incremented with every change of the file's contents.
-inline constexpr std::int64_t ensemble_schema_version = 6;
+inline constexpr std::int64_t ensemble_schema_version = 7;
 
 /// Rows first..first+rows.size() of the ensemble, written by one rank.
 struct EnsembleBlock {

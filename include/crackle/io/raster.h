@@ -21,7 +21,7 @@ double raster_memory(const input::MaterialMap& map);
 /// A raster of numbers, with its place in the body (input::MaterialMap).
 class Raster {
 public:
-  /// Reads the file of a sample: a dataset of an HDF5 file, an array of NumPy or a picture.
+  /// Reads the file of a sample: a dataset of an HDF5 file, or a picture.
   /// @throws std::runtime_error naming the file when it cannot be read, has another number of dimensions than
   ///   the map has axes, does not cover the body, is not the one whose checksum the map has, or has values in
   ///   other files, or values that were never written

@@ -45,7 +45,10 @@ class TetrahedronOperators {
 public:
   /// @param subdomain its tetrahedra and nodes must outlive the object
   explicit TetrahedronOperators(const geometry::Subdomain& subdomain)
-      : tetrahedra_(subdomain.tetrahedra), places_(subdomain.nodes) {}
+      : TetrahedronOperators(subdomain.tetrahedra, subdomain.nodes) {}
+  TetrahedronOperators(std::span<const geometry::Tetrahedron> tetrahedra,
+                       std::span<const geometry::Point> places)
+      : tetrahedra_(tetrahedra), places_(places) {}
 
   TetrahedronOperator operator[](std::size_t tetrahedron) const {
     const geometry::Tetrahedron& nodes = tetrahedra_[tetrahedron];

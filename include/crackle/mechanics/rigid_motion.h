@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/geometry/subdomain.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 
 #include <string>
@@ -14,6 +14,6 @@ namespace crackle::mechanics {
 /// x" if the body cannot turn; empty if the body is constrained, as an equilibrium requires. Equal on every
 /// rank. Collective.
 std::vector<std::string> free_rigid_motions(const parallel::Communicator& group,
-                                            const geometry::Subdomain& subdomain, const BoundaryLoads& loads);
+                                            const geometry::Subdomain& subdomain, const Conditions& loads);
 
 }  // namespace crackle::mechanics

@@ -33,9 +33,10 @@ std::string current_error();
 /// The same, prefixed with the group's stage; empty if it cannot be allocated.
 std::string current_error(const Communicator& group) noexcept;
 
-/// Declares that this rank has not failed. Call directly before communication within together(). Collective.
+/// Declares that this rank has not failed. Call directly before communication within run_collectively().
+/// Collective.
 /// @throws AgreedError on every rank when any rank has failed
-inline void agree(const Communicator& group) {
+inline void check_peers(const Communicator& group) {
   agree_on_error(group, {});
 }
 
@@ -82,12 +83,12 @@ bool is_being_handled() {
 /// Runs `work`, which communicates over `group`; afterwards either all ranks continue or all throw the same
 /// AgreedError, or one of the exceptions in Common, which `work` throws on all ranks. Collective.
 ///
-/// Communication must be directly preceded by an agreement on `group`: agree(), agree_on_error() or a
+/// Communication must be directly preceded by an agreement on `group`: check_peers(), agree_on_error() or a
 /// function that begins with one. Then a rank may fail anywhere in its local work: it enters the agreement
 /// that the others reach before they would wait for it. `work` must not continue after catching an
 /// AgreedError, or an exception thrown on a single rank.
 template <class... Common, class Work>
-void together(const Communicator& group, Work&& work) {
+void run_collectively(const Communicator& group, Work&& work) {
   std::optional<std::string> error;
   try {
     std::forward<Work>(work)();
@@ -95,7 +96,7 @@ void together(const Communicator& group, Work&& work) {
     throw;
   } catch (...) {
     if (is_being_handled<Common...>()) {
-      agree(group);
+      check_peers(group);
       throw;
     }
     error = current_error(group);

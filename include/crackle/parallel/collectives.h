@@ -32,8 +32,8 @@ void broadcast(const Communicator& group, void* values, int n, MPI_Datatype type
 /// MPI_Allreduce in place; none in a group of one. Collective.
 void reduce_on_all(const Communicator& group, void* values, int n, MPI_Datatype type, MPI_Op operation);
 
-/// Element-wise reduction of the numbers of all ranks, in place on every rank. Collective; does not agree()
-/// before.
+/// Element-wise reduction of the numbers of all ranks, in place on every rank. Collective; does not call
+/// check_peers() before.
 template <class Numbers>
 requires requires {
   typename Numbers::value_type;
@@ -43,7 +43,7 @@ void all_reduce(const Communicator& group, Numbers& numbers, MPI_Op operation) {
                 mpi_type<typename Numbers::value_type>(), operation);
 }
 
-/// The same for one number. Collective; does not agree() before.
+/// The same for one number. Collective; does not call check_peers() before.
 template <class Number>
 requires std::is_arithmetic_v<Number> Number all_reduce(const Communicator& group, Number number,
                                                         MPI_Op operation) {
@@ -52,17 +52,17 @@ requires std::is_arithmetic_v<Number> Number all_reduce(const Communicator& grou
   return numbers[0];
 }
 
-/// The maximum over all ranks, on every rank. Collective; does not agree() before.
+/// The maximum over all ranks, on every rank. Collective; does not call check_peers() before.
 inline double largest_of_all(const Communicator& group, double value) {
   return all_reduce(group, value, MPI_MAX);
 }
 
-/// True on every rank if true on any rank. Collective; does not agree() before.
+/// True on every rank if true on any rank. Collective; does not call check_peers() before.
 inline bool any_of_all(const Communicator& group, bool is_so) {
   return all_reduce(group, is_so ? 1 : 0, MPI_MAX) != 0;
 }
 
-/// The root's value on every rank. Collective; does not agree() before.
+/// The root's value on every rank. Collective; does not call check_peers() before.
 template <class Value>
 requires(std::is_trivially_copyable_v<Value> && !std::is_pointer_v<Value>) Value
     share(const Communicator& group, Value value) {
@@ -74,7 +74,7 @@ requires(std::is_trivially_copyable_v<Value> && !std::is_pointer_v<Value>) Value
 /// agrees before its messages.
 template <class List>
 List share(const Communicator& group, List list) {
-  agree(group);
+  check_peers(group);
   const auto size = share<std::uint64_t>(group, list.size());
   agree(group, [&] { list.resize(size); });
   const auto bytes = std::as_writable_bytes(std::span(list));
@@ -134,8 +134,8 @@ std::vector<Value> gather_all(const Communicator& group, std::span<const Value> 
 }
 
 /// Concatenates the results of find() of all ranks, in rank order, on every rank. If nothing is found, as is
-/// usual, only a small reduction is needed. Collective; does not agree() before. If find() throws on a rank,
-/// it propagates there and the other ranks get an empty result.
+/// usual, only a small reduction is needed. Collective; does not call check_peers() before. If find() throws
+/// on a rank, it propagates there and the other ranks get an empty result.
 template <class Value, class Find>
 std::vector<Value> gather_found(const Communicator& group, const Find& find) {
   enum Found { nothing, something, failure };

@@ -37,8 +37,8 @@ private:
   std::int64_t terms_since_carry_ = 0;
 };
 
-/// The sum of all ranks' integers, rounded to a double: equal on every rank. Collective; does not agree()
-/// before.
+/// The sum of all ranks' integers, rounded to a double: equal on every rank. Collective; does not call
+/// check_peers() before.
 double integer_sum(const Communicator& group, __int128 mine);
 
 /// The sum of all ranks' terms, equal on every rank. Collective.

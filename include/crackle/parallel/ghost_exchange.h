@@ -66,7 +66,7 @@ public:
     ++n_exchanges_;
   }
 
-  /// Updates the ghosts among all values held by this rank. Collective; does not agree() before.
+  /// Updates the ghosts among all values held by this rank. Collective; does not call check_peers() before.
   void update(std::span<Value> local) {
     for (std::size_t i = 0; i < sent_.size(); ++i) sent_[i] = local[index(sent_nodes()[i])];
     begin();

@@ -27,7 +27,8 @@ public:
   std::span<double> owned() { return values_.first(n_owned_); }              ///< 3 n_owned
   std::span<const double> owned() const { return values_.first(n_owned_); }  ///< 3 n_owned
 
-  /// Sends owned values to the ranks that hold them as ghosts. Collective; does not agree() before.
+  /// Sends owned values to the ranks that hold them as ghosts. Collective; does not call check_peers()
+  /// before.
   void update_ghosts();
 
   /// Informs PETSc that values were written through the spans, before it reads the vector.

@@ -7,7 +7,8 @@
 
 namespace crackle::parallel {
 
-/// The largest magnitude of all ranks' numbers; infinity if one is NaN. Collective; does not agree() before.
+/// The largest magnitude of all ranks' numbers; infinity if one is NaN. Collective; does not call
+/// check_peers() before.
 double largest_magnitude(const Communicator& group, std::span<const double> numbers);
 double largest_magnitude(const Communicator& group, std::span<const float> numbers);
 

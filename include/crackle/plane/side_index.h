@@ -22,7 +22,7 @@ struct Side {
   /// Distance of a point from the side's line [m], positive to the left.
   double height(const Point& p) const { return cross(along, p - from); }
   /// Coordinate of a point along the line [m].
-  double way(const Point& p) const { return dot(along, p - from); }
+  double arc_length(const Point& p) const { return dot(along, p - from); }
 };
 
 /// Location of the convex hull of some points.
@@ -66,10 +66,10 @@ public:
   }
 
   bool is_on(const Side& side, const Point& p) const {
-    const double way = side.way(p);
+    const double arc_length = side.arc_length(p);
     const double height = side.height(p);
-    return height <= tolerance_ && height >= -tolerance_ && way >= -tolerance_ &&
-           way <= side.length + tolerance_;
+    return height <= tolerance_ && height >= -tolerance_ && arc_length >= -tolerance_ &&
+           arc_length <= side.length + tolerance_;
   }
 
 private:

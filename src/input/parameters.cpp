@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/real.h"
 #include "crackle/input/parameters.h"
+
+#include "crackle/common/interpolation.h"
+#include "crackle/common/real.h"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 
 namespace crackle::input {
@@ -56,8 +59,49 @@ Fracture Parameters::fracture_of(std::size_t number) const {
   else if (fracture.fracture_toughness > 0)
     result.toughness = toughness_of(fracture.fracture_toughness, material);
   if (material.impulse > 0) result.impulse = material.impulse;
-  if (material.release_time) result.release_time = *material.release_time;
+  if (material.release_time || material.release_speed > 0) {
+    result.release_time = material.release_time;
+    result.release_speed = material.release_speed;
+  }
   return result;
+}
+
+Vector BodyLoad::at(const Vector& p) const {
+  const Vector arm = p - point;
+  switch (kind) {
+    case LoadKind::angular_velocity: {
+      const Vector along = axis / norm(axis);
+      return (angular_velocity * angular_velocity) * (arm - dot(arm, along) * along);
+    }
+    case LoadKind::velocity_gradient:
+      return {dot(gradient[0], arm), dot(gradient[1], arm), dot(gradient[2], arm)};
+    default:
+      return value;
+  }
+}
+
+std::vector<BodyLoad> Parameters::body_forces() const {
+  std::vector<BodyLoad> forces;
+  std::ranges::copy_if(loads, std::back_inserter(forces),
+                       [](const BodyLoad& load) { return !is_initial(load.kind); });
+  return forces;
+}
+
+std::vector<BodyLoad> Parameters::initial_velocities() const {
+  std::vector<BodyLoad> velocities;
+  std::ranges::copy_if(loads, std::back_inserter(velocities),
+                       [](const BodyLoad& load) { return is_initial(load.kind); });
+  return velocities;
+}
+
+double Profile::at(double coordinate) const {
+  return interpolated(table, coordinate);
+}
+
+double Profile::largest_magnitude() const {
+  double largest = 0;
+  for (const auto& [coordinate, factor] : table) largest = std::max(largest, std::abs(factor));
+  return largest;
 }
 
 }  // namespace crackle::input

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/file_digest.h"
-
 #include "crackle/common/checksum.h"
 
 #include <fmt/format.h>

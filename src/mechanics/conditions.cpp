@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
@@ -36,8 +36,7 @@ std::vector<std::int32_t> tetrahedra_at(const std::vector<PrescribedMotion>& mot
 
 /// Assigns each component of a node to one motion, drops motions left without nodes, and marks loads on
 /// driven components. Collective.
-void assign_shared_components(const parallel::Communicator& group, std::size_t n_owned,
-                              BoundaryLoads& loads) {
+void assign_shared_components(const parallel::Communicator& group, std::size_t n_owned, Conditions& loads) {
   std::vector<std::uint8_t> taken(3 * n_owned);
   for (const bool is_fixed : {true, false}) {
     for (PrescribedMotion& motion : loads.motions) {
@@ -53,7 +52,7 @@ void assign_shared_components(const parallel::Communicator& group, std::size_t n
       if (!motion.factor.empty()) motion.factor.resize(n_kept);
     }
   }
-  parallel::agree(group);
+  parallel::check_peers(group);
   std::erase_if(loads.motions, [&](const PrescribedMotion& motion) {
     return !parallel::any_of_all(group, !motion.nodes.empty());
   });
@@ -84,14 +83,14 @@ double PrescribedMotion::velocity(double time, const StepSpan& step) const {
                               : velocity(time);
 }
 
-double BoundaryLoads::next_kink(double time) const {
+double Conditions::next_kink(double time) const {
   double kink = infinity;
   for (const auto& force : forces) kink = std::min(kink, force.amplitude.next_kink(time));
   for (const auto& motion : motions) kink = std::min(kink, motion.curve.next_kink(time));
   return kink;
 }
 
-bool BoundaryLoads::grows_after(double time) const {
+bool Conditions::grows_after(double time) const {
   const auto grows = [time](const LoadCurve& curve) {
     return curve.slope(time) != 0 || curve.next_kink(time) < infinity;
   };
@@ -101,7 +100,7 @@ bool BoundaryLoads::grows_after(double time) const {
          });
 }
 
-void BoundaryLoads::end_loads(const parallel::Communicator& group, const NodesOfConditions& nodes) {
+void Conditions::end_loads(const parallel::Communicator& group, const NodesOfConditions& nodes) {
   const auto ends = [&](int condition, std::int32_t node) {
     return std::ranges::binary_search(nodes[index(condition)], node);
   };
@@ -111,7 +110,7 @@ void BoundaryLoads::end_loads(const parallel::Communicator& group, const NodesOf
       if (ends(pattern.condition, pattern.nodes[i])) pattern.weight[i] = 0;
     std::vector<double> magnitudes = pattern.weight;
     for (double& weight : magnitudes) weight = std::abs(weight);
-    parallel::agree(group);
+    parallel::check_peers(group);
     pattern.left_weight = parallel::exact_sum(group, magnitudes);
     pattern.left_resultant = parallel::exact_sum(group, pattern.weight);
   }
@@ -128,7 +127,7 @@ void BoundaryLoads::end_loads(const parallel::Communicator& group, const NodesOf
   }
 }
 
-void BoundaryLoads::add_forces(double time, std::span<double> force) const {
+void Conditions::add_forces(double time, std::span<double> force) const {
   for (const auto& pattern : forces) {
     const double amplitude = pattern.amplitude.at(time);
     for (std::size_t i = 0; i < pattern.nodes.size(); ++i) {
@@ -137,7 +136,7 @@ void BoundaryLoads::add_forces(double time, std::span<double> force) const {
   }
 }
 
-void BoundaryLoads::set_displacements(double time, std::span<double> displacement) const {
+void Conditions::set_displacements(double time, std::span<double> displacement) const {
   for (const auto& motion : motions) {
     const double value = motion.displacement(time);
     for (std::size_t i = 0; i < motion.nodes.size(); ++i)
@@ -145,14 +144,14 @@ void BoundaryLoads::set_displacements(double time, std::span<double> displacemen
   }
 }
 
-BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
-                                  const geometry::Subdomain& subdomain) {
+Conditions make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                               const geometry::Subdomain& subdomain) {
   return make_boundary_loads(group, parameters, subdomain,
                              material_field(parameters.materials, subdomain.material));
 }
 
-BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
-                                  const geometry::Subdomain& subdomain, const MaterialField& material) {
+Conditions make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                               const geometry::Subdomain& subdomain, const MaterialField& material) {
   std::vector<Vector> outward;  // of every face
   std::vector<geometry::ConditionRegion> regions;
   parallel::agree(group, [&] {
@@ -160,7 +159,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
     for (const geometry::Face& face : body->faces()) outward.push_back(face.outward);
     regions = geometry::condition_regions(*body, parameters.boundaries);
   });
-  BoundaryLoads loads;
+  Conditions loads;
   for (std::size_t i = 0; i < regions.size(); ++i)
     add_condition(
         {group, subdomain, material, parameters.boundaries[i], static_cast<int>(i), regions[i], outward},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "carried_share.h"
+#include "stiffness_ratio.h"
 
 #include "crackle/common/index.h"
 #include "crackle/dynamics/energy_account.h"
@@ -23,7 +23,7 @@ bool are_zero(const std::vector<double>& factors) {
   return std::ranges::all_of(factors, [](double factor) { return factor == 0; });
 }
 
-std::vector<double> force_factors(const mechanics::BoundaryLoads& loads, double time) {
+std::vector<double> force_factors(const mechanics::Conditions& loads, double time) {
   std::vector<double> factors;
   for (const auto& pattern : loads.forces) factors.push_back(pattern.amplitude.at(time));
   if (!are_zero(factors)) return factors;
@@ -32,7 +32,7 @@ std::vector<double> force_factors(const mechanics::BoundaryLoads& loads, double 
   return factors;
 }
 
-std::vector<double> motion_factors(const mechanics::BoundaryLoads& loads, double time) {
+std::vector<double> motion_factors(const mechanics::Conditions& loads, double time) {
   std::vector<double> factors;
   const auto of_all = [&](const auto& value) {
     factors.clear();
@@ -56,8 +56,8 @@ std::vector<double> superposition(const std::vector<double>& factors,
 
 }  // namespace
 
-CarriedShare::CarriedShare(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                           const mechanics::BoundaryLoads& loads, std::span<const parallel::NodeField> unit)
+StiffnessRatio::StiffnessRatio(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                               const mechanics::Conditions& loads, std::span<const parallel::NodeField> unit)
     : group_(&group), body_(&body), loads_(&loads) {
   const std::size_t n_forces = loads.forces.size();
   const auto motions = unit.subspan(n_forces);
@@ -79,14 +79,14 @@ CarriedShare::CarriedShare(const parallel::Communicator& group, const fracture::
   const double extent = std::ranges::max(box.upper - box.lower);
   std::vector<double> volumes;
   for (std::size_t t = 0; t < body.operators().tetrahedra.size(); ++t)
-    if (body.subdomain().counted[t] != 0) volumes.push_back(body.operators().tetrahedra[t].volume);
-  parallel::agree(group);
+    if (body.subdomain().owned[t] != 0) volumes.push_back(body.operators().tetrahedra[t].volume);
+  parallel::check_peers(group);
   const double largest = parallel::largest_of_all(
       group, std::ranges::max(body.elasticity().values(), {}, &mechanics::IsotropicElasticity::mu).mu);
   bar_stiffness_ = largest * parallel::exact_sum(group, volumes) / (extent * extent);
 }
 
-double CarriedShare::work(std::size_t pattern, const std::vector<double>& displacement) const {
+double StiffnessRatio::work(std::size_t pattern, const std::vector<double>& displacement) const {
   const auto& force = loads_->forces[pattern];
   std::vector<double> terms;
   for (std::size_t n = 0; n < force.nodes.size(); ++n)
@@ -94,15 +94,15 @@ double CarriedShare::work(std::size_t pattern, const std::vector<double>& displa
   return parallel::exact_sum(*group_, terms);
 }
 
-double CarriedShare::intact(const Matrix& of_pairs, const std::vector<double>& factors) {
+double StiffnessRatio::intact(const Matrix& of_pairs, const std::vector<double>& factors) {
   double sum = 0;
   for (std::size_t a = 0; a < factors.size(); ++a)
     for (std::size_t b = 0; b < factors.size(); ++b) sum += factors[a] * factors[b] * of_pairs[a][b];
   return sum;
 }
 
-double CarriedShare::share_of_forces(const std::vector<double>& factors,
-                                     std::span<const parallel::NodeField> unit) const {
+double StiffnessRatio::share_of_forces(const std::vector<double>& factors,
+                                       std::span<const parallel::NodeField> unit) const {
   double squares = 0;
   for (std::size_t k = 0; k < factors.size(); ++k) {
     const double force = factors[k] * loads_->forces[k].total_weight;
@@ -117,8 +117,8 @@ double CarriedShare::share_of_forces(const std::vector<double>& factors,
   return before * stored < done * done ? before * stored / (done * done) : 1;
 }
 
-double CarriedShare::share_of_motions(const std::vector<double>& factors,
-                                      std::span<const parallel::NodeField> unit) const {
+double StiffnessRatio::share_of_motions(const std::vector<double>& factors,
+                                        std::span<const parallel::NodeField> unit) const {
   double squares = 0;
   for (const double factor : factors) squares += factor * factor;
   const double before = intact(stiffness_, factors);
@@ -126,7 +126,7 @@ double CarriedShare::share_of_motions(const std::vector<double>& factors,
   return std::min(1.0, 2 * change_energy(*group_, *body_, superposition(factors, unit)) / before);
 }
 
-double CarriedShare::at(double time, std::span<const parallel::NodeField> unit) const {
+double StiffnessRatio::at(double time, std::span<const parallel::NodeField> unit) const {
   const std::size_t n_forces = loads_->forces.size();
   const std::vector<double> forces = force_factors(*loads_, time), motions = motion_factors(*loads_, time);
   double share = 1;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
@@ -24,13 +24,13 @@ inline constexpr double least_share = mechanics::rounding_allowance;
 /// forces f by the compliance f . u, motions by the stiffness u . K u of the displacement that they cause.
 /// Both give bounds for any admissible u, in equilibrium or not: the compliance is at least (f . u)^2 / (u .
 /// K u), and the stiffness at most u . K u. Hence a share found negligible is truly negligible.
-class CarriedShare {
+class StiffnessRatio {
 public:
   /// References must outlive the object. Collective.
   /// @param unit displacement in the intact body for each force pattern of the loads, then for each driven
   ///   motion
-  CarriedShare(const parallel::Communicator& group, const fracture::BreakableBody& body,
-               const mechanics::BoundaryLoads& loads, std::span<const parallel::NodeField> unit);
+  StiffnessRatio(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                 const mechanics::Conditions& loads, std::span<const parallel::NodeField> unit);
 
   /// Upper bound of the smaller of the two shares; 1 if nothing strained the intact body. Bitwise equal for
   /// any number of ranks. Collective.
@@ -49,7 +49,7 @@ private:
 
   const parallel::Communicator* group_;
   const fracture::BreakableBody* body_;
-  const mechanics::BoundaryLoads* loads_;
+  const mechanics::Conditions* loads_;
   Matrix compliance_;         // work of each force on the displacement due to each force [m/N, or per area]
   Matrix stiffness_;          // work of each motion's reactions on the displacement due to each motion [N/m]
   double bar_stiffness_ = 0;  // of a bar equivalent to the whole body [N/m]

@@ -28,7 +28,7 @@ struct ForcePattern {
   std::vector<double> weight;
   double total_weight = 0;     ///< sum of magnitudes over all ranks, before any of the load has ended
   double resultant = 0;        ///< likewise with signs: force on the body per amplitude
-  int condition = 0;           ///< index into BoundaryLoads::conditions
+  int condition = 0;           ///< index into Conditions::conditions
   bool is_body_force = false;  ///< acts on the whole body, with all pieces that come loose
   /// Per node: true if its component is also prescribed by a motion. The force there acts on the support or
   /// drive, and does no work on the body. Empty: at no node.
@@ -89,7 +89,7 @@ using NodesOfConditions = std::vector<std::vector<std::int32_t>>;
 /// The input's boundary conditions on one subdomain. A condition applies to whole boundary triangles, whose
 /// linear shape functions distribute its loads; to whole mesh edges if its region is a line, or to a node if
 /// it is a point. In every realization their area and centroid are those of geometry::ConditionRegion.
-struct BoundaryLoads {
+struct Conditions {
   std::vector<ForcePattern> forces;
   std::vector<PrescribedMotion> motions;
   std::vector<Absorber> absorbers = {};
@@ -114,16 +114,15 @@ struct BoundaryLoads {
 /// Collective (total areas are summed over the group).
 /// @param material of each tetrahedron, which absorbing faces match
 /// @throws parallel::AgreedError when a condition applies to no node or no area of the body
-BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
-                                  const geometry::Subdomain& subdomain, const MaterialField& material);
+Conditions make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                               const geometry::Subdomain& subdomain, const MaterialField& material);
 /// With the materials of the input as they are, without rasters and variations.
-BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
-                                  const geometry::Subdomain& subdomain);
+Conditions make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                               const geometry::Subdomain& subdomain);
 
 /// Adds the input's body forces, lumped like the masses: a force per mass at a node acts on its mass.
 /// Collective.
 void add_body_forces(const parallel::Communicator& group, const input::Parameters& parameters,
-                     const geometry::Subdomain& subdomain, const PdsOperators& operators,
-                     BoundaryLoads& loads);
+                     const geometry::Subdomain& subdomain, const PdsOperators& operators, Conditions& loads);
 
 }  // namespace crackle::mechanics

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 
 #include <Eigen/Eigenvalues>
 

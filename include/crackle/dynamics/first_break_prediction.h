@@ -4,7 +4,7 @@
 #include "crackle/common/real.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/quasi_static.h"
-#include "crackle/dynamics/wave_outlook.h"
+#include "crackle/dynamics/sample_setup.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
@@ -13,6 +13,22 @@
 #include <string>
 
 namespace crackle::dynamics {
+
+/// An estimate of the waves that the loads of a start from rest send through the body.
+struct WaveOutlook {
+  /// The stress of the waves together, before any reflection [Pa]: surface tractions, density times
+  /// dilatational speed times velocity, body forces over the body's length, each at its largest within the
+  /// duration. Infinite for loads on lines and points and for displacements imposed at once.
+  double stress = 0;
+  double strength = 0;     ///< least of the body [Pa]
+  bool is_sudden = false;  ///< a load is at half its peak when a wave has passed two spacings
+};
+
+/// Not collective: of a setup on one rank.
+WaveOutlook wave_outlook(const SampleSetup& setup);
+
+/// The estimate in a sentence, with advice on sudden loads; empty without any load to judge.
+std::string wave_text(const input::Parameters& parameters, const WaveOutlook& outlook);
 
 /// Extremes of the stress in a body, and its energy.
 struct StressState {
@@ -29,7 +45,7 @@ StressState stress_state(const parallel::Communicator& group, const fracture::Br
 inline constexpr double small_strain = 0.05;
 
 /// Static prediction of the first break under the loads.
-struct LoadOutlook {
+struct FirstBreakPrediction {
   bool breaks = true;      ///< the loads break the body
   bool grows = false;      ///< without a break: the loads grow without bound
   double time = infinity;  ///< of the first break, from the start of loading; infinite without one [s]
@@ -40,19 +56,20 @@ struct LoadOutlook {
 };
 
 /// Loads an unbroken body up to its first break and through the equilibrium after it. Collective.
-LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLoads& loads,
-                        EnergyAccount& account);
+FirstBreakPrediction first_break(QuasiStaticLoading& loading, const mechanics::Conditions& loads,
+                                 EnergyAccount& account);
 
 /// Warning that the loads do not break the body in equilibrium, with the margin and advice; empty if they do.
-std::string weak_load_warning(const LoadOutlook& outlook);
+std::string weak_load_warning(const FirstBreakPrediction& outlook);
 
 /// Warning that a body is strained beyond small strains at the first break; empty if it is not.
-std::string large_strain_warning(const LoadOutlook& outlook);
+std::string large_strain_warning(const FirstBreakPrediction& outlook);
 
 /// Predictions for a start from rest.
 struct RestOutlook {
   WaveOutlook waves;
-  std::optional<LoadOutlook> equilibrium;  ///< if the waves hardly break the body, and it is supported
+  std::optional<FirstBreakPrediction>
+      equilibrium;  ///< if the waves hardly break the body, and it is supported
 };
 
 /// Not collective (runs on one rank).
