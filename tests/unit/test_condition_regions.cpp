@@ -267,7 +267,7 @@ TEST(ConditionRegion, TakesPartInTheSymmetriesOfTheBody) {
 }
 
 TEST(ConditionRegion, IsNotCrossedByBoundaryTriangles) {
-  using geometry::Place;
+  using geometry::Containment;
   const auto body = geometry::make_body(
       parsed(box, held + traction_on("z-max", R"({ y = ["7.5 mm", "12.5 mm"], x = ["1 mm", "2 mm"] })")));
   const auto at = [](double x, double y, double z) { return geometry::Point{x * mm, y * mm, z * mm}; };

@@ -229,7 +229,7 @@ TEST(Body, PlacesTetrahedra) {
   const ExtrudedPlate notched = body({2, 10, 12}, {notch(Face::y_min, 6, 2, 0.5)});
   const testing::SlotFaces slot = testing::slot_faces(notched, 0);
   const auto with = [&](double y, double z) {  // two corners on the tip, two here
-    return notched.place(
+    return notched.classify(
         {{{mm, slot.tip, slot.lower}, {mm, slot.tip, slot.upper}, {0, y, z}, {2 * mm, y, z}}});
   };
   EXPECT_EQ(with(3 * mm, 6 * mm), Containment::inside);
@@ -238,7 +238,7 @@ TEST(Body, PlacesTetrahedra) {
   EXPECT_EQ(with(mm, 7 * mm), Containment::straddling);
   // Across the edge of tip and wall, distinguishable only by their diagonals.
   const auto diagonal = [&](double y) {
-    return notched.place(
+    return notched.classify(
         {{{mm, y, 6.2 * mm}, {0, y, 6.2 * mm}, {mm, 1.8 * mm, 6.5 * mm}, {0, 1.8 * mm, 7 * mm}}});
   };
   EXPECT_EQ(diagonal(2.5 * mm), Containment::inside);
