@@ -44,7 +44,7 @@ void BreakRelease::update_strengths(double phase_time) {
 }
 
 double BreakRelease::remaining(std::int32_t tetrahedron, double since_break) const {
-  const double release_time = release_time_[tetrahedron];
+  const double release_time = release_time_ != nullptr ? (*release_time_)[tetrahedron] : 0;
   if (release_time == 0) return 0;
   return std::max(0.0, 1 - (since_break + time_step_ / 2) / release_time);
 }

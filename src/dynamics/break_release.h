@@ -18,11 +18,10 @@ class BreakRelease {
 public:
   /// The context's members and the motion must outlive the object.
   /// @param load_time time of the load curves at the start of the phase [s]
-  /// @param release_time over which the stiffness of a breaking tetrahedron falls; 0: it is lost at once [s].
-  ///   Must outlive the object
+  /// @param release_time as PhaseOptions::release_time; must outlive the object
   /// @param time_step [s]
   BreakRelease(const MotionContext& context, MovingBody& motion, double load_time,
-               const mechanics::TetrahedronField<double>& release_time, double time_step)
+               const mechanics::TetrahedronField<double>* release_time, double time_step)
       : context_(context),
         motion_(&motion),
         load_time_(load_time),
@@ -55,7 +54,7 @@ private:
   MotionContext context_;
   MovingBody* motion_;
   double load_time_;
-  const mechanics::TetrahedronField<double>& release_time_;
+  const mechanics::TetrahedronField<double>* release_time_;
   double time_step_;
 };
 

@@ -268,7 +268,7 @@ private:
                          .arrest_window = arrest_window,
                          // Loads that change, and waves, may take their time to break a body in equilibrium.
                          .awaits_break = starts_moving(number),
-                         .release_time = setup_.release_time,
+                         .release_time = &setup_.release_time,
                          .ends_out_of_range = parameters_.time.precision == input::Precision::double_,
                          .n_frames = parameters_.output.frames,
                          .history_interval = parameters_.output.history,

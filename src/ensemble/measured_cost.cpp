@@ -97,7 +97,7 @@ public:
     std::int64_t n_polls = 0;
     dynamics::PhaseOptions options;
     options.grid = setup_.grid;
-    options.release_time = setup_.release_time;
+    options.release_time = &setup_.release_time;
     if (parameters_.time.start != input::Start::rest)
       options.arrest_window = dynamics::arrest_window(parameters_, setup_.waves);
     // No frames are stored, but the energies of each are.
