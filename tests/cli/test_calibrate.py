@@ -142,7 +142,7 @@ class Calibrate(unittest.TestCase):
         self.assertRegex(error(few.name, "load.toml"), r"[0-5] draws .* too few .*; 12 or more")
         plain = run(PROGRAM, small_input(samples=2), self.folder / "plain")
         self.assertIn("no random inputs", error(plain.name, "load.toml"))
-        self.assertIn("at least two experiments", error("out", "load.toml", "--between-specimens"))
+        self.assertIn("needs two experiments", error("out", "load.toml", "--between-specimens"))
         (self.folder / "nothing.toml").write_text('[[experiment]]\nname = "a"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n'
                                                   '[[experiment]]\nname = "b"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n')
         self.assertIn("nothing in common", error("out", "nothing.toml"))

@@ -247,7 +247,7 @@ CASES = [
     Case("history that jumps", lambda t: t.set("boundary", "history", '[["0 s", 0], ["1e-303 s", 1]]', 1).drop("boundary", "rate", 1)
          .at("boundary", "history", 1), "boundary[1].history[1][0]", '"1e-303 s" is less than 1e-15 s later than the time before it'),
     Case("impulse of no unit", lambda t: t.set("fracture", "impulse", "1e-8"), "fracture.impulse",
-         'give a stress^exponent times a time, above 0, such as "1e-8 MPa^2 s"'),
+         'give a stress^2 times a time with its unit, in quotes, such as "1e-8 MPa^2 s"'),
     Case("number for a table", lambda t: t.drop_table("mesh").prepend("mesh = 3"), "mesh",
          "3 is a plain number", "give a table [mesh]"),
     Case("single brackets", lambda t: t.drop_table("boundary", 1).header("boundary", "[boundary]"), "boundary",
@@ -590,7 +590,7 @@ CASES = [
          "specimen.notch[2].height", "is too high for a slot of length"),
     Case("round slot without a strength",
          lambda t: with_slot(t.drop("fracture", "strength").set("fracture", "toughness", '"57 J/m^2"'), '["9 mm", "100 mm"]',
-                             '["12 mm", "100 mm"]', 'end = "round"', at=4), "specimen.notch[2].end", "is a smooth surface",
+                             '["12 mm", "100 mm"]', 'end = "round"', at=4), "fracture.toughness", "specimen.notch[2], a smooth surface",
          "give fracture.strength"),
     Case("slot with a face", lambda t: with_slot(t, '["9 mm", "100 mm"]', '["12 mm", "100 mm"]', 'face = "y-min"', at=4),
          "specimen.notch[2].face", "cannot be combined with from and to"),
