@@ -241,10 +241,6 @@ Json statistics_of(const Statistics& statistics, std::span<const SampleSummary> 
   return group;
 }
 
-}  // namespace
-
-namespace {
-
 Json estimate(const Estimate& estimate) {
   return {{"value", estimate.value}, {"lower", estimate.lower}, {"upper", estimate.upper}};
 }

@@ -163,24 +163,6 @@ private:
   std::vector<Vector> force_;
 };
 
-}  // namespace
-
-bool is_flat(const Box& region) {
-  for (std::size_t i = 0; i < 3; ++i)
-    if (region.upper[i] == region.lower[i]) return true;
-  return false;
-}
-
-void repel(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
-           SpacedPoints& points, RandomStream& stream) {
-  Relaxation relaxation(spacing, patch, room, fixed, points);
-  relaxation.run();
-  relaxation.shake(stream);
-  points = relaxation.result();
-}
-
-namespace {
-
 constexpr double candidates_per_point = 3;
 
 double power(double value, bool flat) {
@@ -249,6 +231,20 @@ SpacedPoints start(const SpacingField& spacing, const Patch& patch, const Room& 
 }
 
 }  // namespace
+
+bool is_flat(const Box& region) {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (region.upper[i] == region.lower[i]) return true;
+  return false;
+}
+
+void repel(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
+           SpacedPoints& points, RandomStream& stream) {
+  Relaxation relaxation(spacing, patch, room, fixed, points);
+  relaxation.run();
+  relaxation.shake(stream);
+  points = relaxation.result();
+}
 
 std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch, const Room& room,
                               const SpacedPoints& fixed, RandomStream stream) {

@@ -87,6 +87,31 @@ std::optional<std::string> reason_outside(const Specimen& specimen, const Vector
   return {};
 }
 
+/// Conditions that can be governing: "0 to 3, \"rollers\" or \"grip\"".
+std::string known_conditions(const std::vector<Boundary>& conditions) {
+  std::vector<std::string> known{conditions.size() == 1 ? "0"
+                                                        : fmt::format("0 to {}", conditions.size() - 1)};
+  for (const Boundary& condition : conditions) {
+    const std::string name = fmt::format("\"{}\"", condition.name);
+    if (!condition.name.empty() && std::ranges::find(known, name) == known.end()) known.push_back(name);
+  }
+  return fmt::format("{}", fmt::join(known, ", "));
+}
+
+void check_governing(const Parameters& parameters, Findings& findings) {
+  const auto& governing = parameters.output.governing;
+  const std::vector<Boundary>& conditions = parameters.boundaries;
+  if (findings.faulty("output.governing") || findings.faulty("boundary") || conditions.empty()) return;
+  if (const auto* const number = std::get_if<int>(&governing);
+      number != nullptr && *number >= std::ssize(conditions))
+    findings.report("output.governing", "there is no boundary[{}]; give one of {}", *number,
+                    known_conditions(conditions));
+  if (const auto* const name = std::get_if<std::string>(&governing);
+      name != nullptr && std::ranges::find(conditions, *name, &Boundary::name) == conditions.end())
+    findings.report("output.governing", "no [[boundary]] is called \"{}\"; give one of {}", shortened(*name),
+                    known_conditions(conditions));
+}
+
 }  // namespace
 
 Table output_table() {
@@ -128,35 +153,6 @@ Table probe_table() {
           [](const Parameters& parameters) { return parameters.output.probes.size(); },
           [](Parameters& parameters) { parameters.output.probes.emplace_back(); }};
 }
-
-namespace {
-
-/// Conditions that can be governing: "0 to 3, \"rollers\" or \"grip\"".
-std::string known_conditions(const std::vector<Boundary>& conditions) {
-  std::vector<std::string> known{conditions.size() == 1 ? "0"
-                                                        : fmt::format("0 to {}", conditions.size() - 1)};
-  for (const Boundary& condition : conditions) {
-    const std::string name = fmt::format("\"{}\"", condition.name);
-    if (!condition.name.empty() && std::ranges::find(known, name) == known.end()) known.push_back(name);
-  }
-  return fmt::format("{}", fmt::join(known, ", "));
-}
-
-void check_governing(const Parameters& parameters, Findings& findings) {
-  const auto& governing = parameters.output.governing;
-  const std::vector<Boundary>& conditions = parameters.boundaries;
-  if (findings.faulty("output.governing") || findings.faulty("boundary") || conditions.empty()) return;
-  if (const auto* const number = std::get_if<int>(&governing);
-      number != nullptr && *number >= std::ssize(conditions))
-    findings.report("output.governing", "there is no boundary[{}]; give one of {}", *number,
-                    known_conditions(conditions));
-  if (const auto* const name = std::get_if<std::string>(&governing);
-      name != nullptr && std::ranges::find(conditions, *name, &Boundary::name) == conditions.end())
-    findings.report("output.governing", "no [[boundary]] is called \"{}\"; give one of {}", shortened(*name),
-                    known_conditions(conditions));
-}
-
-}  // namespace
 
 void check_output(const Parameters& parameters, Findings& findings) {
   const auto& history = parameters.output.history;

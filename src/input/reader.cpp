@@ -85,45 +85,6 @@ std::optional<std::string> with_outline(const std::string& text, const Value& na
   return text.substr(0, first) + fmt::format("[{}]", fmt::join(points, ", ")) + text.substr(last + 1);
 }
 
-}  // namespace
-
-std::string numbered(const std::string& path, const std::string& of, std::size_t i) {
-  return fmt::format("{}[{}]{}", of, i, path.substr(of.size()));
-}
-
-void locate(const Value& value, const std::string& key, Findings& findings) {
-  if (!key.empty()) findings.locate(key, value.line);
-  for (const Member& member : value.members) {
-    locate(member.value, key.empty() ? member.name : key + "." + member.name, findings);
-  }
-  for (std::size_t i = 0; i < value.elements.size(); ++i) {
-    locate(value.elements[i], fmt::format("{}[{}]", key, i), findings);
-  }
-}
-
-std::string read_text_file(const std::filesystem::path& file, const std::string& wanted) {
-  const auto fail = [&](const std::string& reason) {
-    throw InputError({fmt::format("{}: {}; give {}", file.string(), reason, wanted)});
-  };
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) fail("there is no such file");
-  if (std::filesystem::is_directory(status)) fail("is a directory");
-  errno = 0;
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) fail(fmt::format("cannot be read ({})", std::strerror(errno)));
-  std::string text(max_text_size + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad()) fail("cannot be read to the end");
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  return text;
-}
-
-InputError::InputError(std::vector<std::string> messages)
-    : std::runtime_error(fmt::format("{}", fmt::join(messages, "\n"))), messages_(std::move(messages)) {}
-
-namespace {
-
 /// The text with the checksum of the raster.
 std::string with_map_checksum(const std::string& text, const Parameters& parameters,
                               const std::filesystem::path& name) {
@@ -191,6 +152,41 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
 }
 
 }  // namespace
+
+std::string numbered(const std::string& path, const std::string& of, std::size_t i) {
+  return fmt::format("{}[{}]{}", of, i, path.substr(of.size()));
+}
+
+void locate(const Value& value, const std::string& key, Findings& findings) {
+  if (!key.empty()) findings.locate(key, value.line);
+  for (const Member& member : value.members) {
+    locate(member.value, key.empty() ? member.name : key + "." + member.name, findings);
+  }
+  for (std::size_t i = 0; i < value.elements.size(); ++i) {
+    locate(value.elements[i], fmt::format("{}[{}]", key, i), findings);
+  }
+}
+
+std::string read_text_file(const std::filesystem::path& file, const std::string& wanted) {
+  const auto fail = [&](const std::string& reason) {
+    throw InputError({fmt::format("{}: {}; give {}", file.string(), reason, wanted)});
+  };
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) fail("there is no such file");
+  if (std::filesystem::is_directory(status)) fail("is a directory");
+  errno = 0;
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) fail(fmt::format("cannot be read ({})", std::strerror(errno)));
+  std::string text(max_text_size + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) fail("cannot be read to the end");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
+InputError::InputError(std::vector<std::string> messages)
+    : std::runtime_error(fmt::format("{}", fmt::join(messages, "\n"))), messages_(std::move(messages)) {}
 
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
   return parse(text, name, points, std::nullopt, {});

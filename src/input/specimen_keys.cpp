@@ -151,20 +151,13 @@ Key outline_key() {
 }
 
 Key outline_radius_key() {
-  return {"radius",
-          "length",
-          optional("required with \"circle\""),
-          quantity_form(length_dimension),
-          "of outline = \"circle\"",
-          [](const Source& source, Parameters& parameters, std::size_t) {
-            if (const auto value = read_quantity(source, length_dimension, positive_length))
-              outline(parameters).radius = *value;
-          },
-          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            const auto& given = parameters.specimen.outline;
-            if (!given || given->radius == 0) return {};
-            return show(given->radius);
-          }};
+  return shown_if(
+      quantity_key(
+          "radius", [](Parameters & parameters, std::size_t) -> auto& { return outline(parameters).radius; },
+          length_dimension, positive_length, optional("required with \"circle\""), "of outline = \"circle\""),
+      [](const Parameters& parameters, std::size_t) {
+        return parameters.specimen.outline && parameters.specimen.outline->radius != 0;
+      });
 }
 
 /// Where the keys of a figure find it: holes, and regions with a shape other than a box.
@@ -184,19 +177,15 @@ auto shown_of(const FigureAccess& figure, Show show) {
 }
 
 Key center_key(const FigureAccess& figure) {
-  return {"center",
-          "length",
-          optional("required with radius and semi_axes"),
-          point_form,
-          "centre",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto p = read_pair(source, point_form, coordinate))
-              figure.make(parameters, i).center = *p;
-          },
-          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
-            if (!some.polygon.empty()) return {};
-            return show_point(some.center);
-          })};
+  return shown_if(
+      lengths_key<plane::Point>(
+          "center",
+          [=](Parameters & parameters, std::size_t i) -> auto& { return figure.make(parameters, i).center; },
+          point_form, coordinate, optional("required with radius and semi_axes"), "centre"),
+      [=](const Parameters& parameters, std::size_t i) {
+        const Hole* const some = figure.find(parameters, i);
+        return some != nullptr && some->polygon.empty();
+      });
 }
 
 Key radius_key(const FigureAccess& figure) {
@@ -217,21 +206,18 @@ Key radius_key(const FigureAccess& figure) {
 }
 
 Key semi_axes_key(const FigureAccess& figure) {
-  const std::string form = "two lengths, such as [\"4 mm\", \"2 mm\"]";
-  return {"semi_axes",
-          "length",
-          optional("required for an ellipse"),
-          form,
-          "semi-axes",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto axes = read_pair(source, form, positive_length))
-              figure.make(parameters, i).semi_axes = *axes;
-          },
-          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
-            const auto& [a, b] = some.semi_axes;
-            if (!some.polygon.empty() || a == b) return {};
-            return show_point({a, b});
-          })};
+  return shown_if(lengths_key<plane::Point>(
+                      "semi_axes",
+                      [=](Parameters & parameters, std::size_t i) -> auto& {
+                        return figure.make(parameters, i).semi_axes;
+                      },
+                      "two lengths, such as [\"4 mm\", \"2 mm\"]", positive_length,
+                      optional("required for an ellipse"), "semi-axes"),
+                  [=](const Parameters& parameters, std::size_t i) {
+                    const Hole* const some = figure.find(parameters, i);
+                    return some != nullptr && some->polygon.empty() &&
+                           some->semi_axes[0] != some->semi_axes[1];
+                  });
 }
 
 Key angle_key(const FigureAccess& figure) {
@@ -292,20 +278,13 @@ Key of_face(Key key) {
 }
 
 Key slot_point_key(const char* name, plane::Point Slot::*member, const char* help) {
-  return {name,
-          "length",
-          optional("required, or face"),
-          point_form,
-          help,
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            Slot& some = slot(parameters, i);
-            if (const auto p = read_pair(source, point_form, coordinate)) some.*member = *p;
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto& some = parameters.specimen.notches.at(i).slot;
-            if (!some) return {};
-            return show_point((*some).*member);
-          }};
+  return shown_if(
+      lengths_key<plane::Point>(
+          name, [=](Parameters & parameters, std::size_t i) -> auto& { return slot(parameters, i).*member; },
+          point_form, coordinate, optional("required, or face"), help),
+      [](const Parameters& parameters, std::size_t i) {
+        return parameters.specimen.notches.at(i).slot.has_value();
+      });
 }
 
 Key slot_end_key() {

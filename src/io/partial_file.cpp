@@ -52,6 +52,12 @@ private:
   int id_;
 };
 
+constexpr std::size_t trailer_length = 32;
+
+std::string trailer(std::span<const std::byte> bytes) {
+  return fmt::format("\ncrackle FNV-1a {:016x}", checksum(bytes));
+}
+
 }  // namespace
 
 PartialFile::PartialFile(std::filesystem::path file, const std::string& tag)
@@ -125,16 +131,6 @@ void write_text_file(const std::filesystem::path& file, const std::string& text)
   partial.write(std::as_bytes(std::span(text)));
   partial.commit();
 }
-
-namespace {
-
-constexpr std::size_t trailer_length = 32;
-
-std::string trailer(std::span<const std::byte> bytes) {
-  return fmt::format("\ncrackle FNV-1a {:016x}", checksum(bytes));
-}
-
-}  // namespace
 
 void write_checked_file(const std::filesystem::path& file, std::vector<std::byte> bytes) {
   const std::string end = trailer(bytes);

@@ -8,7 +8,7 @@
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/point.h"
 
-#include "support/criterion.h"
+#include "support/box_mesh.h"
 #include "support/job.h"
 
 #include <fmt/format.h>
