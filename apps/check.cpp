@@ -2,20 +2,19 @@
 // crackle check: validates an input file and estimates the cost of running it.
 #include "crackle/common/failure.h"
 #include "crackle/common/heartbeat.h"
+#include "crackle/common/quantity_text.h"
+#include "crackle/common/stopwatch.h"
 #include "crackle/common/text_table.h"
 #include "crackle/dynamics/model_limits.h"
-#include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/memory.h"
+#include "crackle/ensemble/trial.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/uncertainty/random_inputs.h"
 
-#include "check_cases.h"
-#include "check_cost.h"
-#include "check_subject.h"
-#include "check_trial.h"
+#include "check.h"
 #include "commands.h"
 
 #include <fmt/format.h>
@@ -42,11 +41,74 @@ struct CheckOptions {
   int phases = 0;            ///< expected number of dynamic phases; 0: as such inputs have
   std::int64_t samples = 0;  ///< number of samples to try; 0: sample 0 only
   bool measure = true;
-
-  TrialExtent trial() const {
-    return {samples, measure ? ensemble::TrialDepth::start : ensemble::TrialDepth::setup};
-  }
 };
+
+/// Stresses of samples at time 0 were seen to differ by up to 1.5 between meshes of one body.
+constexpr double near_strength = 0.6;
+constexpr int most_samples = 20;
+constexpr double most_seconds = 10;
+
+/// Starts samples as a run would.
+class Trials {
+public:
+  /// @param base the shared mother points
+  Trials(const FirstSample& subject, const geometry::MotherPoints& base, ensemble::TrialDepth depth)
+      : subject_(subject), trial_(subject.parameters, subject.body, base, depth) {}
+
+  /// Starts a sample, and keeps the reason if it would fail.
+  /// @param work said while it takes long
+  void start(std::int64_t sample, const std::string& work) {
+    heartbeat_.begin(work);
+    const bool is_made = sample == 0 && subject_.parameters.random.empty();
+    const std::string failure =
+        trial_.failure(static_cast<std::uint64_t>(sample), is_made ? &subject_.realization : nullptr);
+    if (!failure.empty()) failures_.push_back(fmt::format("sample {} would fail: {}", sample, failure));
+  }
+  const std::vector<std::string>& failures() const { return failures_; }
+
+private:
+  const FirstSample& subject_;
+  ensemble::Trial trial_;
+  Heartbeat heartbeat_{notify};
+  std::vector<std::string> failures_;
+};
+
+/// Tries sample 0 or as many samples as asked for, and says then how many would fail.
+/// @return reasons of failures, each with its sample number
+std::vector<std::string> try_samples(const FirstSample& subject, const geometry::MotherPoints& base,
+                                     const CheckOptions& options) {
+  Trials trials(subject, base, options.measure ? ensemble::TrialDepth::start : ensemble::TrialDepth::setup);
+  const auto n = std::clamp<std::int64_t>(options.samples, 1, subject.n_samples());
+  for (std::int64_t i = 0; i < n; ++i)
+    trials.start(i, n == 1 ? "starting sample 0"
+                           : fmt::format("starting sample {} ({} of {}); {} would fail so far", i, i + 1, n,
+                                         trials.failures().size()));
+  if (options.samples > 0)
+    fmt::print("\nOf {}, {} would fail.\n", count_text(n, "sample"), trials.failures().size());
+  return trials.failures();
+}
+
+/// Starts more samples, as many as ten seconds allow, where the stress of sample 0 at time 0 is so near the
+/// strength that others may exceed it; says how many would fail.
+/// @param share of stress in strength in sample 0, the largest
+/// @return the first reason of a failure, if any
+std::vector<std::string> try_scatter_at_start(const FirstSample& subject, const geometry::MotherPoints& base,
+                                              double share) {
+  const int n_others = std::min(subject.n_samples() - 1, most_samples);
+  if (!(share > near_strength) || n_others == 0) return {};
+  Trials trials(subject, base, ensemble::TrialDepth::start);
+  int n_tried = 0;
+  for (const Stopwatch watch; n_tried < n_others && (n_tried == 0 || watch.seconds() < most_seconds);) {
+    ++n_tried;
+    trials.start(n_tried, fmt::format("starting sample {}, since stresses at time 0 scatter", n_tried));
+  }
+  auto failures = trials.failures();
+  fmt::print("\nAt time 0 the stress in sample 0 is {:.3g} % of the strength; of {} more, {} would fail.{}\n",
+             100 * share, count_text(n_tried, "sample"), failures.size(),
+             n_tried + 1 < subject.n_samples() ? " --samples tries more." : "");
+  if (!failures.empty()) failures.resize(1);
+  return failures;
+}
 
 /// @throws std::runtime_error with all failures, if any
 void refuse(const std::vector<std::string>& failures) {
@@ -90,12 +152,14 @@ Estimate print_estimate(const input::Parameters& parameters, const CheckOptions&
     return {};
   }
   Estimate estimate;
-  estimate.failures = try_samples(subject, base, options.trial());
+  estimate.failures = try_samples(subject, base, options);
   if (options.measure) {
     print_rest_outlook(subject);
     if (estimate.failures.empty()) estimate.time = print_cost(subject, options.phases, options.ranks);
     if (estimate.time && options.samples == 0)
       estimate.failures = try_scatter_at_start(subject, base, estimate.time->share_at_start);
+  } else {
+    fmt::print("\nNot measured: the load of the first break, time and core-hours.\n");
   }
   return estimate;
 }
@@ -131,6 +195,74 @@ void print_random_inputs(const input::Parameters& parameters) {
   fmt::print("\n");
 }
 
+std::vector<std::string> warnings_of(const input::Case& one) {
+  return dynamics::model_warnings(one.parameters, *geometry::make_body(one.parameters));
+}
+
+/// Core-hours of a case whose samples take so long [s].
+double core_hours(const input::Case& one, double seconds) {
+  return one.parameters.ensemble.samples * seconds / 3600;
+}
+
+NamedValue cost_line(std::size_t number, const FirstSample& subject, double seconds, double hours) {
+  return {fmt::format("case {}", number),
+          fmt::format("{} tetrahedra, {} steps, {:.0f} MB; sample {}, {:.3g} core-hours",
+                      subject.realization.tetrahedra.size(), subject.phase.grid.n_steps,
+                      subject.memory() / 1e6, duration_text(seconds), hours)};
+}
+
+/// Prints one line for each case of a sweep.
+void print_cases(const std::vector<input::Case>& cases) {
+  if (cases.empty()) return;
+  fmt::print("{} cases:\n", cases.size());
+  for (std::size_t i = 0; i < cases.size(); ++i) fmt::print("{:>4}  {}\n", i, to_string(cases[i].settings));
+  for (const std::string& warning : input::sweep_warnings(cases)) fmt::print("\nWarning: {}\n", warning);
+  fmt::print("\n");
+}
+
+/// Prints the cases after the first, whose warnings are known already: new warnings, the cost if that of the
+/// first is known, and the outcome of the samples to be tried.
+/// @return reasons why samples would fail, each with its case
+std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases,
+                                           const std::optional<SampleTime>& first,
+                                           const CheckOptions& options) {
+  std::vector<std::string> failures;
+  std::vector<std::string> known = warnings_of(cases.front());
+  std::vector<NamedValue> costs;
+  double all_hours = first ? core_hours(cases.front(), first->cost.total()) : 0;
+  for (std::size_t i = 1; i < cases.size(); ++i) {
+    const input::Parameters& parameters = cases[i].parameters;
+    for (const std::string& warning : warnings_of(cases[i])) {
+      if (std::ranges::find(known, warning) != known.end()) continue;
+      known.push_back(warning);
+      fmt::print("\nWarning: case {}: {}\n", i, warning);
+    }
+    if (!first && options.samples == 0) continue;
+    try {
+      const auto body = geometry::make_body(parameters);
+      geometry::MotherPoints base;
+      const FirstSample subject = make_subject(parameters, *body, base);
+      if (options.samples > 0) {
+        fmt::print("\nCase {}: {}", i, to_string(cases[i].settings));
+        for (const std::string& failure : try_samples(subject, base, options))
+          failures.push_back(fmt::format("case {}: {}", i, failure));
+      }
+      if (!first) continue;
+      const double seconds = scaled_seconds(*first, subject);
+      const double hours = core_hours(cases[i], seconds);
+      costs.push_back(cost_line(i, subject, seconds, hours));
+      all_hours += hours;
+    } catch (const std::runtime_error& error) {
+      failures.push_back(fmt::format("case {}: {}", i, error.what()));
+    }
+  }
+  if (!costs.empty()) {
+    costs.emplace_back("all cases", fmt::format("{:.3g} core-hours", all_hours));
+    fmt::print("\nThe other cases, from their meshes and the time of the first:\n{}", aligned(costs));
+  }
+  return failures;
+}
+
 int check(const parallel::Communicator& world, const CheckOptions& options,
           const std::function<void()>& start_mpi) {
   const std::string& file = options.file;
@@ -152,7 +284,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options,
     try {
       auto [failures, time] = print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
       if (!cases.empty()) {
-        const auto others = print_other_cases(cases, time, options.trial());
+        const auto others = print_other_cases(cases, time, options);
         failures.insert(failures.end(), others.begin(), others.end());
       }
       refuse(failures);

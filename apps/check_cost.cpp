@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "check_cost.h"
+#include "check.h"
 
 #include "crackle/common/heartbeat.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/text_table.h"
 #include "crackle/dynamics/load_outlook.h"
 #include "crackle/dynamics/model_limits.h"
-#include "crackle/ensemble/cost_model.h"
-#include "crackle/ensemble/measured_cost.h"
 #include "crackle/input/reader.h"
 
 #include "commands.h"
@@ -31,41 +29,29 @@ using Rows = std::vector<NamedValue>;
 
 /// Measured duration of the time loop [s].
 constexpr double measured_seconds = 1;
-/// Time of two static solves of a body of a million tetrahedra [s], for a notice only.
-constexpr double solves_of_a_million = 60;
-constexpr double short_wait = 20;  // [s]
+/// Bodies up to this size are solved for a body that starts at rest, too.
+constexpr double soon_solved = 400e3;  // tetrahedra
 
 double forces_per_step(const ensemble::PhaseWork& phase) {
   return static_cast<double>(phase.force_evaluations) / static_cast<double>(phase.grid.n_steps);
 }
 
-/// Recommends the number of ranks per sample, by the cost model.
-std::string plan_text(const FirstSample& subject, const ensemble::MeasuredCost& measured,
-                      const ensemble::SampleWork& work, const ensemble::SampleCost& cost, double rate,
-                      std::int64_t n_ranks) {
-  const double forces = measured.outlook.breaks
-                            ? work.full_durations * static_cast<double>(subject.phase.force_evaluations)
-                            : 0;
-  const auto plans = ensemble::make_plans(subject.realization, subject.parameters, forces, cost.quasi_static,
-                                          ensemble::Machine(rate), n_ranks, subject.n_samples());
-  std::string text = fmt::format(
-      "\nPlans for {} and {} (jobs/clusters.md has the model):\n"
-      "{:>16} {:>8} {:>16} {:>12} {:>13} {:>8} {:>9} {:>9} {:>10}\n",
-      count_text(n_ranks, "rank"), subject.samples_text(), "ranks per sample", "groups", "tetrahedra/rank",
-      "ghosts/rank", "time per step", "exchange", "sample", "ensemble", "efficiency");
-  for (const auto& plan : plans) {
-    const double step = forces_per_step(subject.phase) * plan.force.total();
-    text += fmt::format("{:>16} {:>8} {:>16} {:>12} {:>10.3f} ms {:>6.1f} % {:>9} {:>9} {:>8.0f} %{}\n",
-                        plan.work.ranks, plan.groups, plan.work.tetrahedra, plan.work.ghosts, 1e3 * step,
-                        100 * (plan.force.exchange + plan.force.polls) / plan.force.total(),
-                        duration_text(plan.sample_seconds), duration_text(plan.wall_seconds),
-                        100 * plan.efficiency, plan.waits_for_master ? "  groups wait for meshes" : "");
-  }
+/// Recommends the number of ranks per sample.
+std::string plan_text(const FirstSample& subject, const ensemble::SampleCost& cost, std::int64_t n_ranks) {
+  const auto plans = ensemble::make_plans(subject.realization, subject.parameters, cost, n_ranks);
+  TextTable table{{"ranks per sample", "groups", "tetrahedra/rank", "sample", "ensemble", ""}};
+  for (const auto& plan : plans)
+    table.push_back({fmt::to_string(plan.ranks), fmt::to_string(plan.groups), fmt::to_string(plan.tetrahedra),
+                     duration_text(plan.sample_seconds), duration_text(plan.wall_seconds),
+                     plan.waits_for_master ? "groups wait for meshes" : ""});
   const auto& best = ensemble::recommended(plans);
-  text += fmt::format("recommended: ensemble.ranks_per_sample = {}\n", best.work.ranks);
-  if (best.waits_for_master)
-    text += "One master is too slow to make meshes for so many groups: set ensemble.meshes = \"auto\".\n";
-  return text;
+  return fmt::format(
+      "\nPlans for {} and {}, without the exchange between ranks:\n{}"
+      "recommended: ensemble.ranks_per_sample = {}\n{}",
+      count_text(n_ranks, "rank"), subject.samples_text(), aligned(table, 0, true), best.ranks,
+      best.waits_for_master
+          ? "One master is too slow to make meshes for so many groups: set ensemble.meshes = \"auto\".\n"
+          : "");
 }
 
 /// The load and time of the first break in equilibrium, up to which the loading rate has no effect; empty if
@@ -108,11 +94,11 @@ std::string cost_text(const FirstSample& subject, int phases, std::int64_t n_ran
   const double window = dynamics::arrest_window(parameters, measured.waves);
   const auto work = ensemble::sample_work(parameters, window, range.least);
   ensemble::SampleCost& cost = time.cost;
-  cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
+  cost = ensemble::sample_cost(measured, subject.phase, work, subject.mesh_seconds);
   time.share_at_start = measured.share_at_start;
   const double most =
       ensemble::sample_cost(measured, subject.phase, ensemble::sample_work(parameters, window, range.most),
-                            subject.rest_seconds)
+                            subject.mesh_seconds)
           .total();
   const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;
   const bool breaks = measured.outlook.breaks;
@@ -164,7 +150,7 @@ std::string cost_text(const FirstSample& subject, int phases, std::int64_t n_ran
         dynamics::fast_loading_warning(parameters, measured.outlook.time, measured.outlook.transit),
         unaffordable_text(subject, hours)})
     if (!warning.empty()) text += fmt::format("\nWarning: {}\n", warning);
-  if (n_ranks > 0) text += plan_text(subject, measured, work, cost, rate, n_ranks);
+  if (n_ranks > 0) text += plan_text(subject, cost, n_ranks);
   return text;
 }
 
@@ -173,20 +159,13 @@ double solve_ratio(double n_tetrahedra, double n_measured) {
   return std::pow(n_tetrahedra / n_measured, 4.0 / 3);
 }
 
-/// Time of two static solves, for a notice only [s].
-double solving_seconds(const FirstSample& subject) {
-  return solves_of_a_million * solve_ratio(subject.n_tetrahedra(), 1e6);
-}
-
 }  // namespace
 
 std::optional<SampleTime> print_cost(const FirstSample& subject, int phases, std::int64_t n_ranks) {
   const auto& parameters = subject.parameters;
   const bool solves = parameters.time.start != input::Start::rest;
-  const double wait = solves ? solving_seconds(subject) : 0;
-  fmt::print("\nTime of one core of this machine, from {}{:.2g} s of the time loop{}:\n",
-             solves ? "two static solves and " : "", measured_seconds,
-             wait > short_wait ? fmt::format(", which takes about {} to measure", duration_text(wait)) : "");
+  fmt::print("\nTime of one core of this machine, from {}{:.2g} s of the time loop:\n",
+             solves ? "two static solves and " : "", measured_seconds);
   std::fflush(stdout);
   Heartbeat heartbeat(notify);
   heartbeat.begin("measuring the cost");
@@ -209,7 +188,7 @@ double scaled_seconds(const SampleTime& measured, const FirstSample& subject) {
   const double measured_updates = measured.n_tetrahedra * static_cast<double>(measured.force_evaluations);
   return measured.cost.dynamic * updates / measured_updates +
          measured.cost.quasi_static * solve_ratio(subject.n_tetrahedra(), measured.n_tetrahedra) +
-         subject.rest_seconds;
+         subject.mesh_seconds;
 }
 
 void print_rest_outlook(const FirstSample& subject) {
@@ -218,7 +197,7 @@ void print_rest_outlook(const FirstSample& subject) {
   Heartbeat heartbeat(notify);
   heartbeat.begin("judging the loads by their waves");
   const auto outlook =
-      dynamics::rest_outlook(parameters, subject.realization, solving_seconds(subject) <= short_wait);
+      dynamics::rest_outlook(parameters, subject.realization, subject.n_tetrahedra() <= soon_solved);
   if (const auto waves = dynamics::wave_text(parameters, outlook.waves); !waves.empty())
     fmt::print("\nWith start = \"rest\", {}.\n", waves);
   if (const auto warning = dynamics::weak_load_warning(parameters, outlook); !warning.empty())

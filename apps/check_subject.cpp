@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "check_subject.h"
+#include "check.h"
 
 #include "crackle/common/heartbeat.h"
 #include "crackle/common/quantity_text.h"
@@ -9,7 +9,6 @@
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
-#include "crackle/ensemble/cost_model.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/material_field.h"
 #include "crackle/fracture/resolution.h"
@@ -215,8 +214,8 @@ std::string refining_regions_text(const input::Parameters& parameters) {
   return text;
 }
 
-/// Meshes that take longer than this are announced [s].
-constexpr double long_meshing = 20;
+/// Meshes of more nodes take minutes to make and are announced.
+constexpr double many_nodes = 1e6;
 
 /// Checks the memory for the mesh only, as the machine that computes the samples may have more memory, or
 /// more nodes; and announces a mesh that takes long to make, which a slip in a spacing causes.
@@ -227,11 +226,9 @@ void check_mesh_size(const input::Parameters& parameters, const geometry::Body& 
     throw std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
   if (parameters.mesh.points) return;
   const double n_points = geometry::estimate_n_points(body, parameters.mesh);
-  const double seconds = ensemble::placing_seconds(n_points);
-  if (seconds < long_meshing) return;
-  fmt::print("\nWarning: a mesh has about {:.2g} million nodes and takes {} or more to make: {}\n\n",
-             n_points / 1e6, duration_text(seconds),
-             geometry::SpacingField(body, parameters.mesh).range_text());
+  if (n_points < many_nodes) return;
+  fmt::print("\nWarning: a mesh has about {:.2g} million nodes and takes minutes or more to make: {}\n\n",
+             n_points / 1e6, geometry::SpacingField(body, parameters.mesh).range_text());
   std::fflush(stdout);
 }
 
@@ -257,11 +254,10 @@ FirstSample make_subject(const input::Parameters& parameters, const geometry::Bo
   Heartbeat heartbeat(notify);
   heartbeat.begin("making the mesh of sample 0");
   auto realization = ensemble::make_sample_realization(body, base, parameters, 0);
+  const double seconds = clock.seconds();
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto phase = ensemble::phase_work(parameters, stable_step);
-  const double analysis = static_cast<double>(realization.tetrahedra.size()) /
-                          ensemble::Machine(parameters.time).root_updates_per_second;
-  return {parameters, body, std::move(realization), stable_step, phase, clock.seconds() + analysis};
+  return {parameters, body, std::move(realization), seconds, stable_step, phase};
 }
 
 void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available) {

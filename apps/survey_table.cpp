@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The table of many realizations.
-#include "crackle/ensemble/cost_model.h"
-#include "crackle/ensemble/estimate.h"
 #include "mesh_tables.h"
 
 #include <fmt/format.h>
@@ -10,7 +8,6 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
-#include <stdexcept>
 #include <vector>
 
 namespace crackle::apps {
@@ -116,8 +113,7 @@ void add_displacements(std::vector<NamedValue>& table, const std::vector<SurveyR
   }
 }
 
-void add_times(std::vector<NamedValue>& table, const input::Parameters& parameters,
-               const std::vector<SurveyRow>& rows, double stable_step) {
+void add_times(std::vector<NamedValue>& table, const std::vector<SurveyRow>& rows) {
   const std::vector<double> seconds = column(rows, [](const SurveyRow& row) { return row.seconds; });
   table.emplace_back("time per mesh", spread_text(seconds, 1, 3) + " s of one core, all checks included");
   table.emplace_back(
@@ -128,20 +124,6 @@ void add_times(std::vector<NamedValue>& table, const input::Parameters& paramete
       "  ratio",
       spread_text(column(rows, [](const SurveyRow& row) { return row.seconds / row.delaunay_seconds; }), 1,
                   2));
-  try {
-    const auto phase = ensemble::phase_work(parameters, stable_step);
-    const double sample_seconds = static_cast<double>(phase.force_evaluations) *
-                                  static_cast<double>(rows.front().n_tetrahedra) /
-                                  ensemble::updates_per_core_second(parameters.time);
-    table.emplace_back(
-        "time per sample",
-        fmt::format("{:.{}f} s on one core, estimated from {} force evaluations; one master feeds {:.0f} "
-                    "ranks",
-                    sample_seconds, sample_seconds < 10 ? 1 : 0, phase.force_evaluations,
-                    sample_seconds / geometry::quantiles(seconds).median));
-  } catch (const std::runtime_error& error) {
-    table.emplace_back("time per sample", error.what());
-  }
 }
 
 }  // namespace
@@ -186,7 +168,7 @@ std::string survey_table(const input::Parameters& parameters, const SurveyFigure
                                            *std::max_element(rounds.begin(), rounds.end())));
   add_displacements(table, rows);
   add_orientation(table, figures.base_orientation, rows);
-  add_times(table, parameters, rows, figures.stable_step);
+  add_times(table, rows);
   return aligned(table, "  ");
 }
 

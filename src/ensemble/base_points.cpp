@@ -3,7 +3,6 @@
 
 #include "crackle/common/freed_memory.h"
 #include "crackle/common/heartbeat.h"
-#include "crackle/common/text_table.h"
 #include "crackle/ensemble/material_map.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/realization_queue.h"
@@ -16,30 +15,11 @@
 
 namespace crackle::ensemble {
 
-namespace {
-
-constexpr double seconds_per_mother_point = 18e-6;  // on one core; nearly the same for 5e4 and 8e5 points
-constexpr double unnoticed_wait = 5;                // [s]
-
-}  // namespace
-
-double placing_seconds(double n_mother_points) {
-  return seconds_per_mother_point * n_mother_points;
-}
-
-std::string waiting_notice(double n_mother_points) {
-  const double seconds = placing_seconds(n_mother_points);
-  if (seconds < unnoticed_wait) return {};
-  return fmt::format("generating about {:.2g} million mother points takes about {}", n_mother_points / 1e6,
-                     duration_text(seconds));
-}
-
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
                                         const std::function<void(const std::string&)>& say,
                                         std::uint64_t sample, int attempt) {
   Heartbeat heartbeat(say);
   const auto expects = [&](double n_points) {
-    if (const std::string notice = waiting_notice(n_points); !notice.empty()) heartbeat.say(notice);
     heartbeat.begin(fmt::format("generating about {:.0f} mother points", n_points));
   };
   heartbeat.begin("counting the mother points");
@@ -57,10 +37,7 @@ geometry::MotherPoints make_shared_points(const geometry::Body& body, const inpu
       heartbeat.begin("counting the mother points");
       return geometry::checked_n_points(body, parameters.mesh);
     }();
-    const double seconds = placing_seconds(n_points);
-    if (say)
-      say(fmt::format("base mesh: one for each sample, about {:.0f} mother points, generated in {}", n_points,
-                      seconds < 1 ? "less than a second" : "about " + duration_text(seconds)));
+    if (say) say(fmt::format("base mesh: one for each sample, about {:.0f} mother points", n_points));
     return {};
   }
   geometry::MotherPoints points = make_base_points(body, parameters, say);

@@ -3,6 +3,8 @@
 
 #include "crackle/dynamics/integrator.h"
 #include "crackle/dynamics/sample_run.h"
+#include "crackle/geometry/partition.h"
+#include "crackle/geometry/subdomain.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +20,11 @@ constexpr double running_durations = 0.4;
 constexpr double static_breaks_per_phase = 1.5;
 
 constexpr int phases_between_moved_grips = 10, phases_of_changing_stress = 60;
+
+constexpr int most_ranks_per_sample = 64;
+/// Tetrahedra of a part, of which exchange takes some 30 % of the time on one node; 6 to 10 % of 10,000
+/// (tests/benchmark/README.md).
+constexpr std::int64_t least_part = 2000;
 
 /// Broken tetrahedra of a sample divided by (tetrahedra of the mesh)^(2/3), since cracks are surfaces.
 constexpr double breaks_per_section = 1.2;
@@ -68,7 +75,7 @@ SampleWork sample_work(const input::Parameters& parameters, double arrest_window
 }
 
 SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, const SampleWork& work,
-                       double rest) {
+                       double mesh) {
   SampleCost cost;
   cost.phase = measured.phase_start + measured.step * static_cast<double>(phase.grid.n_steps);
   cost.dynamic = measured.outlook.breaks
@@ -76,8 +83,43 @@ SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, con
                            work.full_durations * measured.step * static_cast<double>(phase.grid.n_steps)
                      : work.phases_unbroken * cost.phase;
   cost.quasi_static = measured.first_solve + work.solves * measured.next_solve;
-  cost.rest = rest + measured.setup;
+  cost.setup = measured.setup;
+  cost.mesh = mesh;
   return cost;
+}
+
+std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
+                                  const input::Parameters& parameters, const SampleCost& cost,
+                                  std::int64_t ranks) {
+  const auto n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
+  const std::int64_t samples = parameters.ensemble.samples;
+  std::vector<GroupPlan> plans;
+  for (int q = 1; q <= std::clamp<std::int64_t>(ranks - 1, 1, most_ranks_per_sample); q *= 2) {
+    if (q > 1 && n_tetrahedra / q < least_part) break;
+    GroupPlan plan{.ranks = q, .groups = std::max<std::int64_t>(1, (ranks - 1) / q)};
+    for (const auto& part :
+         geometry::split(realization, geometry::partition(realization, q), parameters.fracture.length))
+      plan.tetrahedra = std::max<std::int64_t>(plan.tetrahedra, part.n_tetrahedra());
+    plan.sample_seconds =
+        (cost.total() - cost.mesh) * static_cast<double>(plan.tetrahedra) / static_cast<double>(n_tetrahedra);
+    const auto rounds = static_cast<double>((samples + plan.groups - 1) / plan.groups);
+    const double computing = rounds * plan.sample_seconds + cost.mesh;
+    const double meshing = static_cast<double>(samples) * cost.mesh + plan.sample_seconds;
+    const double by_master = std::max(computing, meshing);
+    const double by_groups = rounds * (plan.sample_seconds + cost.mesh);
+    const auto makers = parameters.ensemble.meshes;
+    plan.waits_for_master = makers == input::MeshMakers::master && meshing > computing;
+    plan.wall_seconds = makers == input::MeshMakers::master   ? by_master
+                        : makers == input::MeshMakers::groups ? by_groups
+                                                              : std::min(by_master, by_groups);
+    plans.push_back(plan);
+  }
+  return plans;
+}
+
+const GroupPlan& recommended(std::span<const GroupPlan> plans) {
+  const double enough = 1.02 * std::ranges::min(plans, {}, &GroupPlan::wall_seconds).wall_seconds;
+  return *std::ranges::find_if(plans, [&](const GroupPlan& plan) { return plan.wall_seconds <= enough; });
 }
 
 double sample_file_size(const input::Parameters& parameters, double n_nodes, double n_tetrahedra) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/measured_cost.h"
+#include "crackle/ensemble/estimate.h"
 
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/explicit_phase.h"

@@ -2,10 +2,11 @@
 #include "crackle/ensemble/trial.h"
 
 #include "crackle/dynamics/sample_setup.h"
+#include "crackle/parallel/agreement.h"
 
 #include "case_sample.h"
 
-#include <utility>
+#include <optional>
 
 namespace crackle::ensemble {
 
@@ -22,17 +23,6 @@ dynamics::SampleResult set_up_only(const parallel::Communicator& group, const in
   return result;
 }
 
-/// A sample that leaves no files.
-class TriedSample final : public CaseSample {
-public:
-  using CaseSample::CaseSample;
-
-  void write(const geometry::Realization&, const dynamics::SampleResult&, const SampleAnalysis&) override {}
-  void write_failure(const analysis::SampleSummary&, const PartialSample*) override {}
-  bool keeps_checkpoints() const override { return false; }
-  void remove_checkpoint() override {}
-};
-
 /// The caller's object, as a pointer.
 template <class Object>
 std::shared_ptr<const Object> not_owned(const Object& object) {
@@ -44,29 +34,24 @@ std::shared_ptr<const Object> not_owned(const Object& object) {
 Trial::Trial(const input::Parameters& parameters, const geometry::Body& body,
              const geometry::MotherPoints& base, TrialDepth depth)
     : case_(parameters, not_owned(body), not_owned(base),
-            depth == TrialDepth::start ? Mechanics(dynamics::run_sample) : Mechanics(set_up_only)),
-      self_(parallel::Communicator(MPI_COMM_SELF)) {}
+            depth == TrialDepth::start ? Mechanics(dynamics::run_sample) : Mechanics(set_up_only)) {}
 
-geometry::Realization Trial::make(std::uint64_t sample) {
-  return CaseSample(case_, sample).make();
-}
-
-std::unique_ptr<SampleSteps> Trial::steps(std::uint64_t sample) {
-  return std::make_unique<TriedSample>(case_, sample);
-}
-
-dynamics::SampleControl Trial::control() {
-  dynamics::SampleControl control;
-  control.stop = [] { return true; };
-  return control;
-}
-
-std::string Trial::failure(std::uint64_t sample) {
-  return failure(prepare(*this, sample));
-}
-
-std::string Trial::failure(PreparedSample prepared) {
-  return lead_sample(self_, *this, control(), std::move(prepared)).summary.error;
+std::string Trial::failure(std::uint64_t sample, const geometry::Realization* made) const {
+  const char* stage = "mesh: ";  // as in a run
+  try {
+    CaseSample steps(case_, sample);
+    std::optional<geometry::Realization> own;
+    if (made == nullptr) made = &own.emplace(steps.make());
+    stage = "partition: ";
+    const auto parts = steps.split(*made, 1);
+    dynamics::SampleControl control;
+    control.stop = [] { return true; };
+    stage = "computation: ";
+    steps.compute(parallel::Communicator(MPI_COMM_SELF), parts.front(), std::move(control));
+  } catch (...) {
+    return stage + parallel::current_error();
+  }
+  return {};
 }
 
 }  // namespace crackle::ensemble

@@ -220,7 +220,7 @@ class Mesh(unittest.TestCase):
         for row in rows:
             self.assertAlmostEqual(sum(float(row[f"share_{axis}"]) for axis in "xyz"), 1, places=5)
         for row in ("displacements", "  covariance", "  bias, 2nd order", "  bias, 4th order", "time per mesh",
-                    "  plain Delaunay", "  ratio", "time per sample"):
+                    "  plain Delaunay", "  ratio"):
             self.assertRegex(result.stdout, rf"(?m)^{row} ")
 
         # The same realizations once more, apart from the time that they take.

@@ -222,8 +222,9 @@ class Usage(unittest.TestCase):
 
     def test_check_without_measuring(self):
         rows, text = self.check("--no-measure", strength='toughness = "100 J/m^2"')
-        self.assertNotIn("core-hours", text)
+        self.assertNotIn("core-hours", rows)
         self.assertNotIn("dynamic phase", rows)
+        self.assertIn("Not measured: the load of the first break, time and core-hours.", text)
         least, median, greatest = map(float, re.fullmatch(
             r"min ([\d.]+), median ([\d.]+), max ([\d.]+) MPa, from the toughness and the local spacing",
             rows["strength"]).groups())
@@ -234,9 +235,13 @@ class Usage(unittest.TestCase):
 
     def test_plans_reckon_with_what_was_measured(self):
         rows, text = self.check("--ranks", "5")
-        step = float(re.search(r"([\d.e+-]+) ms per step", rows["dynamic phase"])[1])
-        plan = re.search(r"(?m)^ +1 +4 .*? ([\d.]+) ms", text)
-        self.assertAlmostEqual(float(plan[1]), step, delta=0.001 + 0.01 * step)
+        plan = re.search(r"(?m)^ +1 +4 +(\d+) +([\d.]+) s +([\d.]+) s$", text)
+        self.assertEqual(plan[1], rows["tetrahedra"].split()[0])
+        sample, alone, ensemble = float(rows["sample"].split()[0]), float(plan[2]), float(plan[3])
+        self.assertLess(alone, sample)  # the mesh is not the group's
+        self.assertGreater(alone, 0.7 * sample)
+        self.assertAlmostEqual(ensemble / alone, 2, delta=0.5)  # two rounds of four
+        self.assertRegex(text, r"(?m)^recommended: ensemble\.ranks_per_sample = [124]$")
 
     def test_step_over_the_stable_one_is_refused(self):
         with tempfile.TemporaryDirectory(prefix="crackle-cli-") as folder:

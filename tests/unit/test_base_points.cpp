@@ -10,26 +10,6 @@
 namespace crackle::ensemble {
 namespace CRACKLE_TEST_FILE {
 
-TEST(BasePoints, LongWaitIsTold) {
-  EXPECT_EQ(waiting_notice(763e3), "generating about 0.76 million mother points takes about 14 s");
-  EXPECT_EQ(waiting_notice(2e7), "generating about 20 million mother points takes about 6 min 0 s");
-  EXPECT_EQ(waiting_notice(54695), "");
-}
-
-TEST(BasePoints, WaitIsToldBeforeIt) {
-  input::Parameters parameters;
-  parameters.specimen.size = {0.1, 0.1, 0.1};
-  parameters.mesh.spacing = parameters.mesh.notch_spacing = 1e-3;
-  std::string heard;
-  const auto stop_there = [&](const std::string& line) {
-    heard = line;
-    throw std::runtime_error("heard");
-  };
-  EXPECT_THROW(make_base_points(*geometry::make_body(parameters), parameters, stop_there),
-               std::runtime_error);
-  EXPECT_EQ(heard.substr(0, 18), "generating about 1") << heard;
-}
-
 input::Parameters small_plate(input::Base base) {
   input::Parameters parameters;
   parameters.ensemble.seed = 3;
@@ -63,17 +43,6 @@ TEST(BasePoints, OfEachSampleAreRefusedBeforeAnySampleIsMade) {
   auto parameters = small_plate(input::Base::own);
   parameters.mesh.spacing = parameters.mesh.notch_spacing = 1e-6;
   EXPECT_THROW(make_shared_points(*geometry::make_body(parameters), parameters), std::runtime_error);
-}
-
-TEST(BasePoints, NoWaitIsToldOfWhatIsRefused) {
-  input::Parameters parameters;
-  parameters.specimen.size = {0.1, 0.1, 0.1};
-  parameters.mesh.spacing = parameters.mesh.notch_spacing = 1e-4;
-  std::string heard;
-  EXPECT_THROW(make_base_points(*geometry::make_body(parameters), parameters,
-                                [&](const std::string& line) { heard = line; }),
-               std::runtime_error);
-  EXPECT_EQ(heard, "");
 }
 
 }  // namespace CRACKLE_TEST_FILE

@@ -2,6 +2,7 @@
 #include "crackle/ensemble/estimate.h"
 
 #include "crackle/dynamics/sample_run.h"
+#include "support/box_mesh.h"
 
 #include <gmock/gmock.h>
 
@@ -124,6 +125,51 @@ TEST(Estimate, CostIsTheSumOfItsParts) {
   EXPECT_DOUBLE_EQ(sample_cost(measured, phase, work, 1).total(), 6 + 1.5);
   // Only the one in which it moves from the equilibrium at the start.
   EXPECT_DOUBLE_EQ(sample_cost(measured, phase, {.phases_unbroken = 1}, 1).total(), 6 + 20.25 + 1.5);
+}
+
+/// Plans of a bar of 60,000 tetrahedra.
+std::vector<GroupPlan> plans(std::int64_t ranks, int samples, double mesh = 0.07,
+                             input::MeshMakers makers = input::MeshMakers::automatic) {
+  static const auto bar =
+      test::make_box({.size = {0.005, 0.005, 0.05}, .cells = {10, 10, 100}, .disturbance = 0.2});
+  input::Parameters parameters;
+  parameters.ensemble.samples = samples;
+  parameters.ensemble.meshes = makers;
+  return make_plans(bar, parameters, {.dynamic = 20, .quasi_static = 1.5, .setup = 0.5, .mesh = mesh}, ranks);
+}
+
+TEST(Plans, ShareASampleByItsLargestPart) {
+  const auto all = plans(17, 200);
+  ASSERT_EQ(all.size(), 5U);
+  EXPECT_EQ(all[0].tetrahedra, 60000);
+  EXPECT_DOUBLE_EQ(all[0].sample_seconds, 22);
+  // Half of them and one layer of the halo.
+  EXPECT_GE(all[1].tetrahedra, 30000);
+  EXPECT_LE(all[1].tetrahedra, 32500);
+  EXPECT_DOUBLE_EQ(all[1].sample_seconds, 22 * static_cast<double>(all[1].tetrahedra) / 60000);
+  EXPECT_EQ(plans(1, 4).size(), 1U);
+  EXPECT_EQ(plans(1000, 1).back().ranks, 16) << "smaller parts exchange rather than compute";
+}
+
+TEST(Plans, FewRanksForManySamplesManyRanksForFew) {
+  EXPECT_EQ(recommended(plans(17, 200)).ranks, 1);
+  EXPECT_EQ(recommended(plans(17, 1)).ranks, 16);
+  // Four samples on 16 workers: groups of four.
+  EXPECT_EQ(recommended(plans(17, 4)).ranks, 4);
+}
+
+TEST(Plans, KnowWhenTheMasterIsTooSlow) {
+  using enum input::MeshMakers;
+  const GroupPlan few = plans(50, 1000, 0.07, master).front();
+  EXPECT_FALSE(few.waits_for_master);
+  EXPECT_EQ(plans(50, 1000, 0.07, automatic).front().wall_seconds, few.wall_seconds);
+  EXPECT_GT(plans(50, 1000, 0.07, groups).front().wall_seconds, few.wall_seconds);
+  const GroupPlan many = plans(100'000, 100'000, 0.07, master).front();
+  EXPECT_TRUE(many.waits_for_master);
+  EXPECT_DOUBLE_EQ(many.wall_seconds, 100'000 * 0.07 + 22);
+  const GroupPlan by_groups = plans(100'000, 100'000).front();
+  EXPECT_FALSE(by_groups.waits_for_master);
+  EXPECT_DOUBLE_EQ(by_groups.wall_seconds, 2 * (22 + 0.07));
 }
 
 TEST(Estimate, OutputGrowsWithFramesNodesAndTetrahedra) {

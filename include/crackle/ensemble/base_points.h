@@ -12,16 +12,9 @@
 
 namespace crackle::ensemble {
 
-/// Notice for the user that placing this many mother points takes a while, with an estimate; empty below a
-/// few seconds.
-std::string waiting_notice(double n_mother_points);
-
-/// Time on one core to place this many mother points [s].
-double placing_seconds(double n_mother_points);
-
 /// Generates the base mother points of an ensemble or, with mesh.base = "own", of a single sample. Not
 /// collective.
-/// @param say receives the waiting_notice beforehand
+/// @param say told every few seconds what is done
 /// @param attempt at the sample's mesh, from 0; counts with mesh.base = "own"
 /// @throws std::runtime_error as geometry::make_mother_points
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
@@ -30,7 +23,7 @@ geometry::MotherPoints make_base_points(const geometry::Body& body, const input:
 
 /// The base mother points shared by all samples of an ensemble. With mesh.base = "own" there are none; only
 /// the expected number per sample is checked. Not collective.
-/// @param say receives the waiting_notice and the expected number of points beforehand
+/// @param say receives the number of points, with mesh.base = "own" the expected one
 /// @throws std::runtime_error as geometry::make_mother_points
 geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Parameters& parameters,
                                           const std::function<void(const std::string&)>& say = {});

@@ -4,7 +4,6 @@
 #include "crackle/ensemble/case.h"
 
 #include <cstdint>
-#include <memory>
 #include <string>
 
 namespace crackle::ensemble {
@@ -15,9 +14,9 @@ enum class TrialDepth {
   start,  ///< also the first equilibrium, or the first steps of a sample that starts from rest
 };
 
-/// Starts samples with the same code as `crackle run`, without writing anything, to detect early failures
-/// before the run.
-class Trial final : private SampleSource {
+/// Starts samples with the steps of `crackle run`, without writing anything, to detect early failures before
+/// the run.
+class Trial {
 public:
   /// The references must outlive the object.
   /// @param base points shared by all samples; unused with mesh.base = "own"
@@ -25,17 +24,11 @@ public:
         TrialDepth depth);
 
   /// The reason for which the sample would fail in a run; empty if it starts successfully. Not collective.
-  std::string failure(std::uint64_t sample);
-  /// The same for a sample with a mesh.
-  std::string failure(PreparedSample prepared);
+  /// @param made the sample's realization; null: it is made
+  std::string failure(std::uint64_t sample, const geometry::Realization* made = nullptr) const;
 
 private:
-  geometry::Realization make(std::uint64_t sample) override;
-  std::unique_ptr<SampleSteps> steps(std::uint64_t sample) override;
-  dynamics::SampleControl control() override;
-
   Case case_;
-  SampleGroup self_;
 };
 
 }  // namespace crackle::ensemble

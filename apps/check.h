@@ -9,10 +9,11 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
-#include <fmt/format.h>
-
+#include <cstdint>
+#include <optional>
 #include <string>
 
+/// Parts of `crackle check`.
 namespace crackle::apps {
 
 /// Sample 0 and its properties.
@@ -20,9 +21,9 @@ struct FirstSample {
   const input::Parameters& parameters;
   const geometry::Body& body;
   geometry::Realization realization;
-  double stable_step;  ///< [s]
+  double mesh_seconds;  ///< to make it, on one core
+  double stable_step;   ///< [s]
   ensemble::PhaseWork phase;
-  double rest_seconds;  ///< on one core: mesh, stable step, crack analysis and output
 
   double n_nodes() const { return static_cast<double>(realization.nodes.size()); }
   double n_tetrahedra() const { return static_cast<double>(realization.tetrahedra.size()); }
@@ -40,5 +41,27 @@ FirstSample make_subject(const input::Parameters& parameters, const geometry::Bo
 
 /// Prints what is known of sample 0 without computing it.
 void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available);
+
+/// One-core time of a sample, and what it is in proportion to.
+struct SampleTime {
+  ensemble::SampleCost cost;
+  double n_tetrahedra = 0;
+  std::int64_t force_evaluations = 0;  ///< of a dynamic phase
+  double share_at_start = 0;           ///< of stress in strength at time 0, the largest
+};
+
+/// Measures the cost of sample 0 on this machine and prints it.
+/// @param phases expected number of dynamic phases; 0: as such inputs have
+/// @param n_ranks number of ranks to plan for; 0: no plan
+/// @return nothing if it could not be measured
+/// @throws std::runtime_error with the reason if the sample will fail
+std::optional<SampleTime> print_cost(const FirstSample& subject, int phases, std::int64_t n_ranks);
+
+/// One-core time of a sample that differs from the measured one in its mesh, expected number of dynamic
+/// phases and equilibria excepted [s].
+double scaled_seconds(const SampleTime& measured, const FirstSample& subject);
+
+/// Warns if loads from rest are far from breaking the body.
+void print_rest_outlook(const FirstSample& subject);
 
 }  // namespace crackle::apps
