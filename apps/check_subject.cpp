@@ -23,7 +23,6 @@
 #include "crackle/plane/chords.h"
 
 #include "commands.h"
-#include "mesh_tables.h"
 
 #include <algorithm>
 #include <cstdio>
