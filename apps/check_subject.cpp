@@ -25,7 +25,6 @@
 #include "crackle/plane/shape.h"
 
 #include "commands.h"
-#include "mesh_tables.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/text_table.h"
 #include "crackle/experiment/experiments_file.h"
 #include "crackle/geometry/body.h"
+#include "crackle/geometry/realization.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/communicator.h"
 
@@ -88,6 +90,10 @@ void refuse_sweep(const input::Parameters& parameters, const std::filesystem::pa
 /// input::InputError. Collective over `world`.
 input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,
                                 const std::vector<std::string>& given);
+
+/// The tetrahedra of each material, as rows of a table; none if the body has only one.
+std::vector<NamedValue> material_rows(const input::Parameters& parameters,
+                                      const geometry::Realization& realization);
 
 /// Reads experiments whose cracks are in the body of an ensemble: the root has them, or all ranks throw the
 /// same input::InputError. Collective over `world`.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/plain_delaunay.h"
+#include "plain_delaunay.h"
 
 #include "crackle/common/stopwatch.h"
 
