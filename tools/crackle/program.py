@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any, Optional, Sequence
 
@@ -49,6 +50,11 @@ def match_of(folder: Path, experiments: Path, program: Optional[Path] = None) ->
     return _ask(program, "match", str(folder), str(experiments), "--json")
 
 
+def observed_of(folder: Path, program: Optional[Path] = None) -> dict[str, Any]:
+    """The document of `crackle observe`: the body of an ensemble and the samples that count. Raises ResultsError."""
+    return _ask(program, "observe", str(folder))
+
+
 def calibration_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
     """The document of `crackle calibrate --json` for them. Raises ResultsError, also where the ensemble has no random inputs."""
     check_folder(folder)
@@ -60,4 +66,6 @@ def _ask(program: Optional[Path], command: str, *arguments: str) -> dict[str, An
     if result.returncode != 0:
         reason = result.stderr.strip().removeprefix("crackle: ")
         raise ResultsError(reason or f"crackle {command} ended with status {result.returncode}")
+    if command == "observe":
+        sys.stderr.write(result.stderr)  # samples that are left out
     return json.loads(result.stdout)
