@@ -2,7 +2,6 @@
 """Experiments: a TOML file, and the CSV files and pictures that it names."""
 from __future__ import annotations
 
-import difflib
 import math
 import re
 import textwrap
@@ -363,8 +362,17 @@ def _lines_of(text: str) -> dict[str, int]:
 
 
 def nearest(word: str, known: list[str]) -> Optional[str]:
-    """The known name that is probably meant."""
-    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=0.5)), None)
+    """The known name with the fewest letters changed, which is probably meant: the first of at most two, or a third of the word."""
+    def changes(other: str) -> int:
+        row = list(range(len(other) + 1))
+        for i, a in enumerate(word, 1):
+            last, row[0] = row[0], i
+            for k, b in enumerate(other, 1):
+                last, row[k] = row[k], min(last + (a != b), row[k] + 1, row[k - 1] + 1)
+        return row[-1]
+
+    fewest, name = min(((changes(name), k, name) for k, name in enumerate(known)), default=(9, 0, ""))[::2]
+    return name if fewest <= max(2, len(word) // 3) and fewest < len(word) else None
 
 
 def _report_unknown(table: dict, path: str, key: str, findings: _Findings) -> None:

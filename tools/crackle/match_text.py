@@ -98,14 +98,14 @@ def _departures(path: Document) -> str:
         f"by up to {quantity(part['beyond'], 'm')} in {axis}") for part in path["departures"])
 
 
-def way_text(way: Document, n: int) -> str:
+def way_text(way: Document) -> str:
     """Which way, and how many samples took it; empty where all took the same."""
+    n = sum(each["n_samples"] for each in way["ways"])
     others = ", ".join(f"{each['n_samples']} {each['name']}" for each in way["ways"] if each["name"] != way["name"])
     if not others:
         return ""
-    if way["n_samples"] == 0:
-        return f"it went {way['name']}, as no sample ({others}), p = {probability(way['p_value'])}"
-    return f"it went {way['name']}, as {way['n_samples']} of {n} samples ({others}), p = {probability(way['p_value'])}"
+    whose = f"{way['n_samples']} of {n} samples" if way["n_samples"] else "no sample"
+    return f"it went {way['name']}, as {whose} ({others}), p = {probability(way['p_value'])}"
 
 
 def path_text(one: Document) -> str:
@@ -124,12 +124,16 @@ def path_text(one: Document) -> str:
     return f"its path {verdict}: {'outside' if is_outside else 'as samples do'}; {far}"
 
 
+def sentences(one: Document) -> list[str]:
+    """What is said of an experiment, without its name and the last full stop."""
+    has_path = one["path"] and not one["note"].startswith("its path does not")
+    return [sentence for sentence in (way_text(one["way"]) if one["way"] else "", path_text(one) if has_path else "", one["note"]) if sentence]
+
+
 def _remarks(document: Document) -> Iterator[str]:
     for one in document["experiments"]:
-        way = way_text(one["way"], document["samples"]["used"]) if one["way"] else ""
-        for sentence in (way, path_text(one) if one["path"] and not one["note"].startswith("its path does not") else "", one["note"]):
-            if sentence:
-                yield f"{one['name']}: {sentence}{'' if sentence.endswith('?') else '.'}\n"
+        for sentence in sentences(one):
+            yield f"{one['name']}: {sentence}{'' if sentence.endswith('?') else '.'}\n"
         by = one["by"].get("path")
         if by and by["p_value_of_mean"] == 1 and one["observed"]["path_error"] > 0 and by["n_samples"] >= 19:
             yield f"{one['name']}: it lies nearer to all samples than any of them; path_error may be too large.\n"

@@ -123,23 +123,22 @@ def _plain(value: Any) -> Any:
 def _match_one(experiment: Experiment, samples: ObservedSamples) -> dict[str, Any]:
     seen = seen_paths([experiment], samples)
     ways = ways_of(seen, samples.starts, samples.gaps) if seen else None
-    members = ways.members(ways.of_experiments[0]) if ways else []
+    taken = ways.members(ways.of_experiments[0]) if ways else []
     # Of a way that no sample took, beside all of them.
-    path = observe_path([experiment], samples, seen, members or [i for i, arm in enumerate(seen.arms) if arm]) if seen and any(seen.arms) else None
-    found = [path if members else None, *(observe_load([experiment], samples, load) for load in ("onset_load", "peak_load")),
-             observe_tips(experiment, samples)]
+    path = observe_path([experiment], samples, seen, taken or [i for i, arm in enumerate(seen.arms) if arm]) if seen and any(seen.arms) else None
+    found = [path, *(observe_load([experiment], samples, load) for load in ("onset_load", "peak_load")), observe_tips(experiment, samples)]
     observables = [_clipped(each) for each in found if each is not None and len(each.samples)]
     by = {each.quantity: _match_by([each], samples) for each in observables}
     if len(jointly := distinct(observables)) > 1:
         by["jointly"] = _match_by(jointly, samples)
-    way = _way(ways, 0) if ways else None
     last = list(by.values())[-1] if by else None
-    p = last["p_value"] if last else way["p_value"] if way else math.nan
-    if last and way and len(way["ways"]) > 1:  # which way, and then within it
-        p = min(1.0, 2 * min(p, way["p_value"]))
-    return {"name": experiment.name, "p_value": p, "least_p_value": last["least_p_value"] if last else way["least_p_value"] if way else None,
+    p = last["p_value"] if last else math.nan
+    if ways and len(set(ways.of_samples) | {ways.of_experiments[0]}) > 1:  # which way, and then within it
+        p = ways.p_value(0, p if taken and not math.isnan(p) else 1.0)
+    way = _way(ways, 0) if ways else None
+    return {"name": experiment.name, "p_value": p, "least_p_value": way["least_p_value"] if way else last["least_p_value"] if last else None,
             "samples_needed": samples_needed(), "way": way, "by": by, "nearest": last["nearest"] if last else [],
-            "path": _match_path(path, seen, samples, bool(members)) if path else None,
+            "path": _match_path(path, seen, samples, bool(taken)) if path else None,
             "note": "; ".join(_notes(experiment, seen, path, by, samples)), "observed": _observed(experiment)}
 
 
@@ -349,7 +348,7 @@ def _match_set(experiments: Sequence[Experiment], samples: ObservedSamples) -> O
     if len(all_of_them) > 1 and min(map(len, _common(all_of_them)[:2])) > 1:
         by["jointly"] = _match_set_by(all_of_them, experiments, samples)
         p = by["jointly"]["p_value"]
-    left_out = [{"name": experiments[i].name, "by": each.observable.quantity, "reason": why} for each in used for i, why in each.left_out.items()]
+    left_out = [{"name": experiments[i].name, "by": each.observable.quantity, "reason": why} for each in used for i, why in sorted(each.left_out.items())]
     return {"p_value": p, "n_experiments": max(each["n_experiments"] for each in by.values()), "by": by, "ways": ways, "left_out": left_out}
 
 

@@ -229,13 +229,13 @@ def _seen_points(experiment: Experiment) -> np.ndarray:
 
 def start_of(experiment: Experiment, samples: ObservedSamples) -> int:
     """The start of the samples' cracks with which an experiment's is compared. Of one that begins at a hole, it is the notch from which
-    most cracks come that go on from there; where no sample has a crack, the start from which most lead."""
+    most cracks come that go on from there; of one at the free surface, where no sample has a crack, the start from which most lead."""
     start = crack_start_of(experiment, samples.starts)
     if not 0 <= start < len(samples.starts):
         return start
-    if not any(start < len(sample.arms) and sample.arms[start] for sample in samples.samples):
+    if samples.starts[start].is_free_surface and not any(start < len(sample.arms) and sample.arms[start] for sample in samples.samples):
         leading = [sample.leading_start for sample in samples.samples if sample.leading_start >= 0]
-        start = int(np.bincount(leading).argmax()) if leading and not samples.starts[start].is_hole else start
+        start = int(np.bincount(leading).argmax()) if leading else start
     if not samples.starts[start].is_hole:
         return start
     notches = [s for s, each in enumerate(samples.starts) if each.is_notch]

@@ -44,12 +44,6 @@ def comparison_of(folders: Sequence[Path], program: Optional[Path] = None) -> di
     return _ask(program, "compare", *map(str, folders), "--json")
 
 
-def match_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
-    """The document of `crackle match --json` for experiments (a TOML file) and an ensemble. Raises ResultsError."""
-    check_folder(folder)
-    return _ask(program, "match", str(folder), str(experiments), "--json")
-
-
 def observed_of(folder: Path, program: Optional[Path] = None) -> dict[str, Any]:
     """The document of `crackle observe`: the body of an ensemble and the samples that count. Raises ResultsError."""
     return _ask(program, "observe", str(folder))

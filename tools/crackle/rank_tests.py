@@ -17,6 +17,7 @@ ROUNDING = 1e-9  # statistics that differ by less, relatively, are equal
 LEVEL = 0.05
 MOST_EXACT, N_RANDOM = 20_000, 9_999  # permutations: all of them up to so many, else so many at random
 N_TRIALS, N_OF_TRIAL = 200, 199  # pseudo-experiments, and permutations for each; LEVEL is a multiple of 1 / (N_OF_TRIAL + 1)
+MOST_COLUMNS = 10  # of paths in pseudo-experiments
 COUNTING_SHARE = 0.9  # columns count that at least this share of the samples reaches
 
 
@@ -93,7 +94,7 @@ def rank_test(found: np.ndarray) -> RankTest:
 def _shares_as_large(values: np.ndarray) -> np.ndarray:
     """Of each value the share of all that are at least as large."""
     ordered = np.sort(values)
-    return 1 - np.searchsorted(ordered, values - ROUNDING * np.abs(values)) / len(values)
+    return (len(values) - np.searchsorted(ordered, values - ROUNDING * np.abs(values))) / len(values)
 
 
 # Several.
@@ -174,8 +175,9 @@ def mean_variance(table: np.ndarray) -> float:
 
 
 def power(samples: np.ndarray, n_experiments: int) -> Optional[Power]:
-    """Of as many experiments beside all the samples. A pseudo-experiment is a sample drawn with replacement, smoothed by noise of the
-    samples' own covariance so that it is none of them. None with fewer than four samples, or without scatter."""
+    """Of as many experiments beside as many samples. Both are drawn from the samples with replacement, smoothed by noise of the samples'
+    own covariance so that hardly two are the same. None with fewer than four samples, or without scatter."""
+    samples = samples[:, ::max(1, samples.shape[1] // MOST_COLUMNS)]
     n, deviation = len(samples), math.sqrt(mean_variance(samples))
     if n < 4 or not deviation > 0:
         return None
@@ -184,17 +186,14 @@ def power(samples: np.ndarray, n_experiments: int) -> Optional[Power]:
     width = n ** (-1 / (4 + min(samples.shape[1], box_degrees(samples))))
     total = n + n_experiments
     rows = np.array([np.arange(n_experiments), *(random.choice(total, n_experiments, replace=False) for _ in range(N_OF_TRIAL))])
-    missing = largest_difference(samples)
-    found = np.zeros((total, total))
-    found[n_experiments:, n_experiments:] = distances(samples, samples, missing)
-    counts = [0, 0]
+    missing, found, counts = largest_difference(samples), np.zeros((total, total)), [0, 0]
     for _ in range(N_TRIALS):
-        drawn = samples[random.integers(n, size=n_experiments)]
-        noise = random.standard_normal((n_experiments, n)) @ centred / math.sqrt(n - 1)
-        drawn = mean + (drawn - mean + width * noise) / math.sqrt(1 + width ** 2)
-        for which, changed in enumerate((drawn + deviation, 2 * drawn - mean)):
-            found[:n_experiments, :n_experiments] = distances(changed, changed, missing)
-            found[:n_experiments, n_experiments:] = distances(changed, samples, missing)
+        noise = random.standard_normal((total, n)) @ centred / math.sqrt(n - 1)
+        drawn = mean + (samples[random.integers(n, size=total)] - mean + width * noise) / math.sqrt(1 + width ** 2)
+        own, others = drawn[:n_experiments], drawn[n_experiments:]
+        found[n_experiments:, n_experiments:] = distances(others, others, missing)
+        for which, changed in enumerate((own + deviation, 2 * own - mean)):
+            found[:n_experiments] = distances(changed, np.vstack([changed, others]), missing)
             found[n_experiments:, :n_experiments] = found[:n_experiments, n_experiments:].T
             for statistic in (_energies(rows, found), _depth_ranks(found)[rows].sum(axis=1)):
                 if (statistic >= statistic[0] - ROUNDING * abs(statistic[0])).sum() <= LEVEL / 2 * (N_OF_TRIAL + 1):

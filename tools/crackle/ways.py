@@ -13,8 +13,9 @@ from .observations import SeenPaths, Start, hole_at
 from .path_frame import Gaps, left_of, length_of, resampled
 
 N_FINE = 400  # points of a path at which it is asked whether they are in a hole
-FEW = 5  # paths; a group of fewer is parted only by a gap WIDE times its own width
+FEW = 10  # paths; groups of fewer are parted only by a gap WIDE times their own width
 WIDE = 4
+MOST_PARTS = 6
 NO_CRACK = "no crack from there"
 
 
@@ -33,11 +34,15 @@ class Ways:
     def count(self, way: int) -> int:
         return int((self.of_samples == way).sum())
 
-    def p_value(self, experiment: int) -> float:
-        """The share of the samples and this experiment whose way is taken by no more of them."""
+    def p_value(self, experiment: int, within: float = 1.0) -> float:
+        """The share of the samples and this experiment that are on ways which fewer of them take or, on its own way, are as unusual.
+
+        @param within: p-value among those of its own way
+        """
         way = self.of_experiments[experiment]
         sizes = np.bincount(np.append(self.of_samples, way), minlength=len(self.names))
-        return float(sizes[(sizes > 0) & (sizes <= sizes[way])].sum() / sizes.sum())
+        others = np.delete(sizes, way)
+        return float((others[others <= sizes[way]].sum() + round(within * sizes[way])) / sizes.sum())
 
 
 def ways_of(seen: SeenPaths, starts: Sequence[Start], gaps: Gaps) -> Ways:
@@ -70,8 +75,8 @@ def ways_of(seen: SeenPaths, starts: Sequence[Start], gaps: Gaps) -> Ways:
         for part in parts:
             number[part] = len(names)
             end = 1e3 * np.mean([bare[i][-1] for i in part], axis=0)
-            where = f"ending at ({end[0]:.3g} mm, {end[1]:.3g} mm)" if len(parts) > 1 else ""
-            names.append(", ".join(filter(None, [signatures[group[0]], where])) or ("past no hole" if holes else "one way"))
+            where = f"to ({end[0]:.3g} mm, {end[1]:.3g} mm)" if len(parts) > 1 else ""
+            names.append(" ".join(filter(None, [signatures[group[0]], where])) or ("past no hole" if holes else "one way"))
     of_samples = np.full(len(seen.arms), len(names))
     of_samples[there] = number[n:]
     if len(there) < len(seen.arms):
@@ -101,17 +106,16 @@ def _linkage(apart: np.ndarray, group: np.ndarray) -> np.ndarray:
 
 
 def _parted(apart: np.ndarray, group: np.ndarray, usual: float) -> list[np.ndarray]:
-    """A group's parts, between which the gap is larger than each is wide, and clearly larger than paths are usually apart."""
-    if len(group) < 2:
-        return [group]
-    found = _linkage(apart, group)
-    is_first = fcluster(found, found[-1, 2] * (1 - 1e-12), "distance") == 1
-    sides = [group[is_first], group[~is_first]]
-    width = max(float(apart[np.ix_(side, side)].max()) for side in sides)
-    factor = WIDE if max(map(len, sides)) < FEW else 1
-    if found[-1, 2] <= max(factor * width, WIDE * usual):
-        return [group]
-    return [part for side in sides for part in _parted(apart, side, usual)]
+    """The most parts, between which the gaps are larger than each is wide, and clearly larger than paths are usually apart."""
+    found = _linkage(apart, group) if len(group) > 1 else np.zeros((0, 4))
+    for gap in found[::-1][:MOST_PARTS - 1][::-1, 2]:
+        labels = fcluster(found, gap * (1 - 1e-12), "distance")
+        parts = [group[labels == label] for label in np.unique(labels)]
+        width = max(float(apart[np.ix_(part, part)].max()) for part in parts)
+        factor = WIDE if max(map(len, parts)) < FEW else 1
+        if gap > max(factor * width, WIDE * usual):
+            return parts
+    return [group]
 
 
 def least_distance(seen: SeenPaths, experiment: int, gaps: Gaps) -> tuple[float, int]:

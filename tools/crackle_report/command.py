@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Optional
 
-from crackle.program import ResultsError, calibration_of, comparison_of, match_of, statistics_of
+from crackle.program import ResultsError, calibration_of, comparison_of, statistics_of
 
 from . import page, style, sweep
 from .figures import SECTIONS
@@ -98,7 +98,9 @@ def _options(arguments: argparse.Namespace) -> Options:
 
 def _with_experiments(options: Options, ensemble: Ensemble, program: Optional[Path]) -> Options:
     """Adds what the program says of the experiments, and what their pictures do."""
-    match, calibration = match_of(ensemble.folder, options.experiments, program), None
+    from crackle import matching  # with pandas, which takes long to load
+
+    match, calibration = matching.match(ensemble.folder, options.experiments, program).document, None
     ensemble.unreadable += leave_out_damaged(match)
     if options.fringes:
         add_pictures(match, ensemble, options, _tell)
