@@ -36,7 +36,7 @@ void add_commands(CLI::App& app, const CommandLine& typed, const std::function<v
   add_run_command(app, typed, run);
   add_watch_command(app, run);
   add_stats_command(app, run);
-  add_compare_command(app, run);
+  add_compare_command(app, typed, run);
   add_match_command(app, run);
   add_calibrate_command(app, run);
 }

@@ -5,6 +5,8 @@
 
 #include <boost/math/distributions/fisher_f.hpp>
 
+#include <boost/math/distributions/students_t.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -14,6 +16,24 @@
 namespace crackle::experiment {
 
 namespace {
+
+/// The difference of the means, second minus first, with Welch's interval.
+analysis::BoundedMean welch(const std::vector<double>& first, const std::vector<double>& second,
+                            double confidence) {
+  analysis::Moments a, b;
+  for (const double value : first) a.add(value);
+  for (const double value : second) b.add(value);
+  const auto square_error = [](const analysis::Moments& one) {
+    return std::pow(one.standard_deviation(), 2) / one.count();
+  };
+  const double x = square_error(a), y = square_error(b), difference = b.mean() - a.mean();
+  if (std::isnan(x + y)) return {difference};
+  if (x + y <= 0) return {difference, not_a_number, not_a_number, true};
+  const double degrees = std::pow(x + y, 2) / (x * x / (a.count() - 1.0) + y * y / (b.count() - 1.0));
+  const double half_width =
+      boost::math::quantile(boost::math::students_t(degrees), (1 + confidence) / 2) * std::sqrt(x + y);
+  return {difference, difference - half_width, difference + half_width};
+}
 
 constexpr double level = 0.05;
 /// Permutations of each pseudo-experiment; 0.05 is a multiple of 1 / (n + 1).
@@ -280,7 +300,7 @@ Scatter scatter(const ValueTable& all_experiments, const ValueTable& all_samples
   found.n_samples = samples.n_rows();
   if (found.n_experiments < 2 || found.n_samples < 2) return found;
   found.shift =
-      analysis::difference_of_means({row_means(samples), row_means(experiments), false}, confidence);
+      welch(row_means(samples), row_means(experiments), confidence);
   const double of_samples = mean_variance(samples), of_error = error * error;
   if (!(of_samples > 0)) return found;
   found.degrees = box_degrees(samples);

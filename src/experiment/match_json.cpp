@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;  // writes numbers with full precision, and NaN as null
 
-Json json_of(const analysis::Difference& difference) {
+Json json_of(const analysis::BoundedMean& difference) {
   return {{"value", difference.value}, {"lower", difference.lower}, {"upper", difference.upper}};
 }
 

@@ -97,7 +97,7 @@ std::string remarks(const Match& match) {
   return text;
 }
 
-std::string interval(const analysis::Difference& found, const auto& show) {
+std::string interval(const analysis::BoundedMean& found, const auto& show) {
   if (std::isnan(found.value)) return "-";
   if (std::isnan(found.lower)) return show(found.value);
   return fmt::format("{} ({} to {})", show(found.value), show(found.lower), show(found.upper));
@@ -106,7 +106,7 @@ std::string interval(const analysis::Difference& found, const auto& show) {
 std::string set_text(const SetMatch& set) {
   TextTable rows{{"together by", "experiments", "p", "of energy", "of depth", "shift", "scatter, ratio"}};
   for (const SetMatchBy& by : set.by) {
-    const analysis::Difference& shift = by.scatter.shift;
+    const analysis::BoundedMean& shift = by.scatter.shift;
     const double largest = largest_magnitude({shift.value, shift.lower, shift.upper});
     rows.push_back({readable(by.name), fmt::format("{}", by.n_experiments),
                     shown_probability(by.test.p_value()), shown_probability(by.test.energy_p_value),

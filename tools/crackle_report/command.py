@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Optional
 
-from crackle.program import ResultsError, calibration_of, comparison_of, match_of, statistics_of
+from crackle.comparison import compare
+from crackle.program import ResultsError, calibration_of, match_of, statistics_of
 
 from . import page, style, sweep
 from .figures import SECTIONS
@@ -37,7 +38,7 @@ def main() -> int:
             report = _of_sweep(arguments, options)
         else:
             if arguments.compared:
-                options = replace(options, comparison=comparison_of([arguments.folder, *arguments.compared], arguments.program))
+                options = replace(options, comparison=compare(arguments.folder, *arguments.compared, program=arguments.program).document)
             report = make_report(arguments.folder, options, arguments.program)
     except (ResultsError, OSError) as error:
         print(f"crackle-report: {error}", file=sys.stderr)

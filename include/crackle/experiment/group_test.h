@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/comparison.h"
+#include "crackle/analysis/bases.h"
 #include "crackle/common/real.h"
 #include "crackle/experiment/distances.h"
 
@@ -54,11 +54,11 @@ struct Scatter {
   std::size_t n_experiments = 0, n_samples = 0;  ///< that count: those with a value in all columns that count
   std::size_t n_columns = 0;                     ///< that count
   /// Mean over the columns of the mean of the experiments less that of the samples, with Welch's interval.
-  analysis::Difference shift = {};
+  analysis::BoundedMean shift = {};
   /// Standard deviation of the experiments, without the error of reading them, over that of the samples:
   /// sqrt((V_e - error^2) / V_s), where V is the variance averaged over the columns. The interval is from F
   /// with (m - 1) v and (n - 1) v degrees of freedom, v = tr^2 S / tr S^2 for the covariance S (Box 1954).
-  analysis::Difference ratio = {};
+  analysis::BoundedMean ratio = {};
   double degrees = not_a_number;  ///< v
 };
 
