@@ -48,6 +48,7 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run);
 void add_stats_command(CLI::App& app, Action& run);
 void add_watch_command(CLI::App& app, Action& run);
 void add_compare_command(CLI::App& app, const CommandLine& typed, Action& run);
+void add_observe_command(CLI::App& app, Action& run);
 void add_match_command(CLI::App& app, Action& run);
 void add_calibrate_command(CLI::App& app, Action& run);
 

@@ -37,6 +37,7 @@ void add_commands(CLI::App& app, const CommandLine& typed, const std::function<v
   add_watch_command(app, run);
   add_stats_command(app, run);
   add_compare_command(app, typed, run);
+  add_observe_command(app, run);
   add_match_command(app, run);
   add_calibrate_command(app, run);
 }

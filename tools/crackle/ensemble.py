@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from . import labelled
-from .experiments import calibration_table, match_table
+from .documents import calibration_table, match_table
 from .files import ENSEMBLE_KIND, SAMPLE_KIND, ResultsError, is_there, open_results, results, sample_files, text_of
 from .plots import Plots
 from .program import calibration_of, match_of

@@ -35,25 +35,32 @@ def statistics_of(folder: Path, program: str | Path | None = None, sensitivities
     """What `crackle stats --json` says of an ensemble, whose files stay as they are. Raises ResultsError."""
     if folder.is_dir():
         check_folder(folder)
-    return _ask(program, "stats", str(folder), "--json", "--read-only", *([] if sensitivities else ["--without-sensitivities"]))
+    return _ask(program, "stats", str(folder), "--json", "--read-only", *([] if sensitivities else ["--without-sensitivities"]),
+                tells=not sensitivities)
 
 
-def match_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
+def match_of(folder: Path, experiments: Path, program: str | Path | None = None) -> dict[str, Any]:
     """The document of `crackle match --json` for experiments (a TOML file) and an ensemble. Raises ResultsError."""
     check_folder(folder)
     return _ask(program, "match", str(folder), str(experiments), "--json")
 
 
-def calibration_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
+def observed_of(folder: Path, program: str | Path | None = None) -> dict[str, Any]:
+    """The document of `crackle observe`: the body of an ensemble and the samples that count. Raises ResultsError."""
+    return _ask(program, "observe", str(folder), tells=True)
+
+
+def calibration_of(folder: Path, experiments: Path, program: str | Path | None = None) -> dict[str, Any]:
     """The document of `crackle calibrate --json` for them. Raises ResultsError, also where the ensemble has no random inputs."""
     check_folder(folder)
     return _ask(program, "calibrate", str(folder), str(experiments), "--json")
 
 
-def _ask(program: str | Path | None, command: str, *arguments: str) -> dict[str, Any]:
+def _ask(program: str | Path | None, command: str, *arguments: str, tells: bool = False) -> dict[str, Any]:
     result = subprocess.run([find_program(program), command, *arguments], capture_output=True, text=True, check=False)
     if result.returncode != 0:
         reason = result.stderr.strip().removeprefix("crackle: ")
         raise ResultsError(reason or f"crackle {command} ended with status {result.returncode}")
-    sys.stderr.write(result.stderr)  # what it leaves out, and why
+    if tells:
+        sys.stderr.write(result.stderr)  # samples that are left out
     return json.loads(result.stdout)
