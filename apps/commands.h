@@ -50,7 +50,7 @@ void add_watch_command(CLI::App& app, Action& run);
 void add_compare_command(CLI::App& app, const CommandLine& typed, Action& run);
 void add_observe_command(CLI::App& app, Action& run);
 void add_match_command(CLI::App& app, Action& run);
-void add_calibrate_command(CLI::App& app, Action& run);
+void add_calibrate_command(CLI::App& app, const CommandLine& typed, Action& run);
 
 /// Declares the option --sample, the number of a sample.
 CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);

@@ -39,7 +39,7 @@ void add_commands(CLI::App& app, const CommandLine& typed, const std::function<v
   add_compare_command(app, typed, run);
   add_observe_command(app, run);
   add_match_command(app, run);
-  add_calibrate_command(app, run);
+  add_calibrate_command(app, typed, run);
 }
 
 /// "crackle run" when that command was named on the command line.

@@ -39,8 +39,8 @@ fs::path package() {
 
 /// This process' environment, but without the ranks of its launcher, which Python and what it starts are not.
 std::vector<std::string> environment() {
-  constexpr std::array<std::string_view, 3> of_launchers{"OMPI_COMM_WORLD_SIZE=", "PMI_SIZE=",
-                                                         "SLURM_STEP_NUM_TASKS="};
+  constexpr std::array<std::string_view, 3> of_launchers{
+      "OMPI_COMM_WORLD_SIZE=", "PMI_SIZE=", "SLURM_STEP_NUM_TASKS="};
   std::vector<std::string> variables{"CRACKLE=" + (folder_of_program() / "crackle").string()};
   for (char** each = environ; *each != nullptr; ++each) {
     const std::string_view variable = *each;

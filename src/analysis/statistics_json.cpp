@@ -309,10 +309,10 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
       inputs.push_back({{"rank_correlation", estimate(effect.rank_correlation)},
                         {"first", estimate(effect.first)},
                         {"total", estimate(effect.total)}});
-    Json result{{"result", one.info.name},  {"label", one.info.label},    {"share_of", one.share_of},
-                {"n_values", one.n_values}, {"n_draws", one.n_draws},     {"mesh", estimate(one.mesh)},
-                {"degree", one.degree},     {"predicted", one.predicted}, {"lack_of_fit", one.lack_of_fit},
-                {"inputs", inputs}};
+    Json result{{"result", one.info.name},        {"label", one.info.label}, {"share_of", one.share_of},
+                {"n_values", one.n_values},       {"n_draws", one.n_draws},  {"n_bounds", one.n_bounds},
+                {"mesh", estimate(one.mesh)},     {"degree", one.degree},    {"predicted", one.predicted},
+                {"lack_of_fit", one.lack_of_fit}, {"inputs", inputs}};
     if (one.start >= 0) {
       result["notch"] = one.start;
       result["section"] = one.section;

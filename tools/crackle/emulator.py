@@ -45,15 +45,38 @@ def distribution(random: dict[str, Any]) -> Any:
     if kind == "truncated":
         ends = [none if end is None else (end - mean) / deviation for end, none in ((lower, -np.inf), (upper, np.inf))]
         return stats.truncnorm(*ends, mean, deviation)
-    return _Values(np.array(random["values_of"], float), np.array(random["weights"], float))
+    values = np.array(random["values"], float)
+    if kind == "empirical":
+        return _Empirical(values)
+    return _Values(values, np.array(random["weights"] or np.ones(values.size), float))
+
+
+class _Empirical:
+    """Linear between values in order."""
+
+    def __init__(self, values: np.ndarray) -> None:
+        self.values, self._share = np.sort(values), np.linspace(0, 1, values.size)
+
+    def ppf(self, p: np.ndarray) -> np.ndarray:
+        return np.interp(p, self._share, self.values)
+
+    def cdf(self, x: np.ndarray) -> np.ndarray:
+        return np.interp(x, self.values, self._share)
+
+    def mean(self) -> float:
+        return float(np.mean((self.values[:-1] + self.values[1:]) / 2))
+
+    def std(self) -> float:
+        a, b = self.values[:-1] - self.mean(), self.values[1:] - self.mean()
+        return float(np.sqrt(np.mean((a * a + a * b + b * b) / 3)))
 
 
 class _Values:
     """Some values with weights."""
 
     def __init__(self, values: np.ndarray, weights: np.ndarray) -> None:
-        order = np.argsort(values)
-        self.values, self._sum = values[order], np.cumsum(weights[order]) / weights.sum()
+        self.values, which = np.unique(values, return_inverse=True)
+        self._sum = np.cumsum(np.bincount(which, weights)) / weights.sum()
 
     def ppf(self, p: np.ndarray) -> np.ndarray:
         return self.values[np.minimum(np.searchsorted(self._sum, p), self.values.size - 1)]
@@ -77,6 +100,7 @@ class Inputs:
         self.random = list(random)
         self.distributions = [distribution(one) for one in random]
         self._factor = np.linalg.cholesky(np.array(correlation, float)) if correlation is not None else np.eye(len(self.random))
+        self._ends = [one.ppf(special.ndtr(np.array([-3.5, 3.5]))) for one in self.distributions]
         self._tables = [None if isinstance(one, _Values) else one.ppf(special.ndtr(NODES)) for one in self.distributions]
 
     def __len__(self) -> int:
@@ -88,26 +112,26 @@ class Inputs:
 
     def values(self, w: np.ndarray) -> np.ndarray:
         """Points x inputs [SI]."""
-        z = w @ self._factor.T
+        return self._of_normal(w @ self._factor.T)
+
+    def _of_normal(self, z: np.ndarray) -> np.ndarray:
         return np.stack([one.ppf(special.ndtr(z[:, k])) if table is None else np.interp(z[:, k], NODES, table)
                          for k, (one, table) in enumerate(zip(self.distributions, self._tables))], axis=1)
 
     def variables(self, values: np.ndarray) -> np.ndarray:
         """The `w` of values."""
-        return linalg.solve_triangular(self._factor, self._normal(values).T, lower=True).T
+        normal = np.stack([special.ndtri(np.clip(one.cdf(values[:, k]), 1e-15, 1 - 1e-15)) for k, one in enumerate(self.distributions)], axis=1)
+        return linalg.solve_triangular(self._factor, normal.T, lower=True).T
 
-    def _normal(self, values: np.ndarray) -> np.ndarray:
-        return np.stack([special.ndtri(np.clip(one.cdf(values[:, k]), 1e-15, 1 - 1e-15)) for k, one in enumerate(self.distributions)], axis=1)
-
-    def polynomials(self, values: np.ndarray, degree: int) -> np.ndarray:
-        """Of each input: inputs x points x degrees. Their span is all that matters."""
-        normal = self._normal(values)
+    def polynomials(self, w: np.ndarray, degree: int, values: np.ndarray | None = None) -> np.ndarray:
+        """Of each input: inputs x points x degrees. Their span is all that matters. @param values at `w`, where they are known"""
+        z = w @ self._factor.T
+        values = self._of_normal(z) if values is None and not all(one["kind"] in HERMITE for one in self.random) else values
         tables = []
-        for k, one in enumerate(self.distributions):
-            if self.random[k]["kind"] in HERMITE:
-                tables.append(hermevander(normal[:, k], degree) / np.sqrt(special.factorial(np.arange(degree + 1))))
+        for k, (random, ends) in enumerate(zip(self.random, self._ends)):
+            if random["kind"] in HERMITE:
+                tables.append(hermevander(z[:, k], degree) / np.sqrt(special.factorial(np.arange(degree + 1))))
             else:
-                ends = one.ppf(special.ndtr(np.array([-3.5, 3.5])))
                 tables.append(legvander((2 * values[:, k] - ends.sum()) / np.ptp(ends), degree))
         return np.array(tables)
 
@@ -128,12 +152,13 @@ class Basis:
                 break
             self.degrees += terms
             self.n_terms.append(n)
-        self.table, self.variables = self.terms(draws), inputs.variables(draws)
+        self.variables = inputs.variables(draws)
+        self.table = self.terms(self.variables, values=draws)
 
-    def terms(self, values: np.ndarray, n: int | None = None) -> np.ndarray:
-        """The first n at values of the inputs: points x terms."""
+    def terms(self, w: np.ndarray, n: int | None = None, values: np.ndarray | None = None) -> np.ndarray:
+        """The first n: points x terms. @param values at `w`, where they are known"""
         degrees = np.array(self.degrees[:n])
-        tables = self.inputs.polynomials(values, int(degrees.max(initial=0)))
+        tables = self.inputs.polynomials(w, int(degrees.max(initial=0)), values)
         return np.prod([table[:, degrees[:, k]] for k, table in enumerate(tables)], axis=0)
 
 
@@ -220,7 +245,7 @@ class Emulator:
     def predict(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Means and leverages: points x components."""
         most = self._triangle.shape[1]
-        q = linalg.solve_triangular(self._triangle.T, self.basis.terms(self.basis.inputs.values(w), most).T, lower=True, check_finite=False).T
+        q = linalg.solve_triangular(self._triangle.T, self.basis.terms(w, most).T, lower=True, check_finite=False).T
         return q @ self._coefficient, np.cumsum(q**2, axis=1)[:, self.n_terms - 1]
 
     def widening(self, w: np.ndarray) -> np.ndarray:

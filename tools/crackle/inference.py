@@ -42,6 +42,7 @@ class TwoSamples:
     are_paired: bool = False
     first_group: np.ndarray = field(default=None)  # type: ignore[assignment]
     second_group: np.ndarray = field(default=None)  # type: ignore[assignment]
+    _values: dict = field(default_factory=dict, repr=False)  # of statistics under all labellings, by units
 
     def __post_init__(self) -> None:
         self.first, self.second = np.asarray(self.first, float), np.asarray(self.second, float)
@@ -353,19 +354,21 @@ def mean_statistic(samples: TwoSamples, units: Units) -> Statistic:
         square = np.sum((sums - n * mean[:, None])**2, axis=1)
         return _studentized(mean, square * unit.size / (max(1, unit.size - 1) * n.sum()**2) if unit.size > 1 else 0 * mean, scale / n.sum()**2)
 
+    moments = np.stack([np.ones(unit.size), n, total, total**2, n * total, n**2], axis=1)
+
     def of_lists(labels: np.ndarray) -> np.ndarray:
-        side = labels[:, unit].astype(float)
-        sides = (1 - side, side)
-        counts, sizes, sums = ([one @ of for one in sides] for of in (np.ones(unit.size), n, total))
+        second = labels[:, unit] @ moments
+        sides = []
         with np.errstate(divide="ignore", invalid="ignore"):
-            means = [np.where(size > 0, s / size, 0) for size, s in zip(sizes, sums)]
-            squares = [one @ total**2 - 2 * mean * (one @ (n * total)) + mean**2 * (one @ n**2) for one, mean in zip(sides, means)]
-            squares = [np.where(square < 1e-12 * scale, 0, square) for square in squares]
-            own = [np.where(count > 1, square * count / ((count - 1) * size**2), 0) for square, count, size in zip(squares, counts, sizes)]
+            for count, size, sums, squares, products, sizes in (moments.sum(axis=0)[:, None] - second.T, second.T):
+                mean = np.where(size > 0, sums / size, 0)
+                square = squares - 2 * mean * products + mean**2 * sizes
+                square = np.where(square < 1e-12 * scale, 0, square)
+                sides.append((count, size, mean, np.where(count > 1, square * count / ((count - 1) * size**2), 0)))
+        (n_a, size_a, mean_a, own_a), (n_b, size_b, mean_b, own_b) = sides
         # A single unit has no variance; that of the other list's units is used instead.
-        errors = [np.where(counts[k] == 1, counts[1 - k] * own[1 - k], own[k]) for k in (0, 1)]
-        found = _studentized(means[1] - means[0], errors[0] + errors[1], scale / n.sum()**2)
-        return np.where((sizes[0] == 0) | (sizes[1] == 0), 0.0, found)
+        error = np.where(n_a == 1, n_b * own_b, own_a) + np.where(n_b == 1, n_a * own_a, own_b)
+        return np.where((size_a == 0) | (size_b == 0), 0.0, _studentized(mean_b - mean_a, error, scale / n.sum()**2))
     return of_pairs if samples.are_paired else of_lists
 
 
@@ -397,19 +400,21 @@ def energy_statistic(paths: TwoSamples, units: Units) -> Statistic | None:
         sign = 1.0 - 2.0 * labels[:, unit]
         return 2 * np.sum((sign @ terms) * sign, axis=1) / known.sum()
 
+    def parts(second: np.ndarray, table: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Sums within the first group, between the groups, within the second."""
+        within, rows = np.sum((second @ table) * second, axis=1), second @ table.sum(axis=1)
+        return table.sum() - 2 * rows + within, rows - within, within
+
     def of_groups(labels: np.ndarray) -> np.ndarray:
         second = labels[:, unit].astype(float)
-        first = 1 - second
-
-        def total(one: np.ndarray, table: np.ndarray, other: np.ndarray) -> np.ndarray:
-            return np.sum((one @ table) * other, axis=1)
-        pairs = ((first, first), (first, second), (second, second))
-        sums, counts = ([total(one, table, other) for one, other in pairs] for table in (terms, known))
+        n_second = second.sum(axis=1)
+        n_first = unit.size - n_second
+        counts = (n_first * (n_first - 1), n_first * n_second, n_second * (n_second - 1)) if known.sum() == unit.size * (unit.size - 1) else parts(second, known)
         with np.errstate(divide="ignore", invalid="ignore"):
-            within_first, between, within_second = (s / c for s, c in zip(sums, counts))
+            within_first, between, within_second = (s / c for s, c in zip(parts(second, terms), counts))
             # Over all pairs including each path with itself, estimated from those there are.
-            found = 2 * between - (1 - 1 / first.sum(axis=1)) * within_first - (1 - 1 / second.sum(axis=1)) * within_second
-        return np.where(np.all([count > 0 for count in counts], axis=0), found, 0.0)
+            found = 2 * between - (1 - 1 / n_first) * within_first - (1 - 1 / n_second) * within_second
+        return np.where(np.all([count > 0.5 for count in counts], axis=0), found, 0.0)
     return of_pairs if paths.are_paired else of_groups
 
 
@@ -420,8 +425,12 @@ def _distances(rows: np.ndarray, sign: int) -> np.ndarray:
         return np.where(n > 0, np.sqrt(np.nansum(square, axis=2) / n), np.nan)
 
 
-def _of_all(statistic: Statistic, labels: np.ndarray) -> np.ndarray:
-    return np.concatenate([statistic(labels[k:k + CHUNK]) for k in range(0, len(labels), CHUNK)])
+def _of_all(samples: TwoSamples, units: Units, statistic: Statistic) -> np.ndarray:
+    labels, _ = labels_of(units.design)
+    key = (units.design, units.of(samples).tobytes())
+    if key not in samples._values:
+        samples._values[key] = np.concatenate([statistic(labels[k:k + CHUNK]) for k in range(0, len(labels), CHUNK)])
+    return samples._values[key]
 
 
 def _observed(design: Design) -> np.ndarray:
@@ -441,12 +450,12 @@ def permutation_probability(samples: TwoSamples) -> float:
     if samples.is_empty:
         return 1.0
     units = Units(samples)
-    return _share_as_large(units.design, mean_statistic(samples, units))
+    return _share_as_large(samples, units, mean_statistic(samples, units))
 
 
-def _share_as_large(design: Design, statistic: Statistic) -> float:
-    least = _threshold(float(statistic(_observed(design))[0]))
-    return float(np.mean(_of_all(statistic, labels_of(design)[0]) >= least))
+def _share_as_large(samples: TwoSamples, units: Units, statistic: Statistic) -> float:
+    least = _threshold(float(statistic(_observed(units.design))[0]))
+    return float(np.mean(_of_all(samples, units, statistic) >= least))
 
 
 def energy_distance(paths: TwoSamples) -> tuple[float, float]:
@@ -455,7 +464,7 @@ def energy_distance(paths: TwoSamples) -> tuple[float, float]:
     statistic = energy_statistic(paths, units) if min(len(paths.first), len(paths.second)) > 1 else None
     if statistic is None:
         return np.nan, 1.0
-    return float(statistic(_observed(units.design))[0]), _share_as_large(units.design, statistic)
+    return float(statistic(_observed(units.design))[0]), _share_as_large(paths, units, statistic)
 
 
 @dataclass
@@ -475,7 +484,7 @@ def joint_test(looks: Sequence[TwoSamples], paths: Sequence[TwoSamples] = ()) ->
     units = Units(*looks, *paths)
     n = len(looks) + len(paths)
     found = JointTest([np.nan] * n, [-1] * n)
-    counted: list[tuple[int, Statistic, bool]] = []
+    counted: list[tuple[int, TwoSamples, Statistic, bool]] = []
 
     def can_be_significant(samples: TwoSamples) -> bool:
         design = Units(samples).design
@@ -491,15 +500,15 @@ def joint_test(looks: Sequence[TwoSamples], paths: Sequence[TwoSamples] = ()) ->
             continue
         found.same_as[i] = next((k for k in range(i) if found.same_as[k] < 0 and _are_same(looks[k], look)), -1)
         if found.same_as[i] < 0 and can_be_significant(look):
-            counted.append((i, mean_statistic(look, units), False))
+            counted.append((i, look, mean_statistic(look, units), False))
     for i, one in enumerate(paths, len(looks)):
         if min(len(one.first), len(one.second)) < 2:
             continue
         statistic = energy_statistic(one, units)
         if statistic is not None and can_be_significant(one):
-            counted.append((i, statistic, True))
+            counted.append((i, one, statistic, True))
     found.n_looks = len(counted)
-    for (i, _, _), p in zip(counted, _step_down(units.design, counted)):
+    for (i, *_), p in zip(counted, _step_down(units, counted)):
         found.adjusted[i] = p
     for i, other in enumerate(found.same_as):
         if other >= 0:
@@ -507,13 +516,13 @@ def joint_test(looks: Sequence[TwoSamples], paths: Sequence[TwoSamples] = ()) ->
     return found
 
 
-def _step_down(design: Design, looks: list[tuple[int, Statistic, bool]]) -> list[float]:
+def _step_down(units: Units, looks: list[tuple[int, TwoSamples, Statistic, bool]]) -> list[float]:
     if not looks:
         return []
-    labels, are_all = labels_of(design)
+    are_all = labels_of(units.design)[1]
     observed, values = [], []
-    for _, statistic, is_distance in looks:
-        own, all_values = (np.maximum(0.0, each) for each in (statistic(_observed(design)), _of_all(statistic, labels)))
+    for _, samples, statistic, is_distance in looks:
+        own, all_values = (np.maximum(0.0, each) for each in (statistic(_observed(units.design)), _of_all(samples, units, statistic)))
         if is_distance:  # a squared one: its root relative to the mean square is like a studentized difference
             mean = np.mean(all_values if are_all else all_values[1:])
             own, all_values = (np.sqrt(each / mean) if mean > 0 else 0 * each for each in (own, all_values))

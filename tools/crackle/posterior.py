@@ -15,6 +15,7 @@ from .emulator import Emulator
 
 LEAST_DEVIATION = 1e-4  # that results without scatter have, as a share of that over all samples
 MOST_DEGREES = 1e8  # of freedom: as good as infinitely many
+NO_SQUARE = 1e-3  # a squared distance up to this is none
 SUPPORT = 3.0  # deviations of the inputs' normal variables within which draws lie
 T_DEGREES, N_CLUSTERS, N_FIT_STEPS = 6, 3, 5
 LEAST_WEIGHT = 1e-2  # a fit leaves points out that weigh less than this share of the mean
@@ -168,21 +169,19 @@ class Likelihood:
         apart = (self.seen.mean - mean)[:, has]
         return np.einsum("ij,ij->i", apart, np.linalg.solve(covariance[:, has][:, :, has], apart[..., None])[..., 0])
 
-    def least_square(self, start: np.ndarray) -> float:
-        """The least of them within SUPPORT. @param start points to begin with: points x inputs"""
-        start = np.clip(np.vstack([start, np.zeros(start.shape[1])]), -SUPPORT, SUPPORT)
+    def least_square(self, points: "Points") -> float:
+        """The least of them within SUPPORT. @param points of the posterior, near which a search begins"""
+        start = np.clip(points.x[:, :self.n_inputs], -SUPPORT, SUPPORT)
         values = self.squares(start)
-        first = start[np.argmin(values)]
-        if values.min() < 1e-6:
-            return 0.0
-        step = 1e-4
-
-        def with_gradient(w: np.ndarray) -> tuple[float, np.ndarray]:
-            values = self.squares(np.vstack([w, w + step * np.eye(w.size)]))
-            return float(values[0]), (values[1:] - values[0]) / step
-        found = optimize.minimize(with_gradient, first, jac=True, method="L-BFGS-B", bounds=[(-SUPPORT, SUPPORT)] * first.size, options={"maxiter": 40})
-        least = min(float(found.fun), float(values.min()))
-        return least if least > 1e-6 else 0.0
+        first, least, step = start[np.argmin(values)], float(values.min()), 1e-4
+        if least > NO_SQUARE:
+            def with_gradient(w: np.ndarray) -> tuple[float, np.ndarray]:
+                values = self.squares(np.vstack([w, w + step * np.eye(w.size)]))
+                return float(values[0]), (values[1:] - values[0]) / step
+            found = optimize.minimize(with_gradient, first, jac=True, method="L-BFGS-B", bounds=[(-SUPPORT, SUPPORT)] * first.size,
+                                      options={"maxiter": 30, "ftol": 1e-5})
+            least = min(least, float(found.fun))
+        return least if least > NO_SQUARE else 0.0
 
     def _density(self, apart: np.ndarray, covariance: np.ndarray) -> np.ndarray:
         return self._of_factor(apart, np.linalg.cholesky(covariance))
