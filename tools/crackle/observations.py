@@ -30,6 +30,7 @@ class Arm:
     points: np.ndarray
     time: np.ndarray
     is_turned: bool = False  # by a symmetry of the body
+    holes: frozenset[int] = frozenset()  # through which it goes on, by crack start
 
 
 @dataclass(frozen=True)
@@ -174,7 +175,7 @@ def _arms(lines: list[tuple[int, Arm]], leading: int, starts: list[Start], symme
         if start.is_notch and (fronts := [arm for arm in its if hole_at(arm.points[0], starts) is None]):
             its = [_through_holes(arm, lines, starts) for arm in fronts]
         if symmetry:
-            its = [Arm(symmetry.image(arm.points), arm.time, True) for arm in its]
+            its = [Arm(symmetry.image(arm.points), arm.time, True, frozenset(symmetry.crack_start[hole] for hole in arm.holes)) for arm in its]
         if len(its) == 2 and np.linalg.norm(its[0].points[0] - its[1].points[0]) <= SAME_ROOT * (_slab(its[0]) + _slab(its[1])) / 2:
             its.append(Arm(np.vstack([its[0].points[::-1], its[1].points]), np.append(its[0].time[::-1], its[1].time), its[0].is_turned))
         arms.append(its)
@@ -189,7 +190,7 @@ def _through_holes(arm: Arm, lines: list[tuple[int, Arm]], starts: list[Start]) 
         beyond = max((each for _, each in lines if each is not arm and hole_at(each.points[0], starts) == hole),
                      key=lambda each: length_of(each.points), default=None)
         if beyond:
-            arm = Arm(np.vstack([arm.points, beyond.points]), np.append(arm.time, beyond.time))
+            arm = Arm(np.vstack([arm.points, beyond.points]), np.append(arm.time, beyond.time), holes=arm.holes | {hole})
     return arm
 
 
@@ -200,15 +201,16 @@ def hole_at(place: np.ndarray, starts: Sequence[Start], tolerance: float = 0.0) 
     return hole if hole >= 0 and distance <= max(tolerance, AT_HOLE * np.linalg.norm(np.ptp(starts[hole].slot, axis=0))) else None
 
 
-def whole_path(experiment: Experiment, starts: Sequence[Start]) -> np.ndarray:
-    """The path of its main arm and, where that ends at a hole, of the arm that goes on from there."""
-    path, rest = experiment.lines[0], list(experiment.lines[1:])
+def whole_path(experiment: Experiment, starts: Sequence[Start]) -> tuple[np.ndarray, frozenset[int]]:
+    """The path of its main arm and, where that ends at a hole, of the arm that goes on from there; and the holes between."""
+    path, rest, holes = experiment.lines[0], list(experiment.lines[1:]), set()
     while rest and (hole := hole_at(path[-1], starts)) is not None:
         k = next((k for k, line in enumerate(rest) if hole_at(line[0], starts) == hole), None)
         if k is None:
             break
         path = np.vstack([path, rest.pop(k)])
-    return path
+        holes.add(hole)
+    return path, frozenset(holes)
 
 
 def _slab(arm: Arm) -> float:
@@ -226,22 +228,21 @@ def _seen_points(experiment: Experiment) -> np.ndarray:
 
 
 def start_of(experiment: Experiment, samples: ObservedSamples) -> int:
-    """The start of the samples' cracks with which an experiment's is compared: of one that begins at a hole, the notch from which
-    most cracks come that go on from there."""
+    """The start of the samples' cracks with which an experiment's is compared. Of one that begins at a hole, it is the notch from which
+    most cracks come that go on from there; where no sample has a crack, the start from which most lead."""
     start = crack_start_of(experiment, samples.starts)
-    if start < 0 or not samples.starts[start].is_hole:
+    if not 0 <= start < len(samples.starts):
+        return start
+    if not any(start < len(sample.arms) and sample.arms[start] for sample in samples.samples):
+        leading = [sample.leading_start for sample in samples.samples if sample.leading_start >= 0]
+        start = int(np.bincount(leading).argmax()) if leading and not samples.starts[start].is_hole else start
+    if not samples.starts[start].is_hole:
         return start
     notches = [s for s, each in enumerate(samples.starts) if each.is_notch]
-    n_from = [sum(any(hole_at(arm.points[k], samples.starts) == start for arm in sample.arms[s] for k in _inner_ends(arm))
-                  for sample in samples.samples) for s in notches]
-    n_at = sum(bool(sample.arms[start]) for sample in samples.samples)
+    n_from = [sum(any(start in arm.holes or hole_at(arm.points[-1], samples.starts) == start for arm in sample.arms[s])
+                  for sample in samples.samples if s < len(sample.arms)) for s in notches]
+    n_at = sum(bool(start < len(sample.arms) and sample.arms[start]) for sample in samples.samples)
     return notches[int(np.argmax(n_from))] if notches and 2 * max(n_from) > n_at else start
-
-
-def _inner_ends(arm: Arm) -> np.ndarray:
-    """The points before the long steps across holes, and the last one."""
-    step = np.linalg.norm(np.diff(arm.points, axis=0), axis=1)
-    return np.append(np.flatnonzero(step > 2 * np.median(step)), len(arm.points) - 1)
 
 
 def check_places(file: Path, experiments: Iterable[Experiment], samples: ObservedSamples) -> None:
@@ -272,7 +273,7 @@ def crack_start_of(experiment: Experiment, starts: Sequence[Start]) -> int:
     if not experiment.lines:
         found = nearest(experiment.tip_places[0], True)[1] if len(experiment.tip_places) else -1
         return found if found >= 0 or not len(experiment.tip_places) else surface
-    ends = whole_path(experiment, starts)[[0, -1]]
+    ends = whole_path(experiment, starts)[0][[0, -1]]
     first, last = nearest(ends[0]), nearest(ends[1])
     distance, start = first if first[0] <= MUCH_NEARER * last[0] else last
     if surface < 0:
@@ -328,6 +329,7 @@ class Observable:
     unbroken_experiments: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))  # whose loads are bounds from below
     unbroken_samples: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))  # likewise
     limit: Optional[float] = None  # up to which loads are compared [N], where some are bounds
+    unclipped: Optional["Observable"] = None  # without that limit
 
 
 def errors_of(samples: ObservedSamples, sample: ObservedSample, quantity: str) -> np.random.Generator:
@@ -377,6 +379,8 @@ class SeenPaths:
     """The paths of experiments that are compared, all on the crack start of the first one, and those of samples."""
     experiments: list[int]
     lines: list[np.ndarray]
+    holes: list[frozenset[int]]  # through which they go on in another arm, by crack start
+    are_reversed: list[bool]  # as given: they ended where cracks start
     windows: list[Window]
     error: float
     error_length: float
@@ -389,19 +393,24 @@ class SeenPaths:
 
 def seen_paths(experiments: Sequence[Experiment], samples: ObservedSamples) -> Optional[SeenPaths]:
     """None without a path. Paths from other starts are turned onto the first one's by a symmetry, or left out."""
-    having, lines, wanted = [], [], None
+    having, lines, holes, are_reversed, wanted = [], [], [], [], None
     for i, experiment in enumerate(experiments):
         if not experiment.lines:
             continue
-        line, start = whole_path(experiment, samples.starts), start_of(experiment, samples)
+        (line, through), start = whole_path(experiment, samples.starts), start_of(experiment, samples)
+        notch = samples.starts[start] if start >= 0 else None
+        is_reversed = bool(notch and notch.is_notch and notch.distance(line[-1]) < notch.distance(line[0]))
+        line = line[::-1] if is_reversed else line
         wanted = start if wanted is None else wanted
         if start != wanted:
             symmetry = symmetry_to(samples.symmetries, start, wanted)
             if symmetry is None:
                 continue
-            line = symmetry.image(line)
+            line, through = symmetry.image(line), frozenset(symmetry.crack_start[hole] for hole in through)
         having.append(i)
         lines.append(line)
+        holes.append(through)
+        are_reversed.append(is_reversed)
     if not having:
         return None
     windows = [Window(line[0], line[-1], experiments[i].arrested) for i, line in zip(having, lines)]
@@ -410,7 +419,7 @@ def seen_paths(experiments: Sequence[Experiment], samples: ObservedSamples) -> O
     arms = [arm_in_sight(sample, wanted, np.vstack(lines)) for sample in samples.samples]
     margin = samples.paths.setdefault(("margin", wanted), float(np.mean([drawn_out_by(arm) for arm in arms if arm] or [0.0])))
     exact, read = (samples_paths(samples, arms, margin, *of) for of in ((0.0, 0.0), (error, error_length)))
-    return SeenPaths(having, lines, windows, error, error_length, margin, arms, exact, read, [extended(line, margin) for line in lines])
+    return SeenPaths(having, lines, holes, are_reversed, windows, error, error_length, margin, arms, exact, read, [extended(line, margin) for line in lines])
 
 
 def samples_paths(samples: ObservedSamples, arms: Sequence[Optional[Arm]], margin: float, error: float,

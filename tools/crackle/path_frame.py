@@ -37,15 +37,14 @@ def resampled(line: np.ndarray, n: int = N_COARSE) -> np.ndarray:
 
 def project(line: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Of each point (n x 2) the arc length of the nearest point of the line, and the distance to it."""
-    start, side = line[:-1], np.diff(line, axis=0)
-    length = np.linalg.norm(side, axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.clip(((points[:, None] - start) * side).sum(axis=2) / length ** 2, 0, 1)
-    share = np.where(length > 0, share, 0)
-    distance = np.linalg.norm(points[:, None] - start - share[:, :, None] * side, axis=2)
+    (y, z), (along_y, along_z) = line[:-1].T, np.diff(line, axis=0).T
+    square = along_y ** 2 + along_z ** 2
+    to_y, to_z = points[:, :1] - y, points[:, 1:] - z
+    share = np.clip((to_y * along_y + to_z * along_z) / np.where(square > 0, square, np.inf), 0, 1)
+    distance = (to_y - share * along_y) ** 2 + (to_z - share * along_z) ** 2
     nearest = distance.argmin(axis=1)
     rows = np.arange(len(points))
-    return arc_lengths(line)[nearest] + share[rows, nearest] * length[nearest], distance[rows, nearest]
+    return arc_lengths(line)[nearest] + share[rows, nearest] * np.sqrt(square[nearest]), np.sqrt(distance[rows, nearest])
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
@@ -91,25 +90,29 @@ class Gaps:
     its identity."""
 
     def __init__(self) -> None:
-        self._coarse: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # with the curve, so that its identity stays its own
-        self._known: dict[tuple[int, int], np.ndarray] = {}
-
-    def coarse(self, curve: np.ndarray) -> np.ndarray:
-        if id(curve) not in self._coarse:
-            self._coarse[id(curve)] = (curve, resampled(curve))
-        return self._coarse[id(curve)][1]
+        self._curves: list[np.ndarray] = []  # kept, so that their identities stay their own
+        self._number: dict[int, int] = {}
+        self._coarse = np.zeros((0, N_COARSE, 2))
+        self._known = np.zeros((0, 0, N_COARSE))
 
     def between(self, curves: Sequence[np.ndarray]) -> np.ndarray:
         """n x n x N_COARSE: of the points of curve i from curve k [m]."""
-        points = np.array([self.coarse(curve) for curve in curves])
-        found = np.zeros((len(curves), len(curves), N_COARSE))
-        for k, curve in enumerate(curves):
-            lacking = [i for i, other in enumerate(curves) if (id(other), id(curve)) not in self._known]
-            if lacking:
-                distance = project(points[k], points[lacking].reshape(-1, 2))[1].reshape(len(lacking), N_COARSE)
-                self._known.update({(id(curves[i]), id(curve)): row for i, row in zip(lacking, distance)})
-            found[:, k] = [self._known[id(other), id(curve)] for other in curves]
-        return found
+        new = [*{id(curve): curve for curve in curves if id(curve) not in self._number}.values()]
+        for curve in new:
+            self._number.setdefault(id(curve), len(self._number))
+        if new:
+            n = len(self._curves)
+            self._curves += new
+            self._coarse = np.concatenate([self._coarse, [resampled(curve) for curve in new]])
+            known = np.full((len(self._curves),) * 2 + (N_COARSE,), np.nan)
+            known[:n, :n] = self._known
+            self._known = known
+        number = np.array([self._number[id(curve)] for curve in curves])
+        for k in number:
+            if (lacking := number[np.isnan(self._known[number, k, 0])]).size:
+                distance = project(self._coarse[k], self._coarse[lacking].reshape(-1, 2))[1]
+                self._known[lacking, k] = distance.reshape(-1, N_COARSE)
+        return self._known[np.ix_(number, number)]
 
 
 @dataclass
