@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 LEVEL = 0.9  # of the intervals
 SIGNIFICANT = 0.05
+UNEVEN = 0.01  # p from which on the scatter of meshes is a function of the inputs
 COVERAGE_LEVELS = (0.5, 0.9)
 MOST_LEFT_OUT = 200  # draws
 LEAST_EFFECTIVE_SIZE = 1000  # for intervals
@@ -287,7 +288,7 @@ class Calibration:
         self.emulator = Emulator(basis, values)
         self._require_draws(LEAST_DEGREES - (self.emulator.degrees_of_freedom - self.emulator.n + 1))
         self.evenness = self.emulator.evenness()
-        self.emulator = self.emulator.with_slopes(SIGNIFICANT)
+        self.emulator = self.emulator.with_slopes(UNEVEN)
         self.likelihood = Likelihood(self.emulator, data.seen, terms)
         self.points = sample(self.likelihood, self.likelihood.n_variables, FULL, random_numbers(0))
         self._add_posterior()

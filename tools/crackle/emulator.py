@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Iterator, Sequence
 
 import numpy as np
@@ -224,7 +223,7 @@ class Emulator:
         self.residual = values.value - q @ self._coefficient
         self._leverage = np.cumsum(q**2, axis=1)[:, self.n_terms - 1]
         self.slopes = slopes if slopes is not None else np.zeros((self.n, len(basis.inputs)))
-        even = self.residual / self.widening(self._variables)
+        even = self.residual / self.widening(basis.variables[values.draw])
         self.scatter = _covariance(even, 1 / np.sqrt(n - self.n_terms))
         # Of the mean: samples of a draw share the error of the expansion.
         sums = np.array([self.residual[values.draw == one].sum(axis=0) for one in np.unique(values.draw)]) if values.n_draws < n else self.residual
@@ -232,10 +231,6 @@ class Emulator:
         self.variance = np.var(values.value, axis=0, ddof=1)
         self.degrees_of_freedom = values.n_draws - float(most)
         self.mean_leverage = most / n
-
-    @cached_property
-    def _variables(self) -> np.ndarray:
-        return self.basis.variables[self.values.draw]
 
     def refitted(self, values: Values, columns: Sequence[int] | None = None) -> "Emulator":
         """With the degrees of this one, for some of its components."""
@@ -252,15 +247,26 @@ class Emulator:
         """The scatter's deviation there, of that in the middle: points x components."""
         return np.exp(np.clip(w, -2.5, 2.5) @ self.slopes.T / 2)
 
+    def _squares(self) -> tuple[np.ndarray, np.ndarray]:
+        """Those of the scatter of meshes, and ones with their inputs' variables beside them: of samples or, with replicates, of draws."""
+        w, draw = self.basis.variables, self.values.draw
+        if self.values.n_draws == len(draw):
+            return self.residual**2 / np.maximum(1e-12, 1 - self._leverage), np.column_stack([np.ones(len(draw)), w[draw]])
+        number = np.bincount(draw, minlength=len(w)).astype(float)
+        means = np.stack([np.bincount(draw, column, minlength=len(w)) / np.maximum(1, number) for column in self.values.value.T], axis=1)
+        apart = (self.values.value - means[draw])**2
+        several = number > 1
+        square = np.stack([np.bincount(draw, column, minlength=len(w)) for column in apart.T], axis=1)[several] / (number[several, None] - 1)
+        return square, np.column_stack([np.ones(int(several.sum())), w[several]])
+
     def evenness(self) -> np.ndarray:
-        """p, for each component, of residuals whose squares follow the inputs as much if the scatter is the same everywhere: Koenker's test (1981, J.
-        Econometrics 17, 107)."""
-        square = self.residual**2 / np.maximum(1e-12, 1 - self._leverage)
-        inside = np.column_stack([np.ones(len(square)), self._variables])
-        spread = np.sum((square - square.mean(axis=0))**2, axis=0)
+        """p, for each component, of squares that follow the inputs as much if the scatter is the same everywhere: Koenker's test (1981, J. Econometrics 17,
+        107)."""
+        square, inside = self._squares()
+        total = np.sum((square - square.mean(axis=0))**2, axis=0)
         rest = np.sum((square - inside @ np.linalg.lstsq(inside, square, rcond=None)[0])**2, axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(spread > 0, stats.chi2.sf(len(square) * (1 - rest / spread), len(self.basis.inputs)), 1.0)
+            return np.where(total > 0, stats.chi2.sf(len(square) * (1 - rest / total), inside.shape[1] - 1), 1.0)
 
     def with_slopes(self, level: float) -> "Emulator":
         """With the scatter as an exponential function of the inputs (Harvey 1976, Econometrica 44, 461) where a test at this level, for all components
@@ -268,8 +274,8 @@ class Emulator:
         uneven = self.evenness() <= level / self.n
         if not uneven.any():
             return self
-        inside = np.column_stack([np.ones(len(self.residual)), self._variables])
-        logs = np.log(np.maximum(self.residual**2 / np.maximum(1e-12, 1 - self._leverage), 1e-12 * self.scatter.diagonal()))
+        square, inside = self._squares()
+        logs = np.log(np.maximum(square, 1e-12 * self.scatter.diagonal()))
         slopes = np.where(uneven, np.linalg.lstsq(inside, logs, rcond=None)[0][1:], 0).T
         return Emulator(self.basis, self.values, self.chosen, slopes)
 
