@@ -16,7 +16,7 @@ from .inference import wilson
 from .observations import Observable, check_places, is_same_load, needs_arms, observe, observed_samples
 from .path_frame import PathFrame
 from .posterior import FULL, PART, SMALL, Block, Likelihood, Observed, Points, Terms, observed, random_numbers, sample
-from .text import aligned, count, json_text, percent, probability, quantity, readable
+from .text import aligned, count, json_text, percent, plain, probability, quantity, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -497,7 +497,7 @@ class Calibration:
             frame, stations = data.path.frame, data.path.stations
             path = {"place": frame.place[stations], "normal": frame.normal[stations], "observed": [one.observed for one in self.path],
                     **{name: [getattr(one.predicted, name) for one in self.path] for name in ("mean", "lower", "upper")}}
-        return {
+        return plain({
             "level": LEVEL, "experiments": self.names, "discrepancy": self.terms.discrepancy, "between_specimens": self.terms.between_specimens,
             "inputs": [{"key": random["key"], "unit": random["unit"], "distribution": random["kind"], "prior": vars(prior), "posterior": vars(posterior), "ratio": ratio}
                        for random, prior, posterior, ratio in zip(data.inputs.random, self.prior, self.posterior, self.ratios)],
@@ -511,7 +511,7 @@ class Calibration:
             "draws": {"values": self.draws.iloc[:, :-1].to_numpy(), "weights": self.draws["weight"].to_numpy()},
             "warnings": self.warnings, "notes": self.notes,
             "samples": {"planned": about["planned"], "used": len(data.values.draw), "draws": len(data.draws), "failed": about["failed"], "undecided": about["undecided"],
-                        "missing": about["missing"], "left_out": data.left_out}}
+                        "missing": about["missing"], "left_out": data.left_out}})
 
     @property
     def json(self) -> str:

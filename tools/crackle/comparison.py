@@ -13,7 +13,7 @@ from . import inference
 from .files import ResultsError
 from .inference import Censored, Difference, TwoSamples
 from .program import statistics_of
-from .text import aligned, count, json_text, probability, shown, shown_range, unit_for
+from .text import aligned, count, json_text, plain, probability, shown, shown_range, unit_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,8 +46,8 @@ class Comparisons:
 
     @property
     def document(self) -> dict[str, Any]:
-        return {"first": self.names[0], "sections": [name for name, _ in self._sections],
-                "comparisons": [one.document(name) for one, name in zip(self._comparisons, self.names[1:])]}
+        return plain({"first": self.names[0], "sections": [name for name, _ in self._sections],
+                      "comparisons": [one.document(name) for one, name in zip(self._comparisons, self.names[1:])]})
 
     @property
     def json(self) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The documents of `crackle match` and `crackle calibrate` as tables."""
+"""The document of `crackle match` as a table."""
 from __future__ import annotations
 
 from typing import Any
@@ -16,12 +16,4 @@ def match_table(found: dict[str, Any]) -> pd.DataFrame:
     of_set = [{"by": name, **by} for name, by in found["set"]["by"].items()] if found["set"] else []
     together = pd.json_normalize(of_set, sep="_").set_index("by") if of_set else None
     table.attrs = {"set": together, "warnings": found["warnings"], "document": found}
-    return table
-
-
-def calibration_table(found: dict[str, Any]) -> pd.DataFrame:
-    """See Ensemble.calibrate."""
-    table = pd.json_normalize(found["inputs"], sep="_").set_index("key")
-    draws = pd.DataFrame(found["draws"]["values"], columns=table.index).assign(weight=found["draws"]["weights"])
-    table.attrs = {"draws": draws, "document": found}
     return table

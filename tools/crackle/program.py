@@ -50,12 +50,6 @@ def observed_of(folder: Path, program: str | Path | None = None) -> dict[str, An
     return _ask(program, "observe", str(folder), tells=True)
 
 
-def calibration_of(folder: Path, experiments: Path, program: str | Path | None = None) -> dict[str, Any]:
-    """The document of `crackle calibrate --json` for them. Raises ResultsError, also where the ensemble has no random inputs."""
-    check_folder(folder)
-    return _ask(program, "calibrate", str(folder), str(experiments), "--json")
-
-
 def _ask(program: str | Path | None, command: str, *arguments: str, tells: bool = False) -> dict[str, Any]:
     result = subprocess.run([find_program(program), command, *arguments], capture_output=True, text=True, check=False)
     if result.returncode != 0:

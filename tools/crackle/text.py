@@ -84,14 +84,15 @@ def _prefixed(si: str, size: float) -> tuple[str, float]:
 
 def json_text(document: Any, indent: int | None = 1) -> str:
     """With null for what is no finite number."""
-    return json.dumps(_plain(document), indent=indent, ensure_ascii=False) + "\n"
+    return json.dumps(plain(document), indent=indent, ensure_ascii=False) + "\n"
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """As JSON has it: None for what is no finite number."""
     if isinstance(value, dict):
-        return {str(name): _plain(one) for name, one in value.items()}
+        return {str(name): plain(one) for name, one in value.items()}
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (list, tuple)):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -9,8 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Optional
 
+from crackle.calibration import calibrate
 from crackle.comparison import compare
-from crackle.program import ResultsError, calibration_of, match_of, statistics_of
+from crackle.program import ResultsError, match_of, statistics_of
 
 from . import page, style, sweep
 from .figures import SECTIONS
@@ -107,7 +108,7 @@ def _with_experiments(options: Options, ensemble: Ensemble, program: Optional[Pa
     reason = "the ensemble has no random inputs"
     if ensemble.inputs:
         try:
-            calibration = calibration_of(ensemble.folder, options.experiments, program)
+            calibration = calibrate(ensemble.folder, options.experiments, program=program).document
         except ResultsError as error:
             reason = str(error)
     return replace(options, match=match, calibration=calibration, no_calibration=reason)
