@@ -6,6 +6,8 @@
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/outline.h"
 #include "crackle/geometry/symmetry.h"
+#include "crackle/input/copula.h"
+#include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/uncertainty/random_inputs.h"
 #include "ensemble_folder.h"
@@ -107,6 +109,29 @@ void add_samples(const StoredSamples& stored, const input::Parameters& parameter
   document["samples"] = std::move(samples);
 }
 
+/// The random inputs, with NaN for what their distributions do not take.
+Json random_of(const input::Parameters& parameters) {
+  Json list = Json::array();
+  for (const input::RandomInput& random : parameters.random)
+    list.push_back({{"key", random.key},
+                    {"keys", input::keys_of(random)},
+                    {"by_factor", random.by_factor},
+                    {"unit", random.unit},
+                    {"kind", input::distribution_names[index(random.distribution)]},
+                    {"parameters",
+                     {{"own", random.own},
+                      {"mean", random.mean},
+                      {"standard_deviation", random.standard_deviation},
+                      {"lower", random.lower},
+                      {"upper", random.upper},
+                      {"mode", random.mode},
+                      {"shape", random.shape},
+                      {"scale", random.scale}}},
+                    {"values", random.values},
+                    {"weights", random.weights}});
+  return list;
+}
+
 std::string observed(const std::filesystem::path& folder, const input::Parameters& parameters) {
   StoredSamples stored = stored_samples(folder, parameters);
   for (std::size_t i = 0; i < stored.rows.size(); ++i) tell_unusable(i, stored.rows[i]);
@@ -129,6 +154,8 @@ std::string observed(const std::filesystem::path& folder, const input::Parameter
                 {"failed", Json::array()},
                 {"undecided", Json::array()},
                 {"missing", Json::array()}};
+  document["random"] = random_of(parameters);
+  document["correlation"] = parameters.correlations.empty() ? Json() : Json(input::copula(parameters));
   add_samples(stored, parameters, document);
   return document.dump() + "\n";
 }

@@ -18,7 +18,7 @@ def start(module: str) -> int:
         is_other = sys.prefix != sys.base_prefix or os.path.realpath(sys.executable) != os.path.realpath(DISTRIBUTION)
         if is_other and os.access(DISTRIBUTION, os.X_OK):
             os.execv(DISTRIBUTION, [DISTRIBUTION, *sys.argv])
-        print(f"{Path(sys.argv[0]).name.removesuffix('-command')}: Python's package {error.name} is missing; tools/setup demo installs what is needed on "
+        print(f"{Path(sys.argv[0]).name}: Python's package {error.name} is missing; tools/setup demo installs what is needed on "
               f"Debian, and 'pip install {Path(__file__).resolve().parent}' elsewhere", file=sys.stderr)
         return 1
     return main()

@@ -64,14 +64,14 @@ def _places(origin: float) -> Callable[[Ensemble], str]:
 def _posterior(name: str) -> Callable[[Ensemble], str]:
     def find(ensemble: Ensemble) -> str:
         key, origin, unit = DRAWN[name]
-        row = ensemble.calibrate(measured("semicircular-bend-calibrated").experiments_file).loc[key]
+        row = ensemble.calibrate(measured("semicircular-bend-calibrated").experiments_file).inputs.loc[key]
         mean, low, high = ((row[f"posterior_{end}"] - origin) / unit for end in ("mean", "lower", "upper"))
         return f"{mean:.3g} ({low:.3g} to {high:.3g})" + (" mm" if unit != 1 else "")
     return find
 
 
 def _explained(ensemble: Ensemble) -> str:
-    checks = ensemble.calibrate(measured("semicircular-bend-calibrated").experiments_file).attrs["document"]["checks"]
+    checks = ensemble.calibrate(measured("semicircular-bend-calibrated").experiments_file).document["checks"]
     return f"{checks['distance']['p_value']:.2f}"
 
 

@@ -414,10 +414,10 @@ const std::vector<Table>& schema() {
     for (Table& table : specimen_tables()) all.push_back(std::move(table));
     for (Table& table : std::vector<Table>{mesh_table(), region_table()}) all.push_back(std::move(table));
     for (Table& table : material_tables()) all.push_back(std::move(table));
-    for (Table& table :
-         std::vector<Table>{fracture_table(), variation_table(), boundary_table(), load_table(),
-                            initial_stress_table(), time_table(), damping_table(), sections_table(),
-                            line_table(), output_table(), probe_table(), random_table(), sweep_table()})
+    for (Table& table : std::vector<Table>{fracture_table(), variation_table(), boundary_table(),
+                                           load_table(), initial_stress_table(), time_table(),
+                                           damping_table(), sections_table(), line_table(), output_table(),
+                                           probe_table(), random_table(), correlation_table(), sweep_table()})
       all.push_back(std::move(table));
     return all;
   }();

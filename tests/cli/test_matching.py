@@ -467,12 +467,12 @@ class Matches(unittest.TestCase):
         self.assertTrue(matching.as_experiment(ended, made.samples).arrested)
         crossed = made.sample(99, np.vstack([made.crack(), MM * np.array([[15.9, 9.5]])]))
         self.assertFalse(matching.as_experiment(crossed, made.samples).arrested, "at the end of the body")
-        other = matching.p_values_of(Made(16, 12).samples, made.samples)["p_value"]
+        other = np.array(list(matching.p_values_of(Made(16, 12).samples, made.samples).values()))
         self.assertGreater(other.mean(), 0.25)
         shifted = Made(16, 12)
         for sample in shifted.samples.samples:
             sample.arms[0][0] = Arm(sample.arms[0][0].points + (0, 2 * MM), sample.arms[0][0].time)
-        self.assertLess(matching.p_values_of(shifted.samples, made.samples)["p_value"].mean(), other.mean() / 2)
+        self.assertLess(np.mean(list(matching.p_values_of(shifted.samples, made.samples).values())), other.mean() / 2)
 
 
 class Observations(unittest.TestCase):

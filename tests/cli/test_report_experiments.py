@@ -21,7 +21,6 @@ sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
 import crackle  # noqa: E402
 import in_process  # noqa: E402
-from crackle.experiments import calibration_table  # noqa: E402
 from crackle import matching, weibull  # noqa: E402
 from crackle_report import photographs  # noqa: E402
 from crackle_report.figures import experiments, loads, posterior  # noqa: E402
@@ -166,9 +165,6 @@ class Experiments(unittest.TestCase):
         found = {"inputs": [{"key": "material.youngs_modulus", "unit": "Pa", "prior": spread(3.3e9, 4e8), "posterior": spread(3.2e9, 1e8)},
                             {"key": "material.poisson_ratio", "unit": "", "prior": spread(0.35, 0.05), "posterior": spread(0.36, 0.01)}],
                  "draws": {"values": values.tolist(), "weights": [1] * 200}}
-        table = calibration_table(found)
-        self.assertEqual(table.loc["material.youngs_modulus", "posterior_mean"], 3.2e9)
-        np.testing.assert_array_equal(table.attrs["draws"]["material.poisson_ratio"], values[:, 1])
         picture, = posterior.pictures(found, [{"key": "material.youngs_modulus", "values": random.normal(3.3e9, 4e8, 50).tolist()}])
         self.assertEqual([axes.get_xlabel() for axes in picture.figure.axes], ["material.youngs_modulus", "material.poisson_ratio"])
         self.assertEqual(overlapping_texts(picture.figure), [])

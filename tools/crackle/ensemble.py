@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Iterator
+from typing import TYPE_CHECKING, Iterator, Optional
 
 import h5py
 import numpy as np
@@ -12,14 +12,14 @@ import pandas as pd
 import xarray as xr
 
 from . import labelled
-from .documents import calibration_table
 from .files import ENSEMBLE_KIND, SAMPLE_KIND, ResultsError, is_there, open_results, results, sample_files, text_of
 from .plots import Plots
-from .program import calibration_of
 from .sample import Sample
 
 if TYPE_CHECKING:
+    from .calibration import Calibration
     from .matching import Match
+    from .sensitivities import Sensitivities
 
 STATUS = pd.CategoricalDtype(["pending", "done", "failed"])
 
@@ -144,13 +144,22 @@ class Ensemble:
             photographs.add_pictures(found.document, reading.read_ensemble(self.folder, program))
         return found
 
-    def calibrate(self, experiments: str | Path, program: str | Path | None = None) -> pd.DataFrame:
-        """The random inputs given experiments (a TOML file), as `crackle calibrate` finds them: a row for each input with its
-        prior and posterior [SI]. `.attrs` holds "draws" (a table of weighted draws from the posterior) and the whole "document".
+    def calibrate(self, experiments: str | Path, discrepancy: bool = False, between_specimens: Optional[bool] = None,
+                  program: str | Path | None = None) -> "Calibration":
+        """The random inputs given experiments (a TOML file): `.inputs` has a row for each with its prior and posterior [SI], `.draws` weighted draws from the
+        posterior; `print()` shows what `crackle calibrate` does, `.document` what it does with --json, and `.plot()` draws prior and posterior.
 
-        Raises crackle.ResultsError with the program's message, also where there are no random inputs.
+        @param discrepancy: allow for a model that is off by an unknown amount in each quantity
+        @param between_specimens: allow for specimens that differ by more than meshes and reading do; None: from two experiments on
+        Raises crackle.ResultsError, also where there are no random inputs.
         """
-        return calibration_table(calibration_of(self.folder, Path(experiments), program))
+        from .calibration import calibrate
+        return calibrate(self.folder, experiments, discrepancy, between_specimens, program)
+
+    def sensitivities(self, program: str | Path | None = None) -> "Sensitivities":
+        """Effects of the random inputs and of the mesh on results: tables, `print()` and `.plot()`. Raises crackle.ResultsError."""
+        from .sensitivities import sensitivities
+        return sensitivities(self.folder, program)
 
     @staticmethod
     def _with_constants(history: xr.Dataset) -> xr.Dataset:

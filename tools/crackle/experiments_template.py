@@ -1,29 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""crackle init FILE --from-ensemble FOLDER: an experiments file to start from."""
+"""The experiments file of `crackle init FILE --from-ensemble FOLDER`."""
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 from .experiments import explained_keys
-from .files import ResultsError
-from .observations import ObservedSamples, observed_samples
-
-
-def main(words: list[str], program: Path) -> int:
-    file, folder = words
-    if Path(file).exists():
-        raise ResultsError(f"{file} already exists; give another name")
-    text = template(observed_samples(Path(folder), False, program), folder)
-    try:
-        with open(file, "x", encoding="utf-8") as stream:
-            stream.write(text)
-    except OSError as error:
-        raise ResultsError(f"'{file}' cannot be written: {error.strerror}") from error
-    print(f"{file}: a made-up experiment, to be replaced by yours; to set another key, take away the # before it\ncrackle match {folder} {file}")
-    return 0
+from .observations import ObservedSamples
 
 
 def _place(point: np.ndarray) -> str:

@@ -243,8 +243,9 @@ def advice(by: Document, is_shared: bool = False) -> str:
     return " ".join(words)
 
 
-def held_out_text(rows: Sequence[tuple[int, Optional[float]]], of: str = "") -> str:
-    p_values = [p for _, p in rows if p is not None and not math.isnan(p)]
+def held_out_text(found: dict[int, float], of: str = "") -> str:
+    """@param found: p-values by sample; @param of: the folder of the other ensemble, if any"""
+    p_values = [p for p in found.values() if not math.isnan(p)]
     whose = f"{len(p_values)} samples of {of}, each as an experiment against these" if of else \
         f"{len(p_values)} samples, each as an experiment against the others"
     lines = [whose]

@@ -3,6 +3,7 @@
 leaves theirs, and what several say together. The same in each call."""
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -37,6 +38,11 @@ class Match:
 
     def __str__(self) -> str:
         return match_text.text(self.document)
+
+    @property
+    def json(self) -> str:
+        """The document as `crackle match --json` prints it."""
+        return json.dumps(self.document, indent=1) + "\n"
 
     @property
     def experiments(self) -> pd.DataFrame:
@@ -430,10 +436,10 @@ def hold_out(samples: ObservedSamples, n: int) -> tuple[list[Experiment], Observ
             replace(samples, samples=[one for i, one in enumerate(samples.samples) if i not in chosen]))
 
 
-def p_values_of(of: ObservedSamples, samples: ObservedSamples) -> pd.DataFrame:
-    """The p-value of each sample of one ensemble as an experiment beside those of another, or of the same without it."""
-    rows = []
+def p_values_of(of: ObservedSamples, samples: ObservedSamples) -> dict[int, float]:
+    """The p-value of each sample of one ensemble as an experiment beside those of another, or of the same without it, by number."""
+    found = {}
     for i, one in enumerate(of.samples):
         others = samples if of is not samples else replace(samples, samples=samples.samples[:i] + samples.samples[i + 1:])
-        rows.append({"sample": one.number, "p_value": _match_one(as_experiment(one, of), others)["p_value"]})
-    return pd.DataFrame(rows)
+        found[one.number] = _match_one(as_experiment(one, of), others)["p_value"]
+    return found
