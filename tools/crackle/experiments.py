@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Callable, Iterator, Optional
 
 import numpy as np
+
+try:
+    import tomllib
+except ModuleNotFoundError:  # before Python 3.11
+    import tomli as tomllib  # type: ignore[no-redef]
 
 from . import quantities
 from .files import ResultsError

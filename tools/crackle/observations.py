@@ -2,6 +2,7 @@
 """The samples of an ensemble as an experiment would see them: their cracks, loads and times."""
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Iterable, Optional, Sequence
@@ -136,11 +137,17 @@ def observed_samples(folder: Path, with_arms: bool, program: Optional[Path] = No
     if with_arms:
         for sample, row in zip(samples, rows):
             file = folder / "samples" / f"{sample.number:04d}.h5"
-            if file.is_file():
-                sample.arms = _arms(_main_lines(file), sample.leading_start, starts, _symmetries(row["symmetries"])
-                                    if "symmetries" in row else symmetries)
-            else:
+            if not file.is_file():
                 missing.append(sample.number)
+                continue
+            try:
+                lines = _main_lines(file)
+            except ResultsError as error:
+                print(f"sample {sample.number} is left out: {error}", file=sys.stderr)
+                missing.append(sample.number)
+            else:
+                own = _symmetries(row["symmetries"]) if "symmetries" in row else symmetries
+                sample.arms = _arms(lines, sample.leading_start, starts, own)
         samples = [sample for sample in samples if sample.arms]
         if not samples:
             raise ResultsError(f"'{folder}' holds no sample files; paths and tips are compared with the cracks in these, loads alone "
@@ -154,6 +161,8 @@ def _main_lines(file: Path) -> list[tuple[int, Arm]]:
         found, table = root["crack_lines"], root["crack_lines/lines"]
         points = found["position"][...]
         time = found["time"][...] if "time" in found else np.full(len(points), np.nan)
+        if not np.isfinite(points).all():
+            raise ResultsError(f"cannot use '{file}': places of its crack lines are not numbers")
         return [(int(start), Arm(points[first:first + count], time[first:first + count]))
                 for first, count, start, parent in zip(*(table[name][...] for name in ("first", "count", "notch", "parent")))
                 if parent < 0 and count >= 2]

@@ -17,7 +17,7 @@ ROUNDING = 1e-9  # statistics that differ by less, relatively, are equal
 LEVEL = 0.05
 MOST_EXACT, N_RANDOM = 20_000, 9_999  # permutations: all of them up to so many, else so many at random
 N_TRIALS, N_OF_TRIAL = 200, 199  # pseudo-experiments, and permutations for each; LEVEL is a multiple of 1 / (N_OF_TRIAL + 1)
-MOST_COLUMNS = 10  # of paths in pseudo-experiments
+MOST_COLUMNS, MOST_EXPERIMENTS = 10, 500  # in pseudo-experiments
 COUNTING_SHARE = 0.9  # columns count that at least this share of the samples reaches
 
 
@@ -176,10 +176,10 @@ def mean_variance(table: np.ndarray) -> float:
 
 def power(samples: np.ndarray, n_experiments: int) -> Optional[Power]:
     """Of as many experiments beside as many samples. Both are drawn from the samples with replacement, smoothed by noise of the samples'
-    own covariance so that hardly two are the same. None with fewer than four samples, or without scatter."""
+    own covariance so that hardly two are the same. None with fewer than four samples, without scatter, or with MOST_EXPERIMENTS."""
     samples = samples[:, ::max(1, samples.shape[1] // MOST_COLUMNS)]
     n, deviation = len(samples), math.sqrt(mean_variance(samples))
-    if n < 4 or not deviation > 0:
+    if n < 4 or not deviation > 0 or n_experiments >= MOST_EXPERIMENTS:
         return None
     random, mean = random_stream(2), np.nanmean(samples, axis=0)
     centred = np.nan_to_num(samples - mean)
