@@ -4,7 +4,6 @@
 #include "crackle/common/printable.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/common/whole_number.h"
-#include "crackle/experiment/observation.h"
 #include "crackle/geometry/mesh_statistics.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -100,19 +99,6 @@ input::Parameters read_sections(const parallel::Communicator& world, const input
   return with_input_errors([&] {
     return parallel::agree(world, [&] { return input::with_sections(parameters, given, "--sections"); });
   });
-}
-
-std::vector<experiment::Experiment> read_experiments(const parallel::Communicator& world,
-                                                     const std::filesystem::path& file,
-                                                     const geometry::Body& body) {
-  std::vector<experiment::Experiment> experiments;
-  with_input_errors([&] {
-    parallel::agree_on_root(world, [&] {
-      experiments = experiment::read_experiments(file);
-      experiment::check_places(file, experiments, body);
-    });
-  });
-  return experiments;
 }
 
 std::vector<NamedValue> material_rows(const input::Parameters& parameters,
