@@ -319,9 +319,10 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
   // At a smooth surface the threshold that follows from a toughness is that of the spacing.
   for (std::size_t i = 0; i < parameters.specimen.notches.size(); ++i)
     if (const auto& slot = parameters.specimen.notches[i].slot; slot && slot->end == SlotEnd::round)
-      findings.report(notch_key(i) + ".end",
-                      "\"round\" is a smooth surface, where cracks start by a strength; give "
-                      "fracture.strength beside the toughness");
+      findings.report("fracture.toughness",
+                      "does not say when a crack starts at the round end of {}, a smooth surface; give "
+                      "fracture.strength, too",
+                      notch_key(i));
 }
 
 void check_time(const Parameters& parameters, Findings& findings) {

@@ -85,6 +85,29 @@ std::optional<std::string> with_outline(const std::string& text, const Value& na
   return text.substr(0, first) + fmt::format("[{}]", fmt::join(points, ", ")) + text.substr(last + 1);
 }
 
+/// The text with the values of random inputs in place of the names of files with them.
+std::string with_random_values(std::string text, const Parameters& parameters,
+                               const std::filesystem::path& name) {
+  const Value root = parse_document(text);
+  for (std::size_t i = 0; i < parameters.random.size(); ++i) {
+    const RandomInput& random = parameters.random[i];
+    const std::string key = fmt::format("random[{}].values", i);
+    const Value* const given = find_path(root, key);
+    if (given == nullptr || given->kind != ValueKind::string) continue;
+    std::vector<std::string> values;
+    for (const double value : random.values)
+      values.push_back(random.unit.empty() ? fmt::format("{}", value)
+                                           : fmt::format("\"{} {}\"", value, random.unit));
+    try {
+      text = with_settings(text, {{key, fmt::format("[{}]", fmt::join(values, ", "))}});
+    } catch (const InputError&) {
+      throw InputError(
+          {fmt::format("{}: {}: give it in a table with the header [[random]]", name.string(), key)});
+    }
+  }
+  return text;
+}
+
 /// The text with the checksum of the raster.
 std::string with_map_checksum(const std::string& text, const Parameters& parameters,
                               const std::filesystem::path& name) {
@@ -146,7 +169,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
   // The stored input names the contents of the raster, which may no longer be there when it is read again.
   if (parameters.map) stored = with_map_checksum(stored, parameters, name);
-  parameters.text = std::move(stored);
+  parameters.text = with_random_values(std::move(stored), parameters, name);
   parameters.notes = findings.notes(name);
   return parameters;
 }
@@ -196,12 +219,15 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
   std::vector<Setting> settings;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const RandomInput& random = parameters.random[i];
-    const auto set = [&](const std::string& key, double value) {
-      settings.push_back({key, random.unit.empty() ? fmt::format("{}", value)
-                                                   : fmt::format("\"{} {}\"", value, random.unit)});
+    const auto set = [&](const std::string& key, double value, const std::string& unit) {
+      settings.push_back(
+          {key, unit.empty() ? fmt::format("{}", value) : fmt::format("\"{} {}\"", value, unit)});
     };
-    set(random.key, values[i]);
-    for (const MovedNumber& moved : random.moved) set(moved.key, moved.own + (values[i] - random.own));
+    set(random.key, values[i], random.unit);
+    for (const MovedNumber& moved : random.moved)
+      set(moved.key,
+          random.by_factor ? moved.own * (values[i] / random.own) : moved.own + (values[i] - random.own),
+          moved.unit);
   }
   const PointsFile points{.path = parameters.mesh.points.value_or(std::filesystem::path()),
                           .digest = parameters.mesh.points_digest};
@@ -209,6 +235,7 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
       parse(parameters.text, name, points, Draw{values, sample_settings(parameters)}, settings);
   if (result.map) result.map->folder = parameters.map->folder;
   result.random = parameters.random;
+  result.correlations = parameters.correlations;
   return result;
 }
 

@@ -55,8 +55,9 @@ Table load_table();
 Table output_table();
 Table probe_table();
 
-/// [[random]] and [[sweep]], which refer to keys of other tables.
+/// [[random]], [[correlation]] and [[sweep]], which refer to keys of other tables.
 Table random_table();
+Table correlation_table();
 Table sweep_table();
 
 /// The key of the schema at a path such as "specimen.notch[0].depth" or "boundary[1].rate[2]", or null.

@@ -138,6 +138,8 @@ inline input::Parameters brittle(const Vector& size, const input::Material& mate
   parameters.specimen.size = size;
   parameters.materials[0] = material;
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  // Weak tetrahedra break one by one, which makes many phases, breaks and pieces.
+  parameters.fracture.nucleation = input::Nucleation::own_stress;
   parameters.time.duration = 4e-5;
   return parameters;
 }
