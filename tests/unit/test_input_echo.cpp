@@ -435,9 +435,10 @@ time: sample start step duration integrator engine precision arrest after_separa
 damping: sample mass bulk
 sections: reading y z
 sections.line: reading from to
-output: records frames history governing
+output: records frames history governing branch_length
 output.probe: records name at
-random: draws key distribution mean standard_deviation lower upper mode scale shape
+random: draws key together distribution mean standard_deviation lower upper mode scale shape values weights
+correlation: draws between rank
 sweep: sample key values
 )");
 }
