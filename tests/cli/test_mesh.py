@@ -240,12 +240,13 @@ class Mesh(unittest.TestCase):
             self.assertEqual({**row, "mesh_s": ""}, {**again, "mesh_s": ""})
 
     def test_survey_goes_on_after_a_mesh_that_fails(self):
-        text = DEMO.read_text()
-        random = '[[random]]\nkey = "mesh.min_quality"\ndistribution = "uniform"\nlower = 0.1\nupper = 0.9\n'
-        (self.folder / "plate.toml").write_text(re.sub("(?m)^min_quality.*$", "", text) + random)
+        own = DEMO.read_text().replace('base = "shared"', 'base = "own"')
+        random = '[[random]]\nkey = "mesh.min_quality"\ndistribution = "uniform"\nlower = -0.5\nupper = 0.4\n'
+        (self.folder / "plate.toml").write_text(f"{own}\n{random}")
         result, rows = self.survey(self.folder / "plate.toml", 4)
         failed = [row["sample"] for row in rows if row["conforms"] == "0"]
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        self.assertEqual(failed, ["2"])
         self.assertEqual(re.findall(r"(?m)^crackle-survey: sample (\d):", result.stderr), failed)
         self.assertRegex(result.stdout, rf"(?m)^realizations +4 of seed 2012: {4 - len(failed)} conform, {len(failed)} failed$")
 
@@ -260,7 +261,7 @@ class Mesh(unittest.TestCase):
         self.assertLess(of_cell[refined == 1].min(axis=1).max(), 2 * 0.6e-3)
         self.assertGreater(np.minimum(x, 5e-3 - x)[refined == 1].min(), 2 * of_cell[refined == 1].min())
         deep = (np.minimum(x, 5e-3 - x) > 2 * of_cell.max(axis=1)) & (of_cell.max(axis=1) < 2 * 0.6e-3)
-        self.assertGreater(refined[deep].mean(), 0.5)  # others are near a slot
+        self.assertGreater(refined[deep].mean(), 0.4)  # others are near a slot
 
     def test_wrong_options(self):
         mesh = self.folder / "mesh.vtkhdf"
