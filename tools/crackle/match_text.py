@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, Callable, Iterator, Optional, Sequence
 
-from . import units
 from .rank_tests import LEVEL, ROUNDING, least_p_value
+from .text import aligned, count, percent, readable
+from .text import probability as shown_probability
+from .text import quantity as shown_quantity
 
 MOST_NAMED = 20  # samples in a sentence; more are counted
 ENOUGH = 0.8  # power below which a test that finds nothing cannot tell
@@ -15,46 +17,17 @@ Document = dict[str, Any]
 
 def quantity(value: Optional[float], unit: str, largest: Optional[float] = None, digits: int = 3) -> str:
     """In the unit that suits the largest of those beside it; "-" for none."""
-    if value is None or math.isnan(value):
-        return "-"
-    largest = abs(largest if largest is not None else value)
-    if unit == "1":
-        return f"{value:.2f}"
-    if unit == "m" and (largest == 0 or 1e-5 <= largest < 1):
-        shown = units.MM
-    elif largest == 0 or 0.1 <= largest < 1e4:
-        shown = units.Unit(unit, 1.0)
-    else:
-        shown = units.fitting(largest, units.Unit(unit, 1.0), 0.1, 1e4)
-    return f"{shown.of(value):.{digits if abs(shown.of(value)) < 1e4 else 6}g} {shown.name}"
+    if value is None or unit == "1":
+        return "-" if value is None else f"{value:.2f}"
+    return shown_quantity(value, unit, digits, largest)
 
 
 def probability(p: Optional[float]) -> str:
-    return "-" if p is None or math.isnan(p) else f"{p:.4f}" if p < 0.01 else f"{p:.3f}"
-
-
-def percent(share: float) -> str:
-    return f"{100 * share:.0f} %"
-
-
-def count(n: int, noun: str) -> str:
-    return f"{n} {noun}{'' if n == 1 else 's'}"
+    return "-" if p is None else shown_probability(p)
 
 
 def named(numbers: Sequence[int], what: str) -> str:
     return f"{len(numbers)} {what} ({', '.join(map(str, numbers[:MOST_NAMED]))}{', ...' if len(numbers) > MOST_NAMED else ''})"
-
-
-def readable(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def aligned(rows: list[list[str]], n_texts: int) -> str:
-    """The first columns and the last one are texts, the others are aligned at the right."""
-    widths = [max(map(len, column)) for column in zip(*rows)]
-    last = len(widths) - 1
-    return "".join("  ".join(cell.ljust(width) if k < n_texts or k == last else cell.rjust(width)
-                             for k, (cell, width) in enumerate(zip(row, widths))).rstrip() + "\n" for row in rows)
 
 
 def text(document: Document) -> str:
@@ -84,7 +57,7 @@ def _table(document: Document) -> str:
                          *(quantity(by[key], by["unit"], largest) for key in ("mean_distance", "usual_distance", "offset", "standard_deviation")),
                          ", ".join(f"{each['sample']} ({quantity(each['distance'], by['unit'], by['mean_distance'])})" for each in by["nearest"])])
             name = ""
-    return "\n" + aligned(rows, 2) if len(rows) > 1 else ""
+    return "\n" + aligned(rows, 2, True) if len(rows) > 1 else ""
 
 
 def _place(point: Sequence[float]) -> str:
@@ -174,7 +147,7 @@ def _set(found: Document) -> Iterator[str]:
         rows.append([readable(name), str(by["n_experiments"]), *(probability(by[key]) for key in ("p_value", "energy_p_value", "depth_p_value")),
                      _interval(by["shift"], _shift(by)) if has_moments else "-", _interval(by["scatter_ratio"], _times) if has_moments else "-"])
     if found["by"]:
-        yield aligned(rows, 2)
+        yield aligned(rows, 2, True)
     for one in found["left_out"]:
         yield f"Left out by {readable(one['by'])}: {one['name']}, {one['reason']}.\n"
     if found["ways"] and len(found["ways"]["ways"]) > 1:

@@ -3,7 +3,6 @@
 leaves theirs, and what several say together. The same in each call."""
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from .observations import (Observable, ObservedSamples, SeenPaths, check_places,
 from .path_frame import N_STATIONS, length_of
 from .rank_tests import (LEVEL, ROUNDING, Scatter, distances_of, group_test, joint_distances, least_p_value, power, random_stream, rank_test,
                          samples_needed, scatter)
+from .text import json_text, plain
 from .ways import Ways, least_distance, moved_onto, ways_of
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Match:
     @property
     def json(self) -> str:
         """The document as `crackle match --json` prints it."""
-        return json.dumps(self.document, indent=1) + "\n"
+        return json_text(self.document)
 
     @property
     def experiments(self) -> pd.DataFrame:
@@ -100,28 +100,15 @@ def match(folder: Path, experiments: Path, program: Optional[Path] = None) -> Ma
 def match_with(experiments: Sequence[Experiment], samples: ObservedSamples) -> Match:
     """The same of what has been read."""
     document = samples.document
-    return Match(_plain({
+    return Match(plain({
         "experiments": [_match_one(one, samples) for one in experiments],
         "set": _match_set(experiments, samples),
-        "warnings": list(_warnings(experiments, samples)),
+        "warnings": [*_warnings(experiments, samples)],
         "samples": {"planned": document["planned"], "used": len(samples.samples), "failed": document["failed"], "undecided": document["undecided"],
                     "missing": samples.missing, "unbroken": [one.number for one in samples.samples if one.is_unbroken],
                     "loads": [{"sample": one.number, "onset_load": math.nan if one.is_unbroken else one.onset_load, "peak_load": one.peak_load,
                                "is_unbroken": one.is_unbroken} for one in samples.samples]}}),
         [start.walls.reshape(-1, 2) for start in samples.starts])
-
-
-def _plain(value: Any) -> Any:
-    """As JSON knows it; NaN is None."""
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [_plain(each) for each in value]
-    if isinstance(value, (np.generic,)):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 # One experiment.
@@ -422,7 +409,9 @@ def as_experiment(sample: Any, samples: ObservedSamples) -> Experiment:
         slab = length_of(arm.points) / (len(arm.points) - 1)
         room = min((each.distance(arm.points[-1]) for s, each in enumerate(samples.starts) if s != notch and not each.is_notch), default=math.inf)
         room = min(room, *(arm.points[-1] - samples.lower), *(samples.upper - arm.points[-1]))
-        experiment = replace(experiment, lines=[arm.points], arrested=bool(room > 2 * slab))
+        steps = np.linalg.norm(np.diff(arm.points, axis=0), axis=1)
+        across = np.sort(np.argsort(steps)[len(steps) - len(arm.holes):]) + 1  # holes, behind which it is another arm
+        experiment = replace(experiment, lines=np.split(arm.points, across), arrested=bool(room > 2 * slab))
     return replace(experiment, **{name: None if math.isnan(load) else load for name, load in (
         ("onset_load", math.nan if sample.is_unbroken else sample.onset_load), ("peak_load", sample.peak_load))})
 
