@@ -461,6 +461,7 @@ Table correlation_table() {
   Key rank = number_key(
       "rank", [=](Parameters & parameters, std::size_t i) -> auto& { return at(parameters, i).rank; },
       {-1, 1, true, true}, required(), "Spearman's rank correlation, by a Gaussian copula");
+  rank.accepted += ", such as 0.5";
   return {"correlation",
           Occurrence::many,
           "two random inputs that depend on each other",
