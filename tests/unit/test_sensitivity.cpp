@@ -242,8 +242,10 @@ TEST(Sensitivity, OfLoadsIsThatOfAllDrawsAndOfOthersThatOfTheDrawsThatBroke) {
     ++n_found;
     std::printf("%s: %d draws, %d bounds, first %.3f, %.3f, %.3f\n", one.info.name, one.n_draws, one.n_bounds,
                 one.inputs[2].first.value, one.inputs[0].first.value, one.inputs[1].first.value);
-    EXPECT_NEAR(one.inputs[2].first.value, 0.632, 0.03);
-    EXPECT_NEAR(one.inputs[0].first.value, 0.355, 0.03);
+    // With a bound in place of every second value the indices are less sharp.
+    const double tolerance = one.n_bounds > 0 ? 0.09 : 0.03;
+    EXPECT_NEAR(one.inputs[2].first.value, 0.632, tolerance);
+    EXPECT_NEAR(one.inputs[0].first.value, 0.355, tolerance);
     EXPECT_NEAR(one.inputs[1].first.value, 0, 0.01);
     const int n_known = one.n_draws - one.n_bounds;
     EXPECT_TRUE(25 < n_known && n_known < 45) << n_known;
