@@ -708,6 +708,6 @@ def calibrate(folder: str | Path, experiments: str | Path, discrepancy: bool = F
         data.notes.append("tip_times is not used: only with a single experiment")
     n_contrasts = len(data.seen.contrasts)
     if between_specimens and not n_contrasts:
-        raise ResultsError("--between-specimens needs at least two experiments that have everything that any of them has")
+        raise ResultsError("--between-specimens needs two experiments with the same observations")
     terms = Terms(discrepancy, n_contrasts > 0 if between_specimens is None else between_specimens)
     return Calibration(data, terms, [given[i].name for i in data.experiments], {**about, "missing": samples.missing})
