@@ -32,7 +32,6 @@ youngs_modulus = "32 GPa"
 poisson_ratio = 0.2
 density = "2450 kg/m^3"
 [fracture]
-strength = "35 MPa"
 toughness = "30 J/m^2"
 impulse = "1e-8 MPa^2 s"
 [[boundary]]
@@ -56,6 +55,10 @@ class Limits(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
+
+    def assert_no_warning(self, said: str) -> None:
+        """None but that of a plate without a notch, whose toughness alone tells nothing of its surface."""
+        self.assertEqual([line for line in said.splitlines() if line.startswith("Warning") and "with a toughness alone" not in line], [])
 
     def call(self, text: str, *arguments: str) -> subprocess.CompletedProcess[str]:
         (self.folder / "plate.toml").write_text(text)
@@ -129,7 +132,7 @@ velocity = ["free", "free", "1 mm/s"]
         near = PLATE.replace(whole, halves.format("5.019"))
         self.assertIn(f"Warning: {told}\n", self.call(near, "check", "--no-measure").stdout)
         self.assertIn(f"warning: {told}\n", self.call(near, "run", "-o", "out").stdout)
-        self.assertNotIn("Warning", self.call(PLATE.replace(whole, halves.format("5")), "check", "--no-measure").stdout)
+        self.assert_no_warning(self.call(PLATE.replace(whole, halves.format("5")), "check", "--no-measure").stdout)
 
     def test_a_blow_is_not_taken_for_a_weak_load(self):
         blow = (ROOT / "jobs" / "verification" / "kalthoff.toml").read_text().replace('spacing = "2 mm"', 'spacing = "4 mm"')
@@ -174,7 +177,7 @@ history = [["0 us", 0], ["2 us", 1], ["6 us", 1], ["8 us", 0]]
     def test_a_rate_without_effect_gives_a_warning(self):
         said = self.call(PULLED, "check").stdout
         self.assertRegex(said, r"loading += in equilibrium up to the first break \([\d.]+ N, after [\d.]+ s\); until then the loading rate has no effect")
-        self.assertNotIn("Warning", said)
+        self.assert_no_warning(said)
 
     def test_loads_from_rest_that_break_the_body_are_no_slip(self):
         fast = PLATE.format('"free", "free", "20 m/s"').replace("[time]", '[time]\nstart = "rest"').replace("3 us", "20 us")
@@ -182,7 +185,7 @@ history = [["0 us", 0], ["2 us", 1], ["6 us", 1], ["8 us", 0]]
         for text in (fast, unheld):
             checked = self.call(text, "check")
             self.assertEqual((checked.returncode, checked.stderr), (0, ""), checked.stdout)
-            self.assertNotIn("Warning", checked.stdout)
+            self.assert_no_warning(checked.stdout)
 
     def test_own_values_of_random_inputs_refuse_nothing(self):
         """Values that no sample has are measured, or said to be not; the samples' draws decide."""
