@@ -51,12 +51,16 @@ def check_regular(file: Path) -> None:
     """Raises ResultsError for what is there but is no regular file: opening a pipe waits for whoever writes into it."""
     try:
         mode = os.stat(file).st_mode
-    except FileNotFoundError:
-        return
     except OSError as error:
+        if file.is_symlink():
+            raise ResultsError(f"'{file}' is a broken link") from error
+        if isinstance(error, FileNotFoundError):
+            return
         raise ResultsError(f"cannot read '{file}': {error.strerror}") from error
-    if not stat.S_ISREG(mode):
-        raise ResultsError(f"'{file}' is not a regular file")
+    kinds = ((stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a named pipe"), (stat.S_ISSOCK, "a socket"), (stat.S_ISREG, ""))
+    kind = next((name for is_kind, name in kinds if is_kind(mode)), "a device")
+    if kind:
+        raise ResultsError(f"'{file}' is {kind}")
 
 
 def check_folder(folder: Path) -> None:
