@@ -64,6 +64,7 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
            const analysis::Statistics& statistics, const input::Parameters& parameters,
            const analysis::Origin& origin) {
   if (options.json) {
+    for (std::size_t i = 0; i < samples.size(); ++i) tell_unusable(i, samples[i]);
     fmt::print("{}", analysis::to_json(statistics, samples, parameters, origin, !options.without_sensitivities));
   } else {
     // First, as they may be invalid.

@@ -91,19 +91,19 @@ class Places(Folders):
             kept = file.read_bytes()
             file.unlink()
             os.mkfifo(file)
-            self.refusals(file, "is not a regular file", readers)
+            self.refusals(file, "is a named pipe", readers)
             file.unlink()
             file.write_bytes(kept)
 
     def test_folders_and_loops_are_no_files_either(self):
         (self.folder / SAMPLE).unlink()
         (self.folder / SAMPLE).mkdir()
-        with self.assertRaisesRegex(crackle.ResultsError, "0001.h5' is not a regular file"):
+        with self.assertRaisesRegex(crackle.ResultsError, "0001.h5' is a folder"):
             crackle.open(self.folder)
         (self.folder / SAMPLE).rmdir()
         (self.folder / "ensemble.h5").unlink()
         (self.folder / "ensemble.h5").symlink_to("ensemble.h5")
-        with self.assertRaisesRegex(crackle.ResultsError, "cannot read '.*ensemble.h5': Too many levels"):
+        with self.assertRaisesRegex(crackle.ResultsError, "ensemble.h5' is a broken link"):
             crackle.open(self.folder)
 
     def test_a_link_to_a_file_is_followed(self):

@@ -456,6 +456,9 @@ def observe_path(experiments: Sequence[Experiment], samples: ObservedSamples, se
     if frame is None:
         return None
     tables = [np.array([offsets(frame, curve) for curve in of]).reshape(-1, len(frame.place)) for of in (seen.curves, exact, read)]
+    in_hole = np.logical_or.reduce([start.holds(frame.place) for start in samples.starts if start.is_hole] or [np.zeros(len(frame.place), bool)])
+    for table in tables:
+        table[:, in_hole] = np.nan  # there is no crack
     return Observable("path", "m", seen.error, seen.experiments, members, *tables, seen.error_length, frame,
                       [i for i in members if seen.arms[i] and seen.arms[i].is_turned])
 
