@@ -48,9 +48,9 @@ std::string uneven_toughness_text(const input::Parameters& parameters, const geo
 }
 
 /// What a material with this toughness holds without a crack, roughly [Pa]: of glasses, ceramics and polymers
-/// flaws of some 0.15 mm decide, of hard steels a share of Young's modulus.
+/// flaws of some 0.2 mm decide, of hard steels a share of Young's modulus.
 double usual_strength(const input::Material& material, double toughness) {
-  constexpr double flaw = 1.5e-4;     // K_Ic^2 / strength^2 [m]
+  constexpr double flaw = 2e-4;       // K_Ic^2 / strength^2 [m]
   constexpr double share = 1.0 / 80;  // of Young's modulus
   const double modulus = material.youngs_modulus, nu = material.poisson_ratio;
   return std::min(std::sqrt(toughness * modulus / ((1 - nu * nu) * flaw)), share * modulus);
