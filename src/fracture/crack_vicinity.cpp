@@ -7,7 +7,6 @@
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,26 +23,15 @@ bool is_at(const SquareEnd& end, const geometry::Point& place, double spacing) {
          end.half_height + reach_in_spacings * spacing;
 }
 
-/// Leaves the ends that are at most highest_end_in_spacings high, by the mean spacing at each. Collective.
-void erase_high_ends(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                     std::span<const double> spacings, std::vector<SquareEnd>& ends) {
-  std::vector<std::vector<double>> terms(2 * ends.size());  // spacings and ones at each end
-  for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
-    if (subdomain.owned[index(t)] == 0) continue;
-    const auto middle = geometry::centroid(subdomain.nodes, subdomain.tetrahedra[index(t)]);
-    for (std::size_t i = 0; i < ends.size(); ++i)
-      if (is_at(ends[i], middle, spacings[index(t)])) {
-        terms[2 * i].push_back(spacings[index(t)]);
-        terms[2 * i + 1].push_back(1);
-      }
-  }
-  const auto sums = parallel::exact_sums(group, terms);
-  std::size_t i = 0;
-  std::erase_if(ends, [&](const SquareEnd& end) {
-    const double sum = sums[2 * i], number = sums[2 * i + 1];
-    ++i;
-    return 2 * end.half_height * number > CrackVicinity::highest_end_in_spacings * sum;
-  });
+/// The square ends that count as cracks where cracks start by means around nodes. The spacings of points from
+/// a file are not known.
+std::vector<SquareEnd> narrow_ends(const input::Parameters& parameters) {
+  auto ends = square_ends(parameters.specimen);
+  if (ends.empty() || parameters.mesh.points) return ends;
+  const auto body = geometry::make_body(parameters);
+  const geometry::SpacingField spacing(*body, parameters.mesh);
+  std::erase_if(ends, [&](const SquareEnd& end) { return is_high(end, spacing, body->size()[0]); });
+  return ends;
 }
 
 }  // namespace
@@ -70,6 +58,10 @@ std::vector<SquareEnd> square_ends(const input::Specimen& specimen) {
     ends.push_back({i, tip, ahead, notch.height / 2});
   }
   return ends;
+}
+
+bool is_high(const SquareEnd& end, const geometry::SpacingField& spacing, double thickness) {
+  return 2 * end.half_height > highest_end_in_spacings * spacing({thickness / 2, end.place[0], end.place[1]});
 }
 
 CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
@@ -138,9 +130,8 @@ std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator&
   if (!by_means && !fracture.separates_nucleation()) return nullptr;
   auto strengths = growth_strengths(group, parameters, sample, body);
   const auto spacings = local_spacings(group, body.subdomain(), body.operators());
-  auto ends = parallel::agree(group, [&] { return square_ends(parameters.specimen); });
-  if (by_means) erase_high_ends(group, body.subdomain(), spacings, ends);
   return parallel::agree(group, [&] {
+    const auto ends = by_means ? narrow_ends(parameters) : square_ends(parameters.specimen);
     return std::make_unique<CrackVicinity>(body, criterion, average, std::move(strengths), ends, spacings,
                                            by_means);
   });

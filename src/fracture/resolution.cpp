@@ -164,18 +164,15 @@ std::vector<std::string> high_end_texts(const input::Parameters& parameters, con
       return geometry::Point{body.size()[0] / 2, end.place[0] + advance * end.ahead[0],
                              end.place[1] + advance * end.ahead[1]};
     };
-    const double local = spacing(point(0));
-    if (height <= CrackVicinity::highest_end_in_spacings * local || !body.contains(point(0.01 * height)))
-      continue;
-    texts.push_back(
-        fmt::format("the square end of specimen.notch[{}] is {} high, more than {} spacings of {}: no crack, "
-                    "but two corners "
-                    "whose load follows the spacing; give from and to with end = \"round\", a notch_spacing "
-                    "of at most {} "
-                    "and fracture.strength; or, for a crack, a notch_spacing of {} or more",
-                    end.notch, quantity_text(height, "m"), CrackVicinity::highest_end_in_spacings,
-                    quantity_text(local, "m"), quantity_text(height / cells_per_round_end, "m"),
-                    quantity_text(height / CrackVicinity::highest_end_in_spacings, "m")));
+    if (!is_high(end, spacing, body.size()[0]) || !body.contains(point(0.01 * height))) continue;
+    texts.push_back(fmt::format(
+        "the square end of specimen.notch[{}] is {} high, more than {} spacings of {}: it is no crack, and "
+        "its "
+        "load follows the spacing; give from and to with end = \"round\", a notch_spacing of at most {} and "
+        "fracture.strength; or, for a crack, a notch_spacing of at least {}",
+        end.notch, quantity_text(height, "m"), highest_end_in_spacings, quantity_text(spacing(point(0)), "m"),
+        quantity_text(height / cells_per_round_end, "m"),
+        quantity_text(height / highest_end_in_spacings, "m")));
   }
   return texts;
 }

@@ -6,6 +6,7 @@
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/nodal_means.h"
 #include "crackle/fracture/stress_average.h"
+#include "crackle/geometry/mother_points.h"
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
@@ -32,6 +33,11 @@ struct SquareEnd {
 /// Those of all slots. An open end is included: nothing is loaded there.
 std::vector<SquareEnd> square_ends(const input::Specimen& specimen);
 
+/// Square ends up to this height, in spacings, are cracks; higher ones have corners of their own.
+inline constexpr double highest_end_in_spacings = 1.5;
+/// True if an end is higher.
+bool is_high(const SquareEnd& end, const geometry::SpacingField& spacing, double thickness);
+
 /// Nucleation and growth of cracks differ. At a crack, that is, for tetrahedra that share a node with a
 /// broken one or lie at the square end of a narrow slot, a tetrahedron breaks by its own stress; if the input
 /// gives a toughness too, at the threshold that gives it at the local spacing. Where there is no crack the
@@ -47,9 +53,6 @@ std::vector<SquareEnd> square_ends(const input::Specimen& specimen);
 /// Follows the cracks of a body and changes the criterion's strengths accordingly.
 class CrackVicinity {
 public:
-  /// Square ends up to this height, in spacings, are cracks; higher ones are smooth surfaces.
-  static constexpr double highest_end_in_spacings = 1.5;
-
   /// Local.
   /// @param ends that count as cracks
   /// @param growth_strengths of each local tetrahedron at a crack [Pa]; empty: as where there is no crack
