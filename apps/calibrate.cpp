@@ -1,57 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle calibrate: the random inputs of an ensemble, given experiments.
-#include "commands.h"
-#include "crackle/experiment/calibration.h"
-#include "crackle/geometry/body.h"
-#include "crackle/io/text_file.h"
-#include "crackle/parallel/agreement.h"
+// crackle calibrate: the random inputs of an ensemble, given experiments; in Python.
+#include "python_command.h"
 
-#include "ensemble_folder.h"
-#include "observed_samples.h"
-
-#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
 
 namespace crackle::apps {
 
-namespace {
-
-struct CalibrateOptions {
-  std::string folder;
-  std::string experiments;
-  experiment::CalibrationOptions of;
-  std::filesystem::path output;
-  bool json = false;
-};
-
-int calibrate(const parallel::Communicator& world, const CalibrateOptions& options) {
-  if (!options.output.empty()) parallel::agree_on_root(world, [&] { refuse_existing(options.output); });
-  const auto folder = folder_of(world, options.folder);
-  const input::Parameters parameters = input_of(world, folder);
-  const auto body = geometry::make_composite_body(parameters);
-  const auto experiments = read_experiments(world, options.experiments, *body);
-  parallel::agree_on_root(world, [&] {
-    const auto samples = observed_samples(folder, parameters, *body, experiment::needs_arms(experiments));
-    const auto found = experiment::calibrate(experiments, samples, *body, parameters, options.of);
-    if (!options.output.empty()) {
-      refuse_existing(options.output);
-      io::write_text_file(options.output, experiment::posterior_tables(found));
-    }
-    fmt::print("{}", options.json ? experiment::to_json(found) : experiment::to_text(found));
-    std::fflush(stdout);
-  });
-  return success;
-}
-
-}  // namespace
-
-void add_calibrate_command(CLI::App& app, Action& run) {
-  auto options = std::make_shared<CalibrateOptions>();
+void add_calibrate_command(CLI::App& app, const CommandLine& typed, Action& run) {
+  struct Options {
+    std::string folder, experiments, output;
+    bool discrepancy = false, between_specimens = false, equal_specimens = false, json = false;
+  };
+  auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "calibrate",
       "Find the random inputs of an ensemble for which it fits experiments: their posterior, what each "
@@ -60,10 +23,15 @@ void add_calibrate_command(CLI::App& app, Action& run) {
       ->required();
   command->add_option("experiments", options->experiments, "the experiments (TOML), as for crackle match")
       ->required();
-  command->add_flag("--discrepancy", options->of.has_discrepancy,
+  command->add_flag("--discrepancy", options->discrepancy,
                     "allow for a model that is off by an unknown amount in each quantity");
-  command->add_flag("--between-specimens", options->of.has_specimen_scatter,
-                    "allow for specimens that differ by more than meshes and reading do; needs two or more");
+  CLI::Option* between = command->add_flag(
+      "--between-specimens", options->between_specimens,
+      "allow for specimens that differ by more than meshes and reading do; the default from two on");
+  command
+      ->add_flag("--equal-specimens", options->equal_specimens,
+                 "suppose that specimens differ by no more than meshes and reading do")
+      ->excludes(between);
   command->add_option(
       "-o,--output", options->output,
       "also write the posterior as [[random]] tables for an input (TOML); an existing file is "
@@ -71,8 +39,8 @@ void add_calibrate_command(CLI::App& app, Action& run) {
   command->add_flag("--json", options->json, "print one JSON document instead, in SI units; NaN is null");
   command->footer(
       "Exit status: 0 whatever is found; 1 usage error, or an error in the experiments or the ensemble.");
-  command->callback([options, &run] {
-    run.work = [options](const parallel::Communicator& world) { return calibrate(world, *options); };
+  command->callback([options, typed, &run] {
+    run.work = [typed](const parallel::Communicator& world) { return run_in_python(world, typed); };
   });
 }
 

@@ -41,7 +41,6 @@ FirstSample make_subject(const input::Parameters& parameters, const geometry::Bo
 
 /// Prints what is known of sample 0 without computing it.
 /// @param crack_speed whose release speed is printed, too [m/s]; 0: none
-/// @throws std::runtime_error when that is not below the Rayleigh speed
 void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available,
                    double crack_speed);
 

@@ -4,7 +4,7 @@
 #include "crackle/common/printable.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/common/whole_number.h"
-#include "crackle/experiment/observation.h"
+#include "crackle/geometry/mesh_statistics.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -101,17 +101,15 @@ input::Parameters read_sections(const parallel::Communicator& world, const input
   });
 }
 
-std::vector<experiment::Experiment> read_experiments(const parallel::Communicator& world,
-                                                     const std::filesystem::path& file,
-                                                     const geometry::Body& body) {
-  std::vector<experiment::Experiment> experiments;
-  with_input_errors([&] {
-    parallel::agree_on_root(world, [&] {
-      experiments = experiment::read_experiments(file);
-      experiment::check_places(file, experiments, body);
-    });
-  });
-  return experiments;
+std::vector<NamedValue> material_rows(const input::Parameters& parameters,
+                                      const geometry::Realization& realization) {
+  std::vector<NamedValue> rows;
+  const auto contents = geometry::material_contents(realization);
+  for (std::size_t i = 0; i < contents.size(); ++i)
+    rows.emplace_back(
+        fmt::format("material {}", parameters.materials[i].name),
+        fmt::format("{} tetrahedra, {:.6g} mm^3", contents[i].tetrahedra, 1e9 * contents[i].volume));
+  return rows;
 }
 
 }  // namespace crackle::apps

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/experiment/experiments_file.h"
+#include "crackle/common/text_table.h"
 #include "crackle/geometry/body.h"
+#include "crackle/geometry/realization.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/communicator.h"
 
@@ -39,7 +40,7 @@ enum ExitStatus : int {
 /// The command line as typed, starting with the program's name.
 using CommandLine = std::vector<std::string>;
 
-void add_init_command(CLI::App& app, Action& run);
+void add_init_command(CLI::App& app, const CommandLine& typed, Action& run);
 /// @param start_mpi is called before the first sample is tried
 void add_check_command(CLI::App& app, const std::function<void()>& start_mpi, Action& run);
 void add_mesh_command(CLI::App& app, Action& run);
@@ -47,9 +48,10 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run);
 void add_run_command(CLI::App& app, const CommandLine& typed, Action& run);
 void add_stats_command(CLI::App& app, Action& run);
 void add_watch_command(CLI::App& app, Action& run);
-void add_compare_command(CLI::App& app, Action& run);
-void add_match_command(CLI::App& app, Action& run);
-void add_calibrate_command(CLI::App& app, Action& run);
+void add_compare_command(CLI::App& app, const CommandLine& typed, Action& run);
+void add_observe_command(CLI::App& app, Action& run);
+void add_match_command(CLI::App& app, const CommandLine& typed, Action& run);
+void add_calibrate_command(CLI::App& app, const CommandLine& typed, Action& run);
 
 /// Declares the option --sample, the number of a sample.
 CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);
@@ -89,10 +91,8 @@ void refuse_sweep(const input::Parameters& parameters, const std::filesystem::pa
 input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,
                                 const std::vector<std::string>& given);
 
-/// Reads experiments whose cracks are in the body of an ensemble: the root has them, or all ranks throw the
-/// same input::InputError. Collective over `world`.
-std::vector<experiment::Experiment> read_experiments(const parallel::Communicator& world,
-                                                     const std::filesystem::path& file,
-                                                     const geometry::Body& body);
+/// The tetrahedra of each material, as rows of a table; none if the body has only one.
+std::vector<NamedValue> material_rows(const input::Parameters& parameters,
+                                      const geometry::Realization& realization);
 
 }  // namespace crackle::apps

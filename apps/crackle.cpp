@@ -29,16 +29,17 @@ void add_commands(CLI::App& app, const CommandLine& typed, const std::function<v
                   Action& run) {
   app.require_subcommand(0, 1);
   app.set_version_flag("--version", [] { return version_text(); });
-  add_init_command(app, run);
+  add_init_command(app, typed, run);
   add_check_command(app, start_mpi, run);
   add_mesh_command(app, run);
   add_sample_command(app, typed, run);
   add_run_command(app, typed, run);
   add_watch_command(app, run);
   add_stats_command(app, run);
-  add_compare_command(app, run);
-  add_match_command(app, run);
-  add_calibrate_command(app, run);
+  add_compare_command(app, typed, run);
+  add_observe_command(app, run);
+  add_match_command(app, typed, run);
+  add_calibrate_command(app, typed, run);
 }
 
 /// "crackle run" when that command was named on the command line.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/comparison.h"
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/input/parameters.h"
@@ -42,8 +41,6 @@ input::Parameters input_of(const parallel::Communicator& world, const std::files
 struct StoredEnsemble {
   input::Parameters parameters;
   StoredSamples samples;
-
-  analysis::Compared compared() const { return {&parameters, samples.rows, samples.origin}; }
 };
 
 /// The ensembles in these folders, or with these ensemble.h5; their samples on the root only. Collective.

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle init: writes an input to start from.
 #include "commands.h"
-#include "crackle/experiment/matching.h"
-#include "crackle/geometry/body.h"
+#include "crackle/input/reader.h"
 #include "crackle/io/text_file.h"
 #include "crackle/parallel/agreement.h"
-#include "ensemble_folder.h"
-#include "observed_samples.h"
 #include "problems.h"
+#include "python_command.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -52,25 +50,9 @@ int init(const parallel::Communicator& world, const InitOptions& options) {
   return success;
 }
 
-/// Writes an experiments file for an ensemble.
-int init_experiments(const parallel::Communicator& world, const InitOptions& options) {
-  const auto folder = folder_of(world, options.ensemble);
-  const input::Parameters parameters = input_of(world, folder);
-  parallel::agree_on_root(world, [&] {
-    const auto body = geometry::make_body(parameters.specimen);
-    const auto samples = observed_samples(folder, parameters, *body, false);
-    write_new(options.file, experiment::experiments_template(samples, *body, parameters, options.ensemble));
-    fmt::print(
-        "{0}: a made-up experiment, to be replaced by yours; to set another key, take away the # before "
-        "it\ncrackle match {1} {0}\n",
-        options.file.string(), options.ensemble);
-  });
-  return success;
-}
-
 }  // namespace
 
-void add_init_command(CLI::App& app, Action& run) {
+void add_init_command(CLI::App& app, const CommandLine& typed, Action& run) {
   const auto options = std::make_shared<InitOptions>();
   CLI::App* const command = app.add_subcommand(
       "init", "Write an input file to start from: a template that explains every key, or a given problem");
@@ -86,9 +68,9 @@ void add_init_command(CLI::App& app, Action& run) {
                    "output folder of crackle run, or the ensemble.h5 in it")
       ->excludes("--from");
   command->footer("Exit status: 0 done; 1 usage error, or the file cannot be written.");
-  command->callback([options, &run] {
-    run.work = [options](const parallel::Communicator& world) {
-      return options->ensemble.empty() ? init(world, *options) : init_experiments(world, *options);
+  command->callback([options, typed, &run] {
+    run.work = [options, typed](const parallel::Communicator& world) {
+      return options->ensemble.empty() ? init(world, *options) : run_in_python(world, typed);
     };
   });
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle mesh: makes one realization and writes it with its quality table, or surveys many.
+// crackle mesh: makes one realization and writes it with its quality table.
 #include "crackle/common/failure.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/common/stopwatch.h"
+#include "crackle/common/text_table.h"
+#include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/material_map.h"
 #include "crackle/ensemble/realization_queue.h"
@@ -10,22 +13,28 @@
 #include "crackle/fracture/variation.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/dual_facets.h"
+#include "crackle/geometry/mesh_statistics.h"
 #include "crackle/geometry/mother_points.h"
+#include "crackle/geometry/partition.h"
 #include "crackle/geometry/realization.h"
+#include "crackle/geometry/subdomain.h"
+#include "crackle/geometry/symmetry.h"
+#include "crackle/input/reader.h"
 #include "crackle/io/vtk_file.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/uncertainty/random_inputs.h"
 
 #include "commands.h"
-#include "mesh_tables.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -41,13 +50,87 @@ struct MeshOptions {
   int ranks = 1;
   std::filesystem::path output;
   std::filesystem::path dual_output;
-  std::uint64_t n_surveyed = 0;
-  std::filesystem::path survey_table;
+  bool undisturbed = false;
 };
+
+struct MeshTimes {
+  double base;         ///< of the mother points [s]
+  double realization;  ///< [s]
+};
+
+std::string spread(const geometry::Quantiles& q, double unit, int digits) {
+  return fmt::format("min {:.{}f}, 1 % {:.{}f}, median {:.{}f}, max {:.{}f}", q.smallest / unit, digits,
+                     q.one_percent / unit, digits, q.median / unit, digits, q.largest / unit, digits);
+}
+
+std::string symmetry_text(const input::Specimen& specimen, std::uint8_t symmetry) {
+  if (symmetry == 0) return "none";
+  return geometry::symmetry_of(*geometry::make_body(specimen), symmetry).name;
+}
+
+void add_partition(std::vector<NamedValue>& table, const geometry::Realization& realization, int n_ranks) {
+  const Stopwatch clock;
+  const geometry::Partition parts = geometry::partition(realization, n_ranks);
+  const std::vector<geometry::Subdomain> subdomains = geometry::split(realization, parts);
+  const double seconds = clock.seconds();
+  std::int64_t n_computed = 0;
+  std::int64_t n_ghosts = 0;
+  for (const geometry::Subdomain& part : subdomains) {
+    n_computed += part.n_tetrahedra();
+    n_ghosts = std::max<std::int64_t>(n_ghosts, part.n_local() - part.layout.n_owned);
+  }
+  const auto n_tetrahedra = static_cast<double>(realization.tetrahedra.size());
+  table.emplace_back(
+      "partition",
+      fmt::format("{} ranks: edge cut {} faces, imbalance {:.2f} %, {:.2f} % of the tetrahedra "
+                  "computed twice or more, at most {} ghost nodes; {:.2f} s",
+                  n_ranks, geometry::edge_cut(realization, parts), 100 * (parts.imbalance - 1),
+                  100 * (static_cast<double>(n_computed) / n_tetrahedra - 1), n_ghosts, seconds));
+}
+
+/// The figures of one realization.
+/// @param n_ranks ranks for the partition; 1: no partition
+std::vector<NamedValue> mesh_table(const input::Parameters& parameters, std::uint64_t sample,
+                                   const geometry::MotherPoints& base,
+                                   const geometry::Realization& realization, const MeshTimes& times,
+                                   int n_ranks) {
+  const geometry::MeshStatistics statistics = geometry::mesh_statistics(realization);
+  const double degree = std::numbers::pi / 180;
+  std::vector<NamedValue> table;
+  table.emplace_back("sample", fmt::format("{} of seed {}", sample, parameters.ensemble.seed));
+  table.emplace_back("nodes", fmt::format("{}", realization.nodes.size()));
+  table.emplace_back("tetrahedra", fmt::format("{}", realization.tetrahedra.size()));
+  table.emplace_back("edges", fmt::format("{}", statistics.n_edges));
+  table.emplace_back("boundary triangles", fmt::format("{}", realization.boundary.size()));
+  const auto materials = material_rows(parameters, realization);
+  table.insert(table.end(), materials.begin(), materials.end());
+  const auto of_length = [](const geometry::Quantiles& lengths) {
+    const ShownUnit unit = shown_unit({"mm", 1e3}, "m", lengths.largest);
+    return spread(lengths, 1 / unit.factor, 3) + " " + unit.name;
+  };
+  table.emplace_back("spacing", of_length(geometry::quantiles(base.spacing)));
+  table.emplace_back("edge length", of_length(statistics.edge_length));
+  table.emplace_back("quality", spread(statistics.quality, 1, 4));
+  table.emplace_back("dihedral angles",
+                     fmt::format("{:.1f} to {:.1f} degrees", statistics.smallest_angle / degree,
+                                 statistics.largest_angle / degree));
+  table.emplace_back("stable step", quantity_text(dynamics::stable_step(parameters, realization), "s"));
+  table.emplace_back("redrawn points",
+                     fmt::format("{} ({:.2f} %) in {} rounds", realization.report.redrawn_points,
+                                 100 * static_cast<double>(realization.report.redrawn_points) /
+                                     static_cast<double>(realization.nodes.size()),
+                                 realization.report.rounds));
+  table.emplace_back("symmetry", symmetry_text(parameters.specimen, realization.report.symmetry));
+  table.emplace_back("time", fmt::format("{:.2f} s for the realization, {:.2f} s for the base points",
+                                         times.realization, times.base));
+  if (n_ranks > 1) add_partition(table, realization, n_ranks);
+  return table;
+}
 
 /// Makes the realization, prints its table and writes the files.
 void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
-  const input::Parameters parameters = uncertainty::sample_parameters(ensemble, options.sample);
+  input::Parameters parameters = uncertainty::sample_parameters(ensemble, options.sample);
+  if (options.undisturbed) parameters.mesh.perturbation = 0;
   MeshTimes times{};
   const auto body = geometry::make_body(parameters);
   geometry::MotherPoints base;
@@ -72,8 +155,9 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
     strength_factors =
         fracture::strength_factors(parameters, options.sample, {realization.nodes, realization.tetrahedra});
   auto rows = mesh_table(parameters, options.sample, base, realization, times, options.ranks);
-  if (!strength_factors.empty()) rows.push_back(variation_row(strength_factors));
-  io::write_vtk_mesh(options.output, realization, *body, parameters.mesh, std::move(strength_factors));
+  if (!strength_factors.empty())
+    rows.emplace_back("strength factor", spread(geometry::quantiles(strength_factors), 1, 3));
+  io::write_vtk_mesh(options.output, realization, *body, parameters.mesh, base, std::move(strength_factors));
   rows.emplace_back("written", options.output.string());
   if (!options.dual_output.empty()) {
     io::write_vtk_dual_surface(options.dual_output, geometry::dual_surface(realization));
@@ -94,52 +178,34 @@ void refuse_other_file(const std::filesystem::path& file) {
 int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
   const input::Parameters parameters = read_given_input(world, options.input);
   refuse_sweep(parameters, options.input);
-  int status = success;
   parallel::agree_on_root(world, [&] {
     ensemble::require_sample(parameters, options.sample);
     for (const auto& file : {options.output, options.dual_output}) refuse_other_file(file);
-    if (options.n_surveyed == 0) {
-      make_mesh(parameters, options);
-    } else if (!survey_meshes(parameters, options.n_surveyed, options.survey_table)) {
-      status = some_samples_failed;
-    }
+    make_mesh(parameters, options);
   });
-  return status;
+  return success;
 }
 
 }  // namespace
 
 void add_mesh_command(CLI::App& app, Action& run) {
   const auto options = std::make_shared<MeshOptions>();
-  CLI::App* const command = app.add_subcommand("mesh",
-                                               "Make one realization, print its quality table and write it "
-                                               "as a VTKHDF file on request; or survey many");
+  CLI::App* const command = app.add_subcommand(
+      "mesh", "Make one realization, print its quality table and write it as a VTKHDF file");
   command->add_option("input", options->input, "input file (TOML)")->required();
-  CLI::Option* const sample = add_sample_option(*command, options->sample)->capture_default_str();
-  CLI::Option* const ranks = command
-                                 ->add_option("--ranks", options->ranks,
-                                              "number of ranks for which the table describes the partition")
-                                 ->check(CLI::Range(1, 100000))
-                                 ->capture_default_str();
-  CLI::Option* const output = command->add_option("-o,--output", options->output,
-                                                  "VTKHDF file to write; an existing one is replaced");
-  CLI::Option* const dual_output =
-      command->add_option("--dual-facets", options->dual_output,
-                          "also write the candidate crack facets, as quadrilaterals, to this file");
-  CLI::Option* const survey =
-      command
-          ->add_option("--survey", options->n_surveyed,
-                       "make this many realizations, starting with number 0, and print statistics over all "
-                       "of them: conformity, quality, bias, time; writes no mesh")
-          ->check(CLI::Range(1, 1000000))
-          ->excludes(sample, ranks, output, dual_output);
+  add_sample_option(*command, options->sample)->capture_default_str();
   command
-      ->add_option("--table", options->survey_table,
-                   "with --survey: also write a CSV file with one line for each realization")
-      ->needs(survey);
-  command->footer("Exit status: 0 done; 1 usage or input error; 2 some surveyed realizations failed.");
-  command->callback([options, output, survey, &run] {
-    if (output->count() + survey->count() == 0) throw CLI::RequiredError("--output or --survey");
+      ->add_option("--ranks", options->ranks, "number of ranks for which the table describes the partition")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output, "VTKHDF file to write; an existing one is replaced")
+      ->required();
+  command->add_option("--dual-facets", options->dual_output,
+                      "also write the candidate crack facets, as quadrilaterals, to this file");
+  command->add_flag("--undisturbed", options->undisturbed,
+                    "the mesh of the mother points, before their perturbation");
+  command->footer("crackle-survey makes statistics over many realizations.");
+  command->callback([options, &run] {
     run.work = [options](const parallel::Communicator& world) { return run_mesh(world, *options); };
   });
 }

@@ -35,21 +35,6 @@ int columns(int descriptor) {
   return size.ws_col;
 }
 
-}  // namespace
-
-int terminal_width(int stream) {
-  if (isatty(stream) == 0) return 0;
-  if (const int width = columns(stream); width > 0) return width;
-  const std::string launcher_output = fmt::format("/proc/{}/fd/{}", getppid(), stream);
-  const int descriptor = open(launcher_output.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
-  if (descriptor < 0) return 0;
-  const int width = columns(descriptor);
-  close(descriptor);
-  return width;
-}
-
-namespace {
-
 constexpr double minute = 60, hour = 3600, day = 86400;  // [s]
 
 /// "8h", "30 min", "90"
@@ -94,6 +79,17 @@ int told_by_launcher(const char* variable) {
 }
 
 }  // namespace
+
+int terminal_width(int stream) {
+  if (isatty(stream) == 0) return 0;
+  if (const int width = columns(stream); width > 0) return width;
+  const std::string launcher_output = fmt::format("/proc/{}/fd/{}", getppid(), stream);
+  const int descriptor = open(launcher_output.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+  if (descriptor < 0) return 0;
+  const int width = columns(descriptor);
+  close(descriptor);
+  return width;
+}
 
 std::optional<double> duration(std::string_view text) {
   std::string lower(text);

@@ -53,6 +53,7 @@ struct StatsOptions {
   bool json = false;
   bool read_only = false;
   bool keep_rows = false;
+  bool without_sensitivities = false;
 
   ensemble::MissingFiles missing() const {
     return keep_rows ? ensemble::MissingFiles::keep_rows : ensemble::MissingFiles::drop_rows;
@@ -63,7 +64,7 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
            const analysis::Statistics& statistics, const input::Parameters& parameters,
            const analysis::Origin& origin) {
   if (options.json) {
-    fmt::print("{}", analysis::to_json(statistics, samples, parameters, origin));
+    fmt::print("{}", analysis::to_json(statistics, samples, parameters, origin, !options.without_sensitivities));
   } else {
     // First, as they may be invalid.
     std::string limits;
@@ -73,7 +74,8 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
     fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections, origin));
     fmt::print("{}", analysis::holes_text(samples, statistics.start_names));
     fmt::print("{}", analysis::path_inference_text(statistics, samples, parameters));
-    fmt::print("{}", analysis::to_text(analysis::sensitivities(parameters, samples), parameters));
+    if (!options.without_sensitivities)
+      fmt::print("{}", analysis::to_text(analysis::sensitivities(parameters, samples), parameters));
     if (!limits.empty()) fmt::print("\n{}", limits);
     for (const auto& warning : analysis::ensemble_warnings(samples)) fmt::print("{}\n", warning);
   }
@@ -154,8 +156,9 @@ int show_at_sections(const parallel::Communicator& world, const StatsOptions& op
 int show_bases(const parallel::Communicator& world, const StatsOptions& options) {
   const std::vector<StoredEnsemble> ensembles = stored_ensembles(world, options.folders);
   parallel::agree_on_root(world, [&] {
-    std::vector<analysis::Compared> bases;
-    for (const StoredEnsemble& ensemble : ensembles) bases.push_back(ensemble.compared());
+    std::vector<analysis::BaseSamples> bases;
+    for (const StoredEnsemble& each : ensembles)
+      bases.push_back({&each.parameters, each.samples.rows, each.samples.origin});
     const analysis::BasesStatistics found = analysis::statistics_of_bases(bases);
     const input::Sections& sections = ensembles.front().parameters.sections;
     fmt::print("{}", options.json ? analysis::to_json(found, options.folders, sections)
@@ -229,6 +232,8 @@ void add_stats_command(CLI::App& app, Action& run) {
       ->allow_extra_args(false)
       ->type_name("TEXT");
   CLI::Option* read_only = command->add_flag("--read-only", options->read_only, "do not change ensemble.h5");
+  command->add_flag("--without-sensitivities", options->without_sensitivities,
+                    "leave out the sensitivities to random inputs, which take longest");
   CLI::Option* keep_rows = command
                                ->add_flag("--keep-rows", options->keep_rows,
                                           "keep in ensemble.h5 the rows of samples whose files were moved "
@@ -247,10 +252,11 @@ void add_stats_command(CLI::App& app, Action& run) {
     if (*columns != options->folders.empty())
       throw CLI::ValidationError("stats takes either a folder or --columns");
     if (*columns && (!options->sections.empty() || !options->limits.empty() || options->json ||
-                     options->read_only || options->keep_rows))
+                     options->read_only || options->keep_rows || options->without_sensitivities))
       throw CLI::ValidationError("--columns takes no other option");
     if (options->folders.size() > 1 &&
-        (!options->sections.empty() || !options->limits.empty() || options->keep_rows))
+        (!options->sections.empty() || !options->limits.empty() || options->keep_rows ||
+         options->without_sensitivities))
       throw CLI::ValidationError("several folders take no option but --json");
     if (options->json && !options->limits.empty())
       throw CLI::ValidationError("--limit cannot be combined with --json");

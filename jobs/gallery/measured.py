@@ -7,8 +7,7 @@ from typing import Any, Callable
 
 import numpy as np
 
-from crackle import Ensemble
-from crackle_report import weibull
+from crackle import Ensemble, weibull
 from crackle_report.style import MILLIMETRE
 from problems import BAR_ARM, BAR_HEIGHT, BAR_WIDTH, Figure, Problem, always
 
@@ -48,7 +47,7 @@ def measured(problem: str) -> Problem:
 def _path_figures(problem: str) -> tuple[Figure, ...]:
     """What the match says about the one path of the experiments."""
     def of_row(form: Callable[[Any], str]) -> Callable[[Ensemble], str]:
-        return lambda ensemble: form(ensemble.match(measured(problem).experiments_file).xs("path", level=1).iloc[0])
+        return lambda ensemble: form(ensemble.match(measured(problem).experiments_file).experiments.xs("path", level=1).iloc[0])
     return (Figure("p of the measured path among the samples", of_row(lambda row: f"{row.p_value:.3f}"), always("above 0.05")),
             Figure("its offset from their mean, along the path", of_row(lambda row: f"{row.offset / MILLIMETRE:.2f} mm"),
                    of_row(lambda row: f"0, with a standard deviation of {row.standard_deviation / MILLIMETRE:.2f} mm")))
@@ -65,14 +64,14 @@ def _places(origin: float) -> Callable[[Ensemble], str]:
 def _posterior(name: str) -> Callable[[Ensemble], str]:
     def find(ensemble: Ensemble) -> str:
         key, origin, unit = DRAWN[name]
-        row = ensemble.calibrate(measured("semicircular-bend-calibrated").experiments_file).loc[key]
+        row = ensemble.calibrate(measured("semicircular-bend-calibrated").experiments_file).inputs.loc[key]
         mean, low, high = ((row[f"posterior_{end}"] - origin) / unit for end in ("mean", "lower", "upper"))
         return f"{mean:.3g} ({low:.3g} to {high:.3g})" + (" mm" if unit != 1 else "")
     return find
 
 
 def _explained(ensemble: Ensemble) -> str:
-    checks = ensemble.calibrate(measured("semicircular-bend-calibrated").experiments_file).attrs["document"]["checks"]
+    checks = ensemble.calibrate(measured("semicircular-bend-calibrated").experiments_file).document["checks"]
     return f"{checks['distance']['p_value']:.2f}"
 
 
@@ -98,7 +97,7 @@ def _scale(size: float) -> Callable[[Ensemble], str]:
 
 
 def _together(ensemble: Ensemble) -> str:
-    return f"{ensemble.match(measured('alumina-bars').experiments_file).attrs['document']['set']['p_value']:.2f}"
+    return f"{ensemble.match(measured('alumina-bars').experiments_file).document['set']['p_value']:.2f}"
 
 
 MODULUS, STRENGTH, SMALL = 11.8, 856, 0.5  # of such bars, and the size of smaller ones

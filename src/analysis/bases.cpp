@@ -6,6 +6,8 @@
 #include "crackle/common/index.h"
 #include "crackle/input/reader.h"
 
+#include <boost/math/distributions/students_t.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -22,7 +24,7 @@ std::vector<std::string> settings_but_seed(input::Parameters parameters) {
   return input::sample_settings(parameters);
 }
 
-void check(std::span<const Compared> bases) {
+void check(std::span<const BaseSamples> bases) {
   if (bases.size() < 2) fail("give the folders of two or more ensembles");
   for (std::size_t i = 0; i < bases.size(); ++i) {
     const input::Parameters& one = *bases[i].parameters;
@@ -42,7 +44,7 @@ void check(std::span<const Compared> bases) {
 }
 
 /// @return without values if no sample has any
-MeanOverBases mean_over(std::span<const Compared> bases, const Value& value, bool is_share,
+MeanOverBases mean_over(std::span<const BaseSamples> bases, const Value& value, bool is_share,
                         double confidence) {
   MeanOverBases found;
   std::vector<double> values, means;
@@ -68,9 +70,16 @@ MeanOverBases mean_over(std::span<const Compared> bases, const Value& value, boo
     return found;
   }
   found.variance = variance_components(values, base);
-  found.mean = difference_of_means({std::vector<double>(means.size(), 0.0), means, true}, confidence);
-  // Here only the means are equal.
-  if (found.mean.has_no_width) found.mean = {means[0], means[0], means[0]};
+  Moments moments;
+  for (const double mean : means) moments.add(mean);
+  found.mean.value = moments.mean();
+  if (means.size() > 1) {
+    const double n = moments.count();
+    const double half_width = boost::math::quantile(boost::math::students_t(n - 1), (1 + confidence) / 2) *
+                              moments.standard_deviation() / std::sqrt(n);
+    found.mean.lower = found.mean.value - half_width;
+    found.mean.upper = found.mean.value + half_width;
+  }
   if (is_share) {
     found.mean.lower = std::isnan(found.mean.lower) ? not_a_number : std::max(0.0, found.mean.lower);
     found.mean.upper = std::isnan(found.mean.upper) ? not_a_number : std::min(1.0, found.mean.upper);
@@ -80,10 +89,10 @@ MeanOverBases mean_over(std::span<const Compared> bases, const Value& value, boo
 
 }  // namespace
 
-BasesStatistics statistics_of_bases(std::span<const Compared> bases, double confidence) {
+BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases, double confidence) {
   check(bases);
   BasesStatistics all{.confidence = confidence};
-  for (const Compared& one : bases) {
+  for (const BaseSamples& one : bases) {
     all.seeds.push_back(one.parameters->ensemble.seed);
     all.n_done.push_back(0);
     for (const SampleSummary& row : one.rows) {
@@ -107,7 +116,7 @@ BasesStatistics statistics_of_bases(std::span<const Compared> bases, double conf
   for_each_result([&](const ResultInfo& info, auto member) {
     const bool is_pattern = std::string_view(info.name) == "pattern";
     const bool is_missing =
-        std::ranges::any_of(bases, [&](const Compared& one) { return lacks(one.origin, info.name); });
+        std::ranges::any_of(bases, [&](const BaseSamples& one) { return lacks(one.origin, info.name); });
     if (is_missing || info.about == About::computation) return;
     if (is_pattern || info.reduction == Reduction::shares) {
       for (int k = 0; k < n_categories(info.categories); ++k)

@@ -4,7 +4,6 @@
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 
-#include <cmath>
 #include <numeric>
 #include <utility>
 

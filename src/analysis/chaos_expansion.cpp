@@ -49,6 +49,11 @@ ChaosBasis::ChaosBasis(const std::vector<input::RandomInput>& random,
     std::vector<std::vector<int>> terms;
     std::vector<int> term(n_inputs);
     add_degrees(0, degree, term, terms);
+    std::erase_if(terms, [&](const std::vector<int>& one) {
+      for (std::size_t k = 0; k < n_inputs; ++k)
+        if (one[k] > uncertainty::most_degree(random[k])) return true;
+      return false;
+    });
     const std::size_t n = degrees_.size() + terms.size();
     if (degree > 0 && (n > most_terms || n * draws_per_term > n_draws)) break;
     degrees_.insert(degrees_.end(), terms.begin(), terms.end());
@@ -101,6 +106,11 @@ ChosenDegree choose_degree(const ChaosBasis& basis, const DrawnValues& values) {
   // What predicts nothing explains nothing.
   if (!(best.predicted > 0)) best.degree = 0;
   return best;
+}
+
+Eigen::VectorXd fitted_values(const ChaosBasis& basis, const DrawnValues& values, int degree) {
+  const Eigen::MatrixXd rows = rows_of(basis.table(), values.draw, basis.n_terms(degree));
+  return rows * rows.householderQr().solve(values.value);
 }
 
 SobolIndices sobol_indices(const ChaosBasis& basis, const DrawnValues& values, int degree,

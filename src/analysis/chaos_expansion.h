@@ -57,6 +57,9 @@ struct ChosenDegree {
 };
 ChosenDegree choose_degree(const ChaosBasis& basis, const DrawnValues& values);
 
+/// The expansion of a degree by least squares, at the values' draws.
+Eigen::VectorXd fitted_values(const ChaosBasis& basis, const DrawnValues& values, int degree);
+
 /// Sobol' indices from the expansion of a degree by weighted least squares.
 /// @param weight integer multiplicity of each value
 /// @param corrects remove the bias of squared coefficients due to scatter

@@ -2,7 +2,6 @@
 #include "crackle/analysis/path_groups.h"
 
 #include "crackle/common/index.h"
-#include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
 #include "crackle/common/text_table.h"
 #include "crackle/cracks/crack_pattern.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/path_inference.h"
 
-#include "crackle/analysis/comparison.h"
+#include "crackle/analysis/permutation_test.h"
 #include "crackle/common/index.h"
 #include "crackle/common/random.h"
 #include "crackle/common/text_table.h"

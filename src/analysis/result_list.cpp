@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
-#include <string_view>
 #include <utility>
 #include <vector>
 

@@ -5,7 +5,6 @@
 #include "crackle/common/index.h"
 #include "crackle/common/packing.h"
 #include "crackle/common/quantity_text.h"
-#include "crackle/common/real.h"
 #include "crackle/cracks/crack_pattern.h"
 #include "crackle/cracks/crack_speed.h"
 #include "crackle/fracture/resolution.h"
@@ -44,6 +43,42 @@ void set_crossings(const std::vector<cracks::SectionCrossing>& crossings, Sample
     row.arrival_time.push_back(crossing.arrival);
     row.branches.push_back(static_cast<std::int32_t>(crossing.branches.size()));
   }
+}
+
+constexpr double clearly_below = 0.9;
+
+bool has_onset(const SampleSummary& row) {
+  return row.status == SampleStatus::done && !std::isnan(row.onset_force) && !std::isnan(row.peak_load);
+}
+
+/// True if the load was clearly higher before the last dynamic phase: the onset is not what a test would
+/// record.
+bool has_late_onset(const SampleSummary& row) {
+  return has_onset(row) && row.onset_force < clearly_below * row.peak_load;
+}
+
+std::optional<std::string> fast_crack_warning(std::span<const SampleSummary> samples) {
+  const auto n = std::ranges::count_if(samples, [](const SampleSummary& row) {
+    return row.status == SampleStatus::done && row.crack_speed_ratio > usual_speed_ratio &&
+           row.crack_speed_ratio <= 1;
+  });
+  if (n == 0) return std::nullopt;
+  return fmt::format(
+      "warning: in {} a crack runs at more than {:g} times the Rayleigh speed of its material, which "
+      "experiments hardly ever show: more energy is released than the cracks consume, or branches run side "
+      "by side",
+      count_text(n, "sample"), usual_speed_ratio);
+}
+
+/// If the load was clearly higher before the last dynamic phase, in any sample: the onset is not what a test
+/// would record.
+std::optional<std::string> onset_warning(std::span<const SampleSummary> samples) {
+  const auto n_below = std::ranges::count_if(samples, has_late_onset);
+  if (n_below == 0) return std::nullopt;
+  return fmt::format(
+      "warning: in {} of {} the load was more than {:.0f} % higher before the last dynamic phase, "
+      "whose start is the onset: cracks had run and stopped; the peak load is what the body held",
+      n_below, count_text(std::ranges::count_if(samples, has_onset), "sample"), 100 / clearly_below - 100);
 }
 
 }  // namespace
@@ -179,46 +214,6 @@ std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples)
     if (auto warning = sample_warning(sample, samples[sample])) warnings.push_back(std::move(*warning));
   return warnings;
 }
-
-namespace {
-
-constexpr double clearly_below = 0.9;
-
-bool has_onset(const SampleSummary& row) {
-  return row.status == SampleStatus::done && !std::isnan(row.onset_force) && !std::isnan(row.peak_load);
-}
-
-/// True if the load was clearly higher before the last dynamic phase: the onset is not what a test would
-/// record.
-bool has_late_onset(const SampleSummary& row) {
-  return has_onset(row) && row.onset_force < clearly_below * row.peak_load;
-}
-
-std::optional<std::string> fast_crack_warning(std::span<const SampleSummary> samples) {
-  const auto n = std::ranges::count_if(samples, [](const SampleSummary& row) {
-    return row.status == SampleStatus::done && row.crack_speed_ratio > usual_speed_ratio &&
-           row.crack_speed_ratio <= 1;
-  });
-  if (n == 0) return std::nullopt;
-  return fmt::format(
-      "warning: in {} a crack runs at more than {:g} times the Rayleigh speed of its material, which "
-      "experiments hardly ever show: more energy is released than the cracks consume, or branches run side "
-      "by side",
-      count_text(n, "sample"), usual_speed_ratio);
-}
-
-/// If the load was clearly higher before the last dynamic phase, in any sample: the onset is not what a test
-/// would record.
-std::optional<std::string> onset_warning(std::span<const SampleSummary> samples) {
-  const auto n_below = std::ranges::count_if(samples, has_late_onset);
-  if (n_below == 0) return std::nullopt;
-  return fmt::format(
-      "warning: in {} of {} the load was more than {:.0f} % higher before the last dynamic phase, "
-      "whose start is the onset: cracks had run and stopped; the peak load is what the body held",
-      n_below, count_text(std::ranges::count_if(samples, has_onset), "sample"), 100 / clearly_below - 100);
-}
-
-}  // namespace
 
 std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> samples) {
   std::vector<std::string> warnings = sample_warnings(samples);

@@ -38,6 +38,7 @@ constexpr std::size_t least_draws_per_input = 4;
 struct Subject {
   Sensitivity of;
   std::function<double(const SampleSummary&)> value;
+  std::function<bool(const SampleSummary&)> is_bound = {};  ///< the value lies above it; empty: never
 };
 
 /// @param n_starts crack starts of the body
@@ -65,8 +66,9 @@ std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size
   for_each_result([&](const ResultInfo& info, auto member) {
     if (info.about == About::computation) return;
     add_result(
-        info, [info, member](const SampleSummary& row) { return known(info, member, row); }, n_starts,
-        subjects);
+        info, [info, member](const SampleSummary& row) { return observed(info, member, row).value; },
+        n_starts, subjects);
+    if (info.of_unbroken == OfUnbroken::bound) subjects.back().is_bound = is_unbroken;
   });
   const std::size_t n_sections = parameters.sections.size();
   for_each_position_result([&](const ResultInfo& info, auto member) {
@@ -233,17 +235,55 @@ struct Study {
   double confidence;
 };
 
-DrawnValues values_of(const Study& study, const Subject& subject) {
+/// @param bounds receives those of the values that are lower bounds
+DrawnValues values_of(const Study& study, const Subject& subject, std::vector<std::size_t>& bounds) {
   DrawnValues values;
   std::vector<double> found;
   for (std::size_t i = 0; i < study.draws.row.size(); ++i) {
     const double value = subject.value(*study.draws.row[i]);
     if (std::isnan(value)) continue;
+    if (subject.is_bound && subject.is_bound(*study.draws.row[i])) bounds.push_back(found.size());
     values.draw.push_back(study.draws.of_row[i]);
     found.push_back(value);
   }
   values.value = Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(found.size()));
   return values;
+}
+
+/// Replaces lower bounds by draws from what lies above them, of a normal distribution about the expansion: a
+/// censored regression by expectation and maximization (Tobin 1958, Econometrica 26, 24).
+void draw_above(const ChaosBasis& basis, const std::vector<std::size_t>& bounds, DrawnValues& values) {
+  const boost::math::normal normal;
+  const auto at = [](std::size_t i) { return static_cast<Eigen::Index>(i); };
+  const Eigen::VectorXd given = values.value;
+  Eigen::VectorXd mean;
+  double deviation = 0, more = 0;
+  constexpr int most_steps = 50;
+  for (int step = 0; step < most_steps; ++step) {
+    const int degree = choose_degree(basis, values).degree;
+    mean = fitted_values(basis, values, degree);
+    const auto degrees = std::max<Eigen::Index>(1, given.size() - basis.n_terms(degree));
+    deviation = std::sqrt(((values.value - mean).squaredNorm() + more) / static_cast<double>(degrees));
+    if (deviation == 0) return;
+    more = 0;
+    double change = 0;
+    for (const std::size_t i : bounds) {
+      const double a = (given[at(i)] - mean[at(i)]) / deviation;
+      constexpr double far = 30;
+      const double hazard = a > far ? a : pdf(normal, a) / cdf(complement(normal, a));
+      const double expected = mean[at(i)] + deviation * hazard;
+      change = std::max(change, std::abs(expected - values.value[at(i)]));
+      values.value[at(i)] = expected;
+      more += deviation * deviation * std::max(0.0, 1 - hazard * (hazard - a));
+    }
+    if (change < 1e-4 * deviation) break;
+  }
+  RandomStream stream(0, 0, "above bounds");
+  for (const std::size_t i : bounds) {
+    const double above = cdf(complement(normal, (given[at(i)] - mean[at(i)]) / deviation));
+    const double p = std::clamp(above * stream.uniform(), 1e-300, 1.0);
+    values.value[at(i)] = std::max(given[at(i)], mean[at(i)] + deviation * quantile(complement(normal, p)));
+  }
 }
 
 /// Expands counts of draws to counts of values.
@@ -287,8 +327,10 @@ void estimate(const Study& study, const DrawnValues& values, Sensitivity& result
     result.lack_of_fit = std::max(0.0, 1 - result.mesh.value - std::max(0.0, chosen.predicted));
   for (std::size_t k = 0; k < n_inputs; ++k) {
     InputEffect effect;
-    // A constant predicts best: the indices are 0, but their uncertainty is unknown.
-    if (chosen.degree == 0) {
+    // A constant predicts best: the indices are 0, but their uncertainty is unknown. Of dependent inputs they
+    // are no shares.
+    if (!study.parameters.correlations.empty()) {
+    } else if (chosen.degree == 0) {
       effect.first.value = effect.total.value = 0;
     } else {
       effect.first = with_interval(indices.first[k], first[k], study.confidence, 0);
@@ -317,8 +359,14 @@ Sensitivities sensitivities(const input::Parameters& parameters, std::span<const
   auto samples = bootstrap_counts(draws.values.size());
   const Study study{parameters, std::move(draws), std::move(basis), std::move(samples), confidence};
   for (Subject& subject : all_subjects(parameters, n_positions)) {
-    const DrawnValues values = values_of(study, subject);
-    if (values.n_draws() < least || values.value.minCoeff() == values.value.maxCoeff()) continue;
+    std::vector<std::size_t> bounds;
+    DrawnValues values = values_of(study, subject, bounds);
+    const auto n_bounds = static_cast<std::ptrdiff_t>(bounds.size());
+    if (values.n_draws() < least || values.value.minCoeff() == values.value.maxCoeff() ||
+        2 * n_bounds > values.value.size())
+      continue;
+    if (n_bounds > 0) draw_above(study.basis, bounds, values);
+    subject.of.n_bounds = static_cast<int>(n_bounds);
     subject.of.n_values = static_cast<int>(values.value.size());
     subject.of.n_draws = static_cast<int>(values.n_draws());
     estimate(study, values, subject.of);

@@ -65,7 +65,7 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
       100 * sensitivities.confidence, "", "mesh");
   for (std::size_t k = 0; k < random.size(); ++k) fmt::format_to(out, " {:>20}", fmt::format("input {}", k));
   fmt::format_to(out, " {:>10} {:>11} {:>6}\n", "predicted", "lack of fit", "draws");
-  bool any_is_large = false, any_is_partial = false;
+  bool any_is_large = false, any_is_partial = false, any_is_bound = false;
   for (const Sensitivity& result : sensitivities.results) {
     fmt::format_to(out, "{:<30.30} {:>13}", name_of(result, parameters.sections), percent(result.mesh));
     for (const InputEffect& input : result.inputs)
@@ -73,6 +73,7 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
                      fmt::format("{} [{:+.2f}]", percent(input.total), input.rank_correlation.value));
     const bool is_large = result.lack_of_fit > large_lack_of_fit;
     any_is_large = any_is_large || is_large;
+    any_is_bound = any_is_bound || result.n_bounds > 0;
     any_is_partial = any_is_partial || result.n_draws < sensitivities.n_draws;
     fmt::format_to(out, " {:>10} {:>11} {:>6}\n", percent(std::max(0.0, result.predicted)),
                    percent(result.lack_of_fit) + (is_large ? "!" : ""), result.n_draws);
@@ -82,6 +83,15 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
         "some results are of fewer draws, such as those that broke: the variance is that among these, and "
         "inputs "
         "share what is explained of it as they would among all draws\n";
+  if (any_is_bound)
+    text +=
+        "loads of samples that did not break count as drawn above the largest applied, by a censored "
+        "regression\n";
+  if (!parameters.correlations.empty())
+    text +=
+        "the inputs are correlated: the variance cannot be shared among them by Sobol' indices, which "
+        "suppose "
+        "independent ones\n";
   if (any_is_large)
     fmt::format_to(out,
                    "!: the expansion does not follow the result, which may jump: its indices may be far off, "

@@ -40,6 +40,7 @@ Json table(const std::vector<Value>& values, const Shape& shape) {
 
 constexpr std::array about_words{"body", "place", "path", "hole", "computation"};  // as in About
 constexpr std::array unbroken_words{"value", "bound", "nothing"};                  // as in OfUnbroken
+constexpr std::array reduction_words{"none", "quantiles", "counts", "shares"};     // as in Reduction
 
 /// Metadata of each result, and its statistics over all samples.
 Json describe_results(const std::vector<ResultStatistics>& results) {
@@ -53,14 +54,16 @@ Json describe_results(const std::vector<ResultStatistics>& results) {
                 {"shown_units", info.shown_units},
                 {"shown_factor", info.shown_factor},
                 {"about", about_words[static_cast<std::size_t>(info.about)]},
+                {"reduction", reduction_words[static_cast<std::size_t>(info.reduction)]},
                 {"is_start", info.is_start},
                 {"in_sensitivities", (info.short_tables & in_sensitivities) != 0},
                 {"format", fitting_format(info.format, found.quantiles, info.shown_factor)},
+                {"format_of_any", info.format},
                 {"n_values", found.n_values},
                 {"of_unbroken", unbroken_words[static_cast<std::size_t>(info.of_unbroken)]},
                 {"n_bounds", found.n_bounds}};
-    for (std::size_t k = 0; k < found.counts.size(); ++k)
-      result["categories"].push_back(category_name(info.categories, static_cast<std::int64_t>(k)));
+    for (int k = 0; k < n_categories(info.categories); ++k)
+      result["categories"].push_back(category_name(info.categories, k));
     if (found.n_values > 0 && info.reduction == Reduction::quantiles) {
       for (const Observation& one : found.quantiles) {
         result["quantiles"].push_back(known(one));
@@ -104,6 +107,39 @@ Json samples_of(std::span<const SampleSummary> samples, const Statistics& statis
     });
   group["wall_time"] = column(samples, [](const auto& row) { return row.wall_time; });
   return group;
+}
+
+/// Where the leading crack of each sample crosses the sections, in the frame of its class.
+Json leaders(std::span<const SampleSummary> samples, const LeaderFrame& frame) {
+  return column(samples, [&](const SampleSummary& row) {
+    Json positions = Json::array();
+    for (int s = 0; s < frame.n_sections(); ++s) {
+      const int start = row.leading_start < 0 ? -1 : frame.reference()[index(row.leading_start)];
+      positions.push_back(start < 0 ? not_a_number : framed_position(frame, row, start, start, s).value);
+    }
+    return positions;
+  });
+}
+
+/// The input lines that determine the bodies of the samples.
+std::vector<std::string> settings_of_bodies(const input::Parameters& parameters) {
+  using enum input::Affects;
+  std::vector<std::string> settings = input::settings_of(parameters, {body, points, mesh, draws});
+  if (!parameters.mesh.points_digest.empty())
+    settings.push_back("mesh.points with digest " + parameters.mesh.points_digest);
+  return settings;
+}
+
+/// What the samples are independent of each other by, and the settings that make the bodies.
+Json sampling_of(const input::Parameters& parameters) {
+  const input::Ensemble& ensemble = parameters.ensemble;
+  return {{"seed", ensemble.seed},
+          {"base", parameters.mesh.base == input::Base::shared ? "shared" : "own"},
+          {"has_points", parameters.mesh.points.has_value()},
+          {"plan", input::plan_names[index(ensemble.plan)]},
+          {"replicates", ensemble.replicates},
+          {"note", note_on_plan(parameters)},
+          {"body_settings", settings_of_bodies(parameters)}};
 }
 
 Json crack_path(std::span<const SampleSummary> samples, const input::Sections& sections,
@@ -241,10 +277,6 @@ Json statistics_of(const Statistics& statistics, std::span<const SampleSummary> 
   return group;
 }
 
-}  // namespace
-
-namespace {
-
 Json estimate(const Estimate& estimate) {
   return {{"value", estimate.value}, {"lower", estimate.lower}, {"upper", estimate.upper}};
 }
@@ -272,10 +304,10 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
       inputs.push_back({{"rank_correlation", estimate(effect.rank_correlation)},
                         {"first", estimate(effect.first)},
                         {"total", estimate(effect.total)}});
-    Json result{{"result", one.info.name},  {"label", one.info.label},    {"share_of", one.share_of},
-                {"n_values", one.n_values}, {"n_draws", one.n_draws},     {"mesh", estimate(one.mesh)},
-                {"degree", one.degree},     {"predicted", one.predicted}, {"lack_of_fit", one.lack_of_fit},
-                {"inputs", inputs}};
+    Json result{{"result", one.info.name},        {"label", one.info.label}, {"share_of", one.share_of},
+                {"n_values", one.n_values},       {"n_draws", one.n_draws},  {"n_bounds", one.n_bounds},
+                {"mesh", estimate(one.mesh)},     {"degree", one.degree},    {"predicted", one.predicted},
+                {"lack_of_fit", one.lack_of_fit}, {"inputs", inputs}};
     if (one.start >= 0) {
       result["notch"] = one.start;
       result["section"] = one.section;
@@ -293,7 +325,7 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
 }  // namespace
 
 std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
-                    const input::Parameters& parameters, const Origin& origin) {
+                    const input::Parameters& parameters, const Origin& origin, bool with_sensitivities) {
   const auto body = geometry::make_composite_body(parameters);
   const auto n_failed = std::ranges::count(samples, SampleStatus::failed, &SampleSummary::status);
   Json document{{"n_samples", statistics.n_samples},
@@ -316,11 +348,13 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
   document["crack_path"] = crack_path(
       samples, parameters.sections,
       {static_cast<std::size_t>(statistics.n_starts), static_cast<std::size_t>(statistics.n_sections)});
+  document["crack_path"]["leader"] = leaders(samples, LeaderFrame(parameters));
+  document["sampling"] = sampling_of(parameters);
   document["statistics"] =
       statistics_of(with_running_half_widths(statistics, samples, parameters), samples, parameters);
   if (!parameters.random.empty()) {
     document["inputs"] = inputs_of(samples, parameters);
-    document["sensitivities"] = sensitivities_of(samples, parameters);
+    if (with_sensitivities) document["sensitivities"] = sensitivities_of(samples, parameters);
   }
   // A file name in a message may not be valid UTF-8.
   return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";

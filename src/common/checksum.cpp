@@ -3,9 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
 #include <fstream>
-#include <span>
 #include <vector>
 
 namespace crackle {

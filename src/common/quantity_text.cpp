@@ -7,7 +7,6 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <string_view>
 #include <utility>
 
 namespace crackle {

@@ -3,11 +3,9 @@
 
 #include "crackle/common/disjoint_sets.h"
 #include "crackle/common/index.h"
-#include "crackle/cracks/crack_ligaments.h"
 
 #include "branch_window.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>

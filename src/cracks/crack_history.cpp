@@ -2,7 +2,6 @@
 #include "crackle/cracks/crack_history.h"
 
 #include "crackle/common/index.h"
-#include "crackle/common/real.h"
 
 #include "polyline.h"
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/cracks/crack_speed.h"
 
-#include "crackle/common/real.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -88,6 +88,44 @@ Indices facets_of(const CrackSurface& surface, std::int32_t start, auto number_o
   return facets;
 }
 
+/// A connected piece of a crack in one slab, with the pieces of the next slab that share a facet with it.
+struct Piece {
+  Indices facets;
+  Indices next;  ///< indices into the next slab
+};
+using Slab = std::vector<Piece>;
+
+/// Facets of a crack, cut into slabs of thickness `spacing` along its advance, starting at the tip.
+std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std::size_t> facets,
+                               const geometry::CrackStart& start, double spacing, double thickness) {
+  const auto n_slabs = static_cast<std::size_t>(std::ceil(start.ligament / spacing));
+  std::vector<std::vector<Trace>> traces(n_slabs);
+  for (const std::size_t i : facets) {
+    const auto [low, high] = advances(surface.facets[i], start);
+    if (high < 0 || low >= start.ligament) continue;
+    const auto first = static_cast<std::size_t>(std::max(0.0, std::floor(low / spacing)));
+    const auto last = std::min(static_cast<std::size_t>(std::floor(high / spacing)), n_slabs - 1);
+    const Trace box = extent(surface, i, start.across);
+    for (std::size_t k = first; k <= last; ++k) traces[k].push_back(box);
+  }
+  std::vector<Slab> slabs(n_slabs);
+  for (std::size_t k = 0; k < n_slabs; ++k) {
+    for (const auto& members : group(traces[k], thickness)) {
+      Piece piece;
+      for (const std::size_t i : members) piece.facets.push_back(traces[k][i].facet);
+      slabs[k].push_back(std::move(piece));
+    }
+  }
+  for (std::size_t k = 0; k + 1 < n_slabs; ++k) {
+    for (Piece& piece : slabs[k]) {
+      for (std::size_t j = 0; j < slabs[k + 1].size(); ++j) {
+        if (intersects(piece.facets, slabs[k + 1][j].facets)) piece.next.push_back(j);
+      }
+    }
+  }
+  return slabs;
+}
+
 }  // namespace
 
 std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t start) {
@@ -255,48 +293,6 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
   }
   return crossings;
 }
-
-namespace {
-
-/// A connected piece of a crack in one slab, with the pieces of the next slab that share a facet with it.
-struct Piece {
-  Indices facets;
-  Indices next;  ///< indices into the next slab
-};
-using Slab = std::vector<Piece>;
-
-/// Facets of a crack, cut into slabs of thickness `spacing` along its advance, starting at the tip.
-std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std::size_t> facets,
-                               const geometry::CrackStart& start, double spacing, double thickness) {
-  const auto n_slabs = static_cast<std::size_t>(std::ceil(start.ligament / spacing));
-  std::vector<std::vector<Trace>> traces(n_slabs);
-  for (const std::size_t i : facets) {
-    const auto [low, high] = advances(surface.facets[i], start);
-    if (high < 0 || low >= start.ligament) continue;
-    const auto first = static_cast<std::size_t>(std::max(0.0, std::floor(low / spacing)));
-    const auto last = std::min(static_cast<std::size_t>(std::floor(high / spacing)), n_slabs - 1);
-    const Trace box = extent(surface, i, start.across);
-    for (std::size_t k = first; k <= last; ++k) traces[k].push_back(box);
-  }
-  std::vector<Slab> slabs(n_slabs);
-  for (std::size_t k = 0; k < n_slabs; ++k) {
-    for (const auto& members : group(traces[k], thickness)) {
-      Piece piece;
-      for (const std::size_t i : members) piece.facets.push_back(traces[k][i].facet);
-      slabs[k].push_back(std::move(piece));
-    }
-  }
-  for (std::size_t k = 0; k + 1 < n_slabs; ++k) {
-    for (Piece& piece : slabs[k]) {
-      for (std::size_t j = 0; j < slabs[k + 1].size(); ++j) {
-        if (intersects(piece.facets, slabs[k + 1][j].facets)) piece.next.push_back(j);
-      }
-    }
-  }
-  return slabs;
-}
-
-}  // namespace
 
 std::vector<ChainLink> longest_chain(const CrackSurface& surface, std::span<const std::size_t> facets,
                                      const geometry::CrackStart& line, double spacing, double thickness,

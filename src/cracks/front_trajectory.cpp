@@ -16,7 +16,6 @@
 #include <span>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 namespace crackle::cracks {
 

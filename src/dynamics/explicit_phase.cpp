@@ -18,11 +18,8 @@
 #include <algorithm>
 #include <array>
 #include <memory>
-#include <optional>
 #include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace crackle::dynamics {
 

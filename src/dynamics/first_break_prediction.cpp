@@ -3,10 +3,8 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
-#include "crackle/common/real.h"
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/sample_run.h"
-#include "crackle/dynamics/sample_setup.h"
 #include "crackle/fracture/equivalent_stress.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/condition_region.h"
@@ -143,6 +141,25 @@ private:
   bool is_sudden_ = false;
 };
 
+/// Maximum amplification of a stress by reflection, superposition and notches that is assumed possible.
+constexpr double wave_amplification = 10;
+/// Share of the volume beyond what is strained at notches only.
+constexpr double large_part = 0.01;
+
+std::string text_of_load(double load) {
+  return quantity_text(std::abs(load), "N");
+}
+
+std::string too_late(const input::Parameters& parameters, const FirstBreakPrediction& outlook) {
+  const double reach = std::max(parameters.time.duration, outlook.transit);
+  if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
+  return fmt::format(
+      "the loads are far from breaking the body: in equilibrium they reach the first break after {}, at "
+      "about {}, but the phase lasts {}; raise the loads or their rate, or set time.start = \"quasi-static\"",
+      quantity_text(outlook.time, "s"), text_of_load(outlook.load),
+      quantity_text(parameters.time.duration, "s"));
+}
+
 }  // namespace
 
 WaveOutlook wave_outlook(const SampleSetup& setup) {
@@ -165,29 +182,6 @@ std::string wave_text(const input::Parameters& parameters, const WaveOutlook& ou
         "damping.bulk = [0.5, 1.2] leaves none and 15 %";
   return text;
 }
-
-namespace {
-
-/// Maximum amplification of a stress by reflection, superposition and notches that is assumed possible.
-constexpr double wave_amplification = 10;
-/// Share of the volume beyond what is strained at notches only.
-constexpr double large_part = 0.01;
-
-std::string text_of_load(double load) {
-  return quantity_text(std::abs(load), "N");
-}
-
-std::string too_late(const input::Parameters& parameters, const FirstBreakPrediction& outlook) {
-  const double reach = std::max(parameters.time.duration, outlook.transit);
-  if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
-  return fmt::format(
-      "the loads are far from breaking the body: in equilibrium they reach the first break after {}, at "
-      "about {}, but the phase lasts {}; raise the loads or their rate, or set time.start = \"quasi-static\"",
-      quantity_text(outlook.time, "s"), text_of_load(outlook.load),
-      quantity_text(parameters.time.duration, "s"));
-}
-
-}  // namespace
 
 StressState stress_state(const parallel::Communicator& group, const fracture::BreakableBody& body,
                          std::span<const double> displacement) {

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <utility>
 
 namespace crackle::dynamics {
 
@@ -49,6 +48,28 @@ Found find(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& 
     if (inside > best.inside) best = {inside, subdomain.tetrahedron_number[index(t)]};
   }
   return best;
+}
+
+/// Mean displacement of each condition's nodes at which it still acts, or of all of them if it has ended
+/// everywhere. Collective.
+std::vector<Vector> mean_displacements(const parallel::Communicator& group,
+                                       std::span<const mechanics::ConditionNodes> conditions,
+                                       std::span<const double> displacement) {
+  std::vector<std::vector<double>> terms(3 * conditions.size());
+  for (std::size_t k = 0; k < conditions.size(); ++k) {
+    const auto& condition = conditions[k];
+    for (std::size_t n = 0; n < condition.nodes.size(); ++n) {
+      if (condition.acting_share > 0 && !condition.acts_at(n)) continue;
+      for (int c = 0; c < 3; ++c)
+        terms[3 * k + index(c)].push_back(condition.share[n] * displacement[index(condition.nodes[n], c)]);
+    }
+  }
+  const auto sums = parallel::exact_sums(group, terms);
+  std::vector<Vector> means(conditions.size());
+  for (std::size_t k = 0; k < conditions.size(); ++k)
+    for (std::size_t c = 0; c < 3; ++c)
+      means[k][c] = sums[3 * k + c] / (conditions[k].acting_share > 0 ? conditions[k].acting_share : 1);
+  return means;
 }
 
 }  // namespace
@@ -119,32 +140,6 @@ std::vector<ProbeValue> Probes::read(const parallel::NodeField& displacement,
   }
   return values;
 }
-
-namespace {
-
-/// Mean displacement of each condition's nodes at which it still acts, or of all of them if it has ended
-/// everywhere. Collective.
-std::vector<Vector> mean_displacements(const parallel::Communicator& group,
-                                       std::span<const mechanics::ConditionNodes> conditions,
-                                       std::span<const double> displacement) {
-  std::vector<std::vector<double>> terms(3 * conditions.size());
-  for (std::size_t k = 0; k < conditions.size(); ++k) {
-    const auto& condition = conditions[k];
-    for (std::size_t n = 0; n < condition.nodes.size(); ++n) {
-      if (condition.acting_share > 0 && !condition.acts_at(n)) continue;
-      for (int c = 0; c < 3; ++c)
-        terms[3 * k + index(c)].push_back(condition.share[n] * displacement[index(condition.nodes[n], c)]);
-    }
-  }
-  const auto sums = parallel::exact_sums(group, terms);
-  std::vector<Vector> means(conditions.size());
-  for (std::size_t k = 0; k < conditions.size(); ++k)
-    for (std::size_t c = 0; c < 3; ++c)
-      means[k][c] = sums[3 * k + c] / (conditions[k].acting_share > 0 ? conditions[k].acting_share : 1);
-  return means;
-}
-
-}  // namespace
 
 void HistoryRecorder::record_equilibrium(double load_time, const LoadState& loads,
                                          const parallel::NodeField& displacement) {

@@ -2,7 +2,6 @@
 #include "crackle/dynamics/quasi_static.h"
 
 #include "crackle/common/index.h"
-#include "crackle/common/real.h"
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/fracture/connectivity.h"

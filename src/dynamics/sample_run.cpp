@@ -4,7 +4,6 @@
 #include "crackle/common/freed_memory.h"
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
-#include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/explicit_phase.h"
@@ -13,7 +12,6 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/sample_setup.h"
 #include "crackle/dynamics/separation.h"
-#include "crackle/fracture/material_field.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -24,11 +22,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <optional>
 #include <set>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 namespace crackle::dynamics {

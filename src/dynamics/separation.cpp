@@ -9,12 +9,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <set>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 namespace crackle::dynamics {
 

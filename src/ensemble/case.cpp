@@ -16,7 +16,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <chrono>
 #include <span>
 #include <utility>
@@ -36,6 +35,81 @@ namespace {
 std::array<std::string, 2> limits_passed(const input::Parameters& parameters, const SampleReport& report) {
   return {dynamics::fast_loading_warning(parameters, report.summary.first_break_time, report.wave_transit),
           dynamics::large_displacement_warning(parameters, report.summary.displacement_at_peak)};
+}
+
+/// Deletes this run's samples that were under way when the ensemble stopped early: which ones depends on
+/// scheduling, so they are not part of the ensemble. Samples beyond the stopping point that an earlier run
+/// finished stay; readers ignore them, and any that could not be deleted.
+void remove_surplus_files(const analysis::Statistics& statistics, const SamplePlan& plan,
+                          const std::filesystem::path& folder) {
+  std::error_code ignored;
+  const auto n_needed = static_cast<std::uint64_t>(statistics.n_needed);
+  for (const std::uint64_t sample : plan.to_do)
+    if (sample >= n_needed) std::filesystem::remove(io::sample_path(folder, sample), ignored);
+}
+
+/// Numbers of samples done, failed and pending.
+using Counts = std::array<int, 3>;
+
+Counts counts_of(const std::optional<Progress>& progress) {
+  if (!progress) return {};
+  return {progress->n_done(), progress->n_failed(), progress->n_left()};
+}
+
+/// Counts only samples that are part of the ensemble.
+Counts counts_of(const Results& results) {
+  Counts counts{};
+  for (int i = 0; i < results.statistics.n_needed; ++i) {
+    const SampleStatus status = results.rows[index(i)].status;
+    ++counts[status == SampleStatus::done ? 0 : status == SampleStatus::failed ? 1 : 2];
+  }
+  return counts;
+}
+
+/// Shares the root's counts with all ranks. Collective.
+RunOutcome share_counts(const parallel::Communicator& world, Counts counts, bool is_stopping) {
+  counts = parallel::share(world, counts);
+  return {.done = counts[0],
+          .failed = counts[1],
+          .left = counts[2],
+          .stopped = is_stopping && counts[2] > 0,
+          .file_error = {}};
+}
+
+/// Logs the pending samples, one line per reason.
+void log_pending(RunLog& log, std::span<const SampleSummary> rows) {
+  std::map<std::string, std::vector<std::uint64_t>> samples;  // by reason
+  for (std::size_t sample = 0; sample < rows.size(); ++sample)
+    if (rows[sample].status == SampleStatus::pending) samples[rows[sample].error].push_back(sample);
+  for (const auto& [reason, list] : samples)
+    log.line(fmt::format("pending: {}{}{}", format_samples(list), reason.empty() ? "" : ": ", reason));
+}
+
+void log_warnings(RunLog& log, std::size_t n_warnings) {
+  if (n_warnings == 0) return;
+  log.line(fmt::format("warning: {} with a crack faster than the Rayleigh speed",
+                       count_text(n_warnings, "sample")));
+}
+
+/// Warns if no sample has broken, which is rarely intended.
+void log_unbroken(RunLog& log, std::span<const SampleSummary> rows) {
+  std::size_t n_done = 0, n_unbroken = 0;
+  for (const SampleSummary& row : rows) {
+    if (row.status != SampleStatus::done) continue;
+    ++n_done;
+    n_unbroken += row.outcome == static_cast<std::int32_t>(dynamics::Outcome::unbroken) ? 1 : 0;
+  }
+  if (n_done > 0 && n_unbroken == n_done)
+    log.line("warning: no sample broke under its loads; crackle check shows how close they came");
+}
+
+void log_next(RunLog& log, const NextCommands& next, const RunOutcome& outcome, bool has_results) {
+  const auto name = [&](const char* action, const std::string& command) {
+    if (!command.empty()) log.line(fmt::format("{}: {}", action, command));
+  };
+  if (outcome.left > 0 || !outcome.file_error.empty()) return name("to continue", next.resume);
+  if (outcome.failed > 0) name("to compute failed samples again", next.retry_failed);
+  if (outcome.done > 0 && has_results) name("pictures and report", next.report);
 }
 
 }  // namespace
@@ -139,85 +213,6 @@ void Case::suspended(const SampleReport& report) {
   else
     say(describe(report));
 }
-
-namespace {
-
-/// Deletes this run's samples that were under way when the ensemble stopped early: which ones depends on
-/// scheduling, so they are not part of the ensemble. Samples beyond the stopping point that an earlier run
-/// finished stay; readers ignore them, and any that could not be deleted.
-void remove_surplus_files(const analysis::Statistics& statistics, const SamplePlan& plan,
-                          const std::filesystem::path& folder) {
-  std::error_code ignored;
-  const auto n_needed = static_cast<std::uint64_t>(statistics.n_needed);
-  for (const std::uint64_t sample : plan.to_do)
-    if (sample >= n_needed) std::filesystem::remove(io::sample_path(folder, sample), ignored);
-}
-
-/// Numbers of samples done, failed and pending.
-using Counts = std::array<int, 3>;
-
-Counts counts_of(const std::optional<Progress>& progress) {
-  if (!progress) return {};
-  return {progress->n_done(), progress->n_failed(), progress->n_left()};
-}
-
-/// Counts only samples that are part of the ensemble.
-Counts counts_of(const Results& results) {
-  Counts counts{};
-  for (int i = 0; i < results.statistics.n_needed; ++i) {
-    const SampleStatus status = results.rows[index(i)].status;
-    ++counts[status == SampleStatus::done ? 0 : status == SampleStatus::failed ? 1 : 2];
-  }
-  return counts;
-}
-
-/// Shares the root's counts with all ranks. Collective.
-RunOutcome share_counts(const parallel::Communicator& world, Counts counts, bool is_stopping) {
-  counts = parallel::share(world, counts);
-  return {.done = counts[0],
-          .failed = counts[1],
-          .left = counts[2],
-          .stopped = is_stopping && counts[2] > 0,
-          .file_error = {}};
-}
-
-/// Logs the pending samples, one line per reason.
-void log_pending(RunLog& log, std::span<const SampleSummary> rows) {
-  std::map<std::string, std::vector<std::uint64_t>> samples;  // by reason
-  for (std::size_t sample = 0; sample < rows.size(); ++sample)
-    if (rows[sample].status == SampleStatus::pending) samples[rows[sample].error].push_back(sample);
-  for (const auto& [reason, list] : samples)
-    log.line(fmt::format("pending: {}{}{}", format_samples(list), reason.empty() ? "" : ": ", reason));
-}
-
-void log_warnings(RunLog& log, std::size_t n_warnings) {
-  if (n_warnings == 0) return;
-  log.line(fmt::format("warning: {} with a crack faster than the Rayleigh speed",
-                       count_text(n_warnings, "sample")));
-}
-
-/// Warns if no sample has broken, which is rarely intended.
-void log_unbroken(RunLog& log, std::span<const SampleSummary> rows) {
-  std::size_t n_done = 0, n_unbroken = 0;
-  for (const SampleSummary& row : rows) {
-    if (row.status != SampleStatus::done) continue;
-    ++n_done;
-    n_unbroken += row.outcome == static_cast<std::int32_t>(dynamics::Outcome::unbroken) ? 1 : 0;
-  }
-  if (n_done > 0 && n_unbroken == n_done)
-    log.line("warning: no sample broke under its loads; crackle check shows how close they came");
-}
-
-void log_next(RunLog& log, const NextCommands& next, const RunOutcome& outcome, bool has_results) {
-  const auto name = [&](const char* action, const std::string& command) {
-    if (!command.empty()) log.line(fmt::format("{}: {}", action, command));
-  };
-  if (outcome.left > 0 || !outcome.file_error.empty()) return name("to continue", next.resume);
-  if (outcome.failed > 0) name("to compute failed samples again", next.retry_failed);
-  if (outcome.done > 0 && has_results) name("pictures and report", next.report);
-}
-
-}  // namespace
 
 void Case::log_end(const RunOutcome& outcome, int n_needed, const NextCommands& next, double seconds) const {
   const auto& rows = outcome.rows;

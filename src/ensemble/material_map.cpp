@@ -3,7 +3,6 @@
 
 #include "crackle/common/failure.h"
 #include "crackle/geometry/point.h"
-#include "crackle/geometry/realization.h"
 #include "crackle/io/raster.h"
 
 #include <cmath>

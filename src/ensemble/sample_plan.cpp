@@ -119,6 +119,47 @@ std::optional<std::string> difference(const fs::path& folder, const std::string&
   return found + "; " + advice_for_others;
 }
 
+[[noreturn]] void refuse_older(const fs::path& folder, const io::OlderFormat& error) {
+  fail(
+      "{}: {}; continue with the program that started this ensemble, or start again in another folder; "
+      "crackle stats and the report can still read this one",
+      folder.string(), error.what());
+}
+
+/// Refuses to replace an existing file of the sample.
+void check_is_free(const fs::path& file, const input::Parameters& parameters, std::uint64_t sample) {
+  if (!fs::exists(fs::symlink_status(file))) return;
+  bool has_failed = false;
+  try {
+    has_failed = summary_reader(parameters)(file, sample).status == analysis::SampleStatus::failed;
+  } catch (const std::exception&) {
+    // Damaged files are not silently replaced either.
+  }
+  fail("{} already holds this sample{}; keep it with --resume, or compute it again with {}--overwrite",
+       file.string(), has_failed ? ", as one that failed" : "", has_failed ? "--retry-failed or " : "");
+}
+
+/// Removes temporary files of the samples in the range; all of them if the range is the whole ensemble, since
+/// then no other run is active. Those of ensemble.h5 stay: another process may be recomputing the statistics
+/// (write_results).
+void remove_partial_files(const fs::path& folder, const input::Parameters& parameters, SampleRange range) {
+  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+  const bool is_whole = range.first == 0 && range.last + 1 == n_samples;
+  std::error_code ignored;
+  const auto is_partial = [](const fs::path& file) { return file.extension() == ".partial"; };
+  for (const auto& entry : fs::directory_iterator(sample_folder(folder), ignored)) {
+    std::uint64_t sample = 0;
+    const std::string name = entry.path().filename().string();
+    const bool has_number = std::from_chars(name.data(), name.data() + name.size(), sample).ec == std::errc{};
+    const bool is_mine = is_whole || (has_number && range.first <= sample && sample <= range.last);
+    if (is_mine && is_partial(entry.path())) fs::remove(entry.path(), ignored);
+  }
+  if (!is_whole) return;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (is_partial(entry.path()) && !is_of_results(entry.path())) fs::remove(entry.path(), ignored);
+  }
+}
+
 }  // namespace
 
 std::optional<std::string> first_difference(const std::string& expected, const std::string& actual) {
@@ -177,17 +218,6 @@ SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::ui
     fail("{} parts are more than ensemble.samples = {}; give at most as many", n_parts, n_samples);
   return {n_samples * number / n_parts, n_samples * (number + 1) / n_parts - 1};
 }
-
-namespace {
-
-[[noreturn]] void refuse_older(const fs::path& folder, const io::OlderFormat& error) {
-  fail(
-      "{}: {}; continue with the program that started this ensemble, or start again in another folder; "
-      "crackle stats and the report can still read this one",
-      folder.string(), error.what());
-}
-
-}  // namespace
 
 void check_folder(const fs::path& folder, const input::Parameters& parameters, const PlanOptions& options) {
   std::error_code error;
@@ -254,23 +284,6 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
   return plan;
 }
 
-namespace {
-
-/// Refuses to replace an existing file of the sample.
-void check_is_free(const fs::path& file, const input::Parameters& parameters, std::uint64_t sample) {
-  if (!fs::exists(fs::symlink_status(file))) return;
-  bool has_failed = false;
-  try {
-    has_failed = summary_reader(parameters)(file, sample).status == analysis::SampleStatus::failed;
-  } catch (const std::exception&) {
-    // Damaged files are not silently replaced either.
-  }
-  fail("{} already holds this sample{}; keep it with --resume, or compute it again with {}--overwrite",
-       file.string(), has_failed ? ", as one that failed" : "", has_failed ? "--retry-failed or " : "");
-}
-
-}  // namespace
-
 void require_sample(const input::Parameters& parameters, std::uint64_t sample) {
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   if (sample >= n_samples)
@@ -302,31 +315,6 @@ SamplePlan plan_sample(const fs::path& folder, const input::Parameters& paramete
   }
   return plan;
 }
-
-namespace {
-
-/// Removes temporary files of the samples in the range; all of them if the range is the whole ensemble, since
-/// then no other run is active. Those of ensemble.h5 stay: another process may be recomputing the statistics
-/// (write_results).
-void remove_partial_files(const fs::path& folder, const input::Parameters& parameters, SampleRange range) {
-  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
-  const bool is_whole = range.first == 0 && range.last + 1 == n_samples;
-  std::error_code ignored;
-  const auto is_partial = [](const fs::path& file) { return file.extension() == ".partial"; };
-  for (const auto& entry : fs::directory_iterator(sample_folder(folder), ignored)) {
-    std::uint64_t sample = 0;
-    const std::string name = entry.path().filename().string();
-    const bool has_number = std::from_chars(name.data(), name.data() + name.size(), sample).ec == std::errc{};
-    const bool is_mine = is_whole || (has_number && range.first <= sample && sample <= range.last);
-    if (is_mine && is_partial(entry.path())) fs::remove(entry.path(), ignored);
-  }
-  if (!is_whole) return;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (is_partial(entry.path()) && !is_of_results(entry.path())) fs::remove(entry.path(), ignored);
-  }
-}
-
-}  // namespace
 
 void make_sample_folder(const fs::path& folder) {
   std::error_code error;

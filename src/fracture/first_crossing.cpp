@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "first_crossing.h"
 
-#include "crackle/common/real.h"
-
-#include <algorithm>
 #include <cmath>
 
 namespace crackle::fracture {

@@ -4,7 +4,6 @@
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/fracture/material_field.h"
-#include "crackle/fracture/variation.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/softening_limits.h"
 #include "crackle/parallel/agreement.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/tuler_butcher.h"
 
-#include "crackle/common/real.h"
 #include "crackle/fracture/equivalent_stress.h"
 
 #include <algorithm>

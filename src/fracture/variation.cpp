@@ -5,7 +5,6 @@
 #include "crackle/common/random.h"
 #include "crackle/common/vector.h"
 #include "crackle/fracture/gaussian_field.h"
-#include "crackle/geometry/point.h"
 #include "crackle/geometry/quality.h"
 
 #include <fmt/format.h>

@@ -1,17 +1,167 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blue_noise.h"
 
+#include "crackle/common/index.h"
 #include "crackle/common/vector.h"
 
-#include "repulsion.h"
+#include "near_pairs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 namespace crackle::geometry {
 
 namespace {
+
+/// Lengths in local spacings.
+constexpr double reach_inside = 1.35;
+constexpr double reach_in_face = 1.2;
+constexpr double skin = 0.3;  ///< pairs are listed up to here beyond the reach
+constexpr double longest_step = 0.15;
+constexpr double mobility = 0.067;  ///< step for a force of one spacing squared
+constexpr double momentum = 0.8;    ///< share of a step that is repeated by the next one
+constexpr double last_shift = 0.1;  ///< largest last random displacement along each axis
+
+/// Fixed points repel less, or else the others would keep too far away from surfaces and edges.
+constexpr double force_of_fixed = 0.85;
+
+/// Numbers of steps with the same list of pairs: few at first, when random points move far. Points that
+/// approach each other unlisted would end as close pairs.
+constexpr std::array<int, 5> n_steps{3, 4, 6, 7, 8};
+
+class Relaxation {
+public:
+  Relaxation(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
+             const SpacedPoints& points)
+      : spacing_(spacing), patch_(patch), room_(room), n_(points.position.size()) {
+    const std::size_t n_all = n_ + fixed.position.size();
+    place_.reserve(n_all);
+    local_.reserve(n_all);
+    for (const SpacedPoints* each : {&points, &fixed}) {
+      for (const Point& p : each->position) place_.push_back(own(p));
+      local_.insert(local_.end(), each->spacing.begin(), each->spacing.end());
+    }
+    velocity_.assign(n_, Vector{});
+    headroom_.assign(n_, 0);
+    force_.resize(n_all);
+  }
+
+  void run() {
+    const double reach = is_flat(patch_.domain) ? reach_in_face : reach_inside;
+    std::vector<double> radius(place_.size());
+    for (const int n : n_steps) {
+      for (std::size_t i = 0; i < place_.size(); ++i) radius[i] = (reach + skin) * local_[i];
+      const NearPairs pairs = near_pairs(place_, radius, n_);
+      for (int step = 0; step < n; ++step) {
+        sum_forces(pairs, reach);
+        for (std::size_t i = 0; i < n_; ++i) move(i);
+      }
+      update_spacing();
+    }
+  }
+
+  /// Takes away the order of a dense fluid, whose layers along faces would favour directions of cracks.
+  void shake(RandomStream& stream) {
+    for (std::size_t i = 0; i < n_; ++i) {
+      Vector shift{};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (patch_.domain.upper[axis] > patch_.domain.lower[axis])
+          shift[axis] = stream.uniform(-last_shift, last_shift) * local_[i];
+      if (has_room(i, place_[i] + shift)) place_[i] = place_[i] + shift;
+    }
+    update_spacing();
+  }
+
+  SpacedPoints result() const {
+    SpacedPoints points;
+    for (std::size_t i = 0; i < n_; ++i) points.position.push_back(patch_.at(place_[i]));
+    points.spacing.assign(local_.begin(), local_.begin() + static_cast<std::ptrdiff_t>(n_));
+    return points;
+  }
+
+private:
+  /// Own coordinates, exactly in the patch.
+  Point own(const Point& p) const {
+    Point result = patch_.own(p);
+    for (std::size_t i = 0; i < 3; ++i)
+      if (patch_.domain.lower[i] == patch_.domain.upper[i]) result[i] = patch_.domain.lower[i];
+    return result;
+  }
+
+  void update_spacing() {
+    for (std::size_t i = 0; i < n_; ++i) local_[i] = spacing_(patch_.at(place_[i]));
+  }
+
+  void sum_forces(const NearPairs& pairs, double reach) {
+    std::fill(force_.begin(), force_.end(), Vector{});
+    for (std::size_t i = 0; i < place_.size(); ++i) {
+      Vector sum = force_[i];
+      for (std::size_t k = pairs.first[i]; k < pairs.first[i + 1]; ++k) {
+        const std::size_t j = index(pairs.other[k]);
+        const Vector gap = place_[i] - place_[j];
+        const double range = reach * (local_[i] + local_[j]) / 2;
+        const double squared = dot(gap, gap);
+        if (squared >= range * range || squared == 0) continue;
+        const double distance = std::sqrt(squared);
+        const double strength = i < n_ && j < n_ ? 1 : force_of_fixed;
+        const double overlap = 1 - distance / range;
+        // In proportion to the square of the spacing: then the pressure is the same everywhere, and fine
+        // parts do not expand into coarse ones. Stiffer at short distances, or else two points could remain
+        // together in the cage of their neighbours.
+        const Vector force =
+            strength * range * range * overlap * (1 + 4 * overlap * overlap) / distance * gap;
+        sum = sum + force;
+        force_[j] = force_[j] - force;
+      }
+      force_[i] = sum;
+    }
+  }
+
+  void move(std::size_t i) {
+    Vector step = momentum * velocity_[i] + mobility / local_[i] * force_[i];
+    double length = norm(step);
+    if (length > longest_step * local_[i]) {
+      step = longest_step * local_[i] / length * step;
+      length = longest_step * local_[i];
+    }
+    // The clearance changes by no more than the way.
+    headroom_[i] -= length;
+    if (headroom_[i] < 0 && !has_room(i, place_[i] + step)) step = sliding(i, step);
+    place_[i] = place_[i] + step;
+    velocity_[i] = step;
+  }
+
+  /// The part of a step, along single axes, that remains in the room.
+  Vector sliding(std::size_t i, const Vector& step) {
+    Vector result{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (step[axis] == 0) continue;
+      Vector longer = result;
+      longer[axis] = step[axis];
+      if (has_room(i, place_[i] + longer)) result = longer;
+    }
+    headroom_[i] = 0;
+    return result;
+  }
+
+  bool has_room(std::size_t i, const Point& place) {
+    headroom_[i] = room_.clearance(patch_.at(place)) - room_.margin * local_[i];
+    return headroom_[i] >= 0;
+  }
+
+  const SpacingField& spacing_;
+  const Patch& patch_;
+  const Room& room_;
+  std::size_t n_;              ///< movable points, followed by the fixed ones
+  std::vector<Point> place_;   ///< in own coordinates of the patch [m]
+  std::vector<double> local_;  ///< spacing at the point [m]
+  std::vector<Vector> velocity_;
+  std::vector<double> headroom_;  ///< how far a point may move before its clearance is computed again [m]
+  std::vector<Vector> force_;
+};
 
 constexpr double candidates_per_point = 3;
 
@@ -81,6 +231,20 @@ SpacedPoints start(const SpacingField& spacing, const Patch& patch, const Room& 
 }
 
 }  // namespace
+
+bool is_flat(const Box& region) {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (region.upper[i] == region.lower[i]) return true;
+  return false;
+}
+
+void repel(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
+           SpacedPoints& points, RandomStream& stream) {
+  Relaxation relaxation(spacing, patch, room, fixed, points);
+  relaxation.run();
+  relaxation.shake(stream);
+  points = relaxation.result();
+}
 
 std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch, const Room& room,
                               const SpacedPoints& fixed, RandomStream stream) {

@@ -3,7 +3,6 @@
 
 #include "extruded_plate.h"
 
-#include <algorithm>
 #include <stdexcept>
 
 namespace crackle::geometry {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/box.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace crackle::geometry {

@@ -4,7 +4,6 @@
 #include "reflection.h"
 
 #include <algorithm>
-#include <string>
 #include <utility>
 
 namespace crackle::geometry {

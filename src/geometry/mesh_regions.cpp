@@ -2,7 +2,8 @@
 #include "crackle/geometry/mesh_regions.h"
 
 #include "crackle/common/index.h"
-#include "crackle/geometry/point.h"
+#include "crackle/common/real.h"
+#include "crackle/geometry/symmetry.h"
 
 #include <algorithm>
 
@@ -42,6 +43,35 @@ std::vector<RegionContent> region_contents(const Realization& realization, const
   for (const auto number : region_numbers(realization.nodes, body, mesh)) ++of(number).nodes;
   for (const auto number : region_numbers(centroids, body, mesh)) ++of(number).tetrahedra;
   return contents;
+}
+
+std::vector<std::int32_t> refined_interior(const Realization& realization, const Body& body,
+                                           const input::Mesh& mesh) {
+  constexpr double fine_factor = 2, depth = 2;
+  const SpacingField wanted(body, mesh);
+  std::vector<std::int32_t> refined;
+  refined.reserve(realization.tetrahedra.size());
+  for (const Tetrahedron& t : realization.tetrahedra) {
+    const Point p = centroid(realization.nodes, t);
+    const double spacing = wanted(p);
+    const bool is_fine = spacing <= fine_factor * mesh.notch_spacing;
+    refined.push_back(is_fine && body.distance_to_surface(p) >= depth * spacing ? 1 : 0);
+  }
+  return refined;
+}
+
+std::vector<Point> relative_displacements(const Body& body, const MotherPoints& base,
+                                          const Realization& realization, const input::Mesh& mesh) {
+  const Symmetry symmetry = symmetry_of(body, realization.report.symmetry);
+  std::vector<Point> relative(base.size());
+  for (std::size_t k = 0; k < base.size(); ++k) {
+    const Point node = symmetry.preimage(realization.nodes[k]);
+    for (std::size_t i = 0; i < 3; ++i)
+      relative[k][i] = ((base.movable[k] >> i) & 1u) == 0
+                           ? not_a_number
+                           : (node[i] - base.position[k][i]) / (mesh.perturbation * base.spacing[k]);
+  }
+  return relative;
 }
 
 }  // namespace crackle::geometry

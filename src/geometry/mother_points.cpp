@@ -4,7 +4,6 @@
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/common/vector.h"
-#include "crackle/input/parameters.h"
 
 #include "blue_noise.h"
 #include "redraw.h"

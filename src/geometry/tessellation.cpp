@@ -2,7 +2,6 @@
 #include "tessellation.h"
 
 #include "crackle/common/index.h"
-#include "crackle/geometry/point.h"
 #include "crackle/geometry/quality.h"
 
 #include <CGAL/Delaunay_triangulation_3.h>

@@ -58,34 +58,19 @@ Key region_key(std::size_t axis) {
 }
 
 Key fix_key() {
-  const std::string form = "an array of distinct axes from \"x\", \"y\", \"z\"";
   return {"fix",
           "words",
           one_of_kinds(kind_names),
-          form,
+          distinct_axes,
           "zero displacement of these components",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto elements = read_elements(source, 0, form);
-            if (!elements) return;
-            Boundary& condition = boundary(parameters, i);
-            condition.kind = BoundaryKind::fix;
-            for (const Source& element : *elements) {
-              const auto axis = read_choice(element, {axis_names.begin(), axis_names.end()});
-              if (!axis) continue;
-              if (condition.components[*axis]) {
-                element.report("{} appears twice; give {}", element.value.source, form);
-              }
-              condition.components[*axis] = true;
-            }
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            boundary(parameters, i).kind = BoundaryKind::fix;
+            boundary(parameters, i).components = read_axes(source);
           },
           [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             const Boundary& condition = boundary(parameters, i);
             if (condition.kind != BoundaryKind::fix) return {};
-            std::vector<std::string> items;
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-              if (condition.components[axis]) items.emplace_back(axis_names[axis]);
-            }
-            return bracketed(items);
+            return show_axes(condition.components);
           }};
 }
 
@@ -199,21 +184,6 @@ Key rate_key() {
           }};
 }
 
-Key condition_name_key() {
-  return {"name",
-          "text",
-          optional("none"),
-          "a text such as \"rollers\"",
-          "conditions of one name are one load of the testing machine",
-          [](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto name = read_name(source, "rollers")) boundary(parameters, i).name = *name;
-          },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const std::string& name = boundary(parameters, i).name;
-            return name.empty() ? std::nullopt : std::optional(name);
-          }};
-}
-
 }  // namespace
 
 Table boundary_table() {
@@ -239,7 +209,9 @@ Table boundary_table() {
            [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).factor; },
            "factors along this coordinate, linear between, constant outside; a force keeps its total"))
     table.keys.push_back(std::move(key));
-  table.keys.push_back(condition_name_key());
+  table.keys.push_back(name_key(
+      [](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).name; },
+      optional("none"), "rollers", "conditions of one name are one load of the testing machine"));
   return table;
 }
 

@@ -2,16 +2,13 @@
 #include "consistency.h"
 
 #include "crackle/common/index.h"
-#include "crackle/input/parameters.h"
 
 #include "dimension.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace crackle::input {
 
@@ -156,6 +153,41 @@ void check_line(const SectionLine& line, const std::string& key, const Specimen&
   }
 }
 
+void check_variation(Findings& findings, const Variation& variation) {
+  const std::string table = "fracture.variation";
+  const auto needs = [&](const char* key, const char* why, const char* example) {
+    if (!findings.faulty(table + "." + key) && !findings.given(table + "." + key))
+      findings.report(table + "." + key, "the key is missing, but {} requires it; give {} = {}", why, key,
+                      example);
+  };
+  const auto refuses = [&](const char* key, const char* with) {
+    if (findings.given(table + "." + key))
+      findings.report(table + "." + key, "cannot be combined with distribution = \"{}\"; leave it out", with);
+  };
+  if (findings.faulty(table + ".distribution") || findings.faulty(table + ".correlation_length")) return;
+  if (variation.distribution == Distribution::weibull) {
+    needs("modulus", "distribution = \"weibull\"", "10");
+    refuses("coefficient_of_variation", "weibull");
+    if (variation.correlation_length == 0)
+      needs("reference_volume", "\"weibull\" without correlation_length", "\"1 mm^3\"");
+  } else {
+    needs("coefficient_of_variation", "distribution = \"lognormal\"", "0.2");
+    needs("correlation_length", "distribution = \"lognormal\"", "\"2 mm\"");
+    refuses("modulus", "lognormal");
+    refuses("reference_volume", "lognormal");
+  }
+}
+
+/// True if each material has its own value of a key of [fracture].
+bool given_by_materials(const Parameters& parameters, const std::string& key, const Findings& findings) {
+  for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
+    const std::string path = material_key(parameters.materials, i) + ".";
+    if (!findings.given(path + key) && !(key == "toughness" && findings.given(path + "fracture_toughness")))
+      return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void check_specimen(const Parameters& parameters, Findings& findings) {
@@ -211,35 +243,6 @@ std::vector<std::string> section_warnings(const Parameters& parameters) {
   return warnings;
 }
 
-namespace {
-
-void check_variation(Findings& findings, const Variation& variation) {
-  const std::string table = "fracture.variation";
-  const auto needs = [&](const char* key, const char* why, const char* example) {
-    if (!findings.faulty(table + "." + key) && !findings.given(table + "." + key))
-      findings.report(table + "." + key, "the key is missing, but {} requires it; give {} = {}", why, key,
-                      example);
-  };
-  const auto refuses = [&](const char* key, const char* with) {
-    if (findings.given(table + "." + key))
-      findings.report(table + "." + key, "cannot be combined with distribution = \"{}\"; leave it out", with);
-  };
-  if (findings.faulty(table + ".distribution") || findings.faulty(table + ".correlation_length")) return;
-  if (variation.distribution == Distribution::weibull) {
-    needs("modulus", "distribution = \"weibull\"", "10");
-    refuses("coefficient_of_variation", "weibull");
-    if (variation.correlation_length == 0)
-      needs("reference_volume", "\"weibull\" without correlation_length", "\"1 mm^3\"");
-  } else {
-    needs("coefficient_of_variation", "distribution = \"lognormal\"", "0.2");
-    needs("correlation_length", "distribution = \"lognormal\"", "\"2 mm\"");
-    refuses("modulus", "lognormal");
-    refuses("reference_volume", "lognormal");
-  }
-}
-
-}  // namespace
-
 void complete_fracture(Parameters& parameters, Findings& findings) {
   if (parameters.fracture.fracture_toughness == 0) return;
   if (findings.given("fracture.toughness"))
@@ -249,20 +252,6 @@ void complete_fracture(Parameters& parameters, Findings& findings) {
     if (findings.faulty(material_key(parameters.materials, 0) + "." + key)) return;
   parameters.fracture.toughness = parameters.fracture_of(0).toughness;
 }
-
-namespace {
-
-/// True if each material has its own value of a key of [fracture].
-bool given_by_materials(const Parameters& parameters, const std::string& key, const Findings& findings) {
-  for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
-    const std::string path = material_key(parameters.materials, i) + ".";
-    if (!findings.given(path + key) && !(key == "toughness" && findings.given(path + "fracture_toughness")))
-      return false;
-  }
-  return true;
-}
-
-}  // namespace
 
 void check_release(const std::string& table, Findings& findings) {
   if (findings.given(table + ".release_time") && findings.given(table + ".release_speed"))
@@ -330,9 +319,10 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
   // At a smooth surface the threshold that follows from a toughness is that of the spacing.
   for (std::size_t i = 0; i < parameters.specimen.notches.size(); ++i)
     if (const auto& slot = parameters.specimen.notches[i].slot; slot && slot->end == SlotEnd::round)
-      findings.report(notch_key(i) + ".end",
-                      "\"round\" is a smooth surface, where cracks start by a strength; give "
-                      "fracture.strength beside the toughness");
+      findings.report("fracture.toughness",
+                      "does not say when a crack starts at the round end of {}, a smooth surface; give "
+                      "fracture.strength, too",
+                      notch_key(i));
 }
 
 void check_time(const Parameters& parameters, Findings& findings) {

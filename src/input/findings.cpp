@@ -4,8 +4,6 @@
 #include "crackle/common/printable.h"
 #include "crackle/common/quantity_text.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 namespace crackle::input {

@@ -31,54 +31,24 @@ Key of_kind(InitialStressKind kind, Key key) {
     parameters.initial_stresses.at(i).kind = kind;
     read(source, parameters, i);
   };
-  key.show = [=, show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (parameters.initial_stresses.at(i).kind != kind) return {};
-    return show(parameters, i);
-  };
-  return key;
+  return shown_if(std::move(key), [=](const Parameters& parameters, std::size_t i) {
+    return parameters.initial_stresses.at(i).kind == kind;
+  });
 }
 
 Key components_key() {
-  const std::string form = "an array of distinct axes from \"x\", \"y\", \"z\"";
   return {"components",
           "words",
           optional("the two across that axis"),
-          form,
+          distinct_axes,
           "the normal stresses of a surface stress or a profile",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto elements = read_elements(source, 0, form);
-            if (!elements) return;
-            auto& components = parameters.initial_stresses.at(i).components.emplace();
-            for (const Source& element : *elements) {
-              const auto axis = read_choice(element, {axis_names.begin(), axis_names.end()});
-              if (!axis) continue;
-              if (components[*axis]) element.report("{} appears twice; give {}", element.value.source, form);
-              components[*axis] = true;
-            }
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            parameters.initial_stresses.at(i).components = read_axes(source);
           },
           [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             const auto& components = parameters.initial_stresses.at(i).components;
             if (!components) return {};
-            std::vector<std::string> items;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-              if ((*components)[axis]) items.emplace_back(axis_names[axis]);
-            return bracketed(items);
-          }};
-}
-
-Key material_name_key() {
-  return {"material",
-          "text",
-          optional("all"),
-          "the name of a material, such as \"glass\"",
-          "the one that has this expansion",
-          [](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto name = read_text(source, "the name of a material"))
-              parameters.initial_stresses.at(i).material = *name;
-          },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const std::string& name = parameters.initial_stresses.at(i).material;
-            return name.empty() ? std::nullopt : std::optional(name);
+            return show_axes(*components);
           }};
 }
 
@@ -204,7 +174,8 @@ Table initial_stress_table() {
        optional_quantity_key("expansion", initial(&InitialStress::expansion), expansion_dimension, {-1, 1},
                              optional("required with temperature"), "coefficient of thermal expansion")
            .also_called({"alpha", "cte"}),
-       material_name_key(),
+       text_key("material", initial(&InitialStress::material), optional("all"),
+                "the name of a material, such as \"glass\"", "the one that has this expansion"),
        history_key(
            initial(&InitialStress::history),
            "factors, constant during a dynamic phase; for a quench, one "

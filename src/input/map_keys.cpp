@@ -23,37 +23,23 @@ Key of_map(Key key) {
     map(parameters);
     read(source, parameters, 0);
   };
-  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (!parameters.map || i + 1 < parameters.materials.size()) return {};
-    return show(parameters, 0);
-  };
   key.affects = Affects::materials;
-  return key;
+  return shown_if(std::move(key), [](const Parameters& parameters, std::size_t i) {
+    return parameters.map && i + 1 == parameters.materials.size();
+  });
 }
 
-Key text_key(const char* name, Requirement requirement, std::string accepted, std::string help,
-             std::string MaterialMap::*member) {
-  return {name,
-          "text",
-          std::move(requirement),
-          accepted,
-          std::move(help),
-          [=](const Source& source, Parameters& parameters, std::size_t) {
-            if (const auto text = read_text(source, accepted)) map(parameters).*member = *text;
-          },
-          [=](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            const std::string& text = map(parameters).*member;
-            if (text.empty()) return {};
-            return text;
-          }};
+template <class T>
+Access<T> of_the_map(T MaterialMap::*member) {
+  return [=](Parameters& parameters, std::size_t) -> T& { return map(parameters).*member; };
 }
 
 Key file_key() {
   Key key =
-      text_key("file", required(),
+      text_key("file", of_the_map(&MaterialMap::file), required(),
                "name of an HDF5 (.h5) or PNG (.png) file, relative to the input file, such as \"ct.png\" or "
                "\"ct-{sample}.h5\"",
-               "the raster: one for all samples, or with {sample} one for each", &MaterialMap::file);
+               "the raster: one for all samples, or with {sample} one for each");
   key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
     read(source, parameters, i);
     map(parameters).folder = source.context.folder;
@@ -83,33 +69,17 @@ Key axes_key() {
           }};
 }
 
-Key lengths_key(const char* name, const char* example, const char* help,
-                std::vector<double> MaterialMap::*member) {
-  const std::string form = fmt::format("a length for each of axes, such as {}", example);
-  return {name,
-          "length",
-          required(),
-          form,
-          help,
-          [=](const Source& source, Parameters& parameters, std::size_t) {
-            const auto elements = read_elements(source, 0, form);
-            if (!elements) return;
-            for (const Source& element : *elements)
-              if (const auto value = read_quantity(element, length_dimension, coordinate))
-                (map(parameters).*member).push_back(*value);
-          },
-          [=](Parameters& parameters, std::size_t) {
-            std::vector<std::string> lengths;
-            for (const double value : map(parameters).*member) lengths.push_back(show(value));
-            return bracketed(lengths);
-          }};
+Key map_lengths_key(const char* name, const char* example, const char* help,
+                    std::vector<double> MaterialMap::*member) {
+  return lengths_key(name, of_the_map(member), fmt::format("a length for each of axes, such as {}", example),
+                     coordinate, required(), help);
 }
 
 /// The checksum, which is computed if it is empty: the cases of a sweep have other files.
 Key checksum_key() {
-  Key key =
-      text_key("checksum", optional("computed"), R"(a text such as "198 bytes, FNV-1a 9ae16a3b2f90404f")",
-               "of the file, as the program writes it", &MaterialMap::checksum);
+  Key key = text_key("checksum", of_the_map(&MaterialMap::checksum), optional("computed"),
+                     R"(a text such as "198 bytes, FNV-1a 9ae16a3b2f90404f")",
+                     "of the file, as the program writes it");
   key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
     const bool is_empty = source.value.kind == ValueKind::string && source.value.string.empty();
     if (!is_empty) read(source, parameters, i);
@@ -145,17 +115,12 @@ std::optional<std::string> digest_of(const Parameters& parameters, Findings& fin
 }  // namespace
 
 Table map_table() {
-  const auto member = [](auto MaterialMap::*one) {
-    return [=](Parameters & parameters, std::size_t) -> auto& {
-      return map(parameters).*one;
-    };
-  };
   std::vector<Key> keys{
       file_key(),
-      text_key("dataset", optional("required for HDF5"), "name of a dataset, such as \"/materials\"",
-               "of an HDF5 file", &MaterialMap::dataset),
+      text_key("dataset", of_the_map(&MaterialMap::dataset), optional("required for HDF5"),
+               "name of a dataset, such as \"/materials\"", "of an HDF5 file"),
       choice_key<MapOf>(
-          "of", member(&MaterialMap::of),
+          "of", of_the_map(&MaterialMap::of),
           {{"material", MapOf::material},
            {"stiffness", MapOf::stiffness},
            {"strength", MapOf::strength},
@@ -163,10 +128,11 @@ Table map_table() {
           required(),
           "values: numbers of [[material]] tables, from 0, or factors of Young's modulus, strength, or both"),
       axes_key(),
-      lengths_key("origin", R"(["0.05 mm", "0.05 mm"])", "middle of the first cell", &MaterialMap::origin),
-      lengths_key("spacing", R"(["0.1 mm", "0.1 mm"])",
-                  "from one cell to the next; below 0 if coordinates descend", &MaterialMap::spacing),
-      number_key("scale", member(&MaterialMap::scale), {0, 1e12, true}, by_default("1"),
+      map_lengths_key("origin", R"(["0.05 mm", "0.05 mm"])", "middle of the first cell",
+                      &MaterialMap::origin),
+      map_lengths_key("spacing", R"(["0.1 mm", "0.1 mm"])",
+                      "from one cell to the next; below 0 if coordinates descend", &MaterialMap::spacing),
+      number_key("scale", of_the_map(&MaterialMap::scale), {0, 1e12, true}, by_default("1"),
                  "factor of the values; pictures have 0 to 255, or 65535"),
       checksum_key()};
   for (Key& key : keys) key = of_map(std::move(key));

@@ -13,28 +13,14 @@ Access<T> material(T Material::*member) {
   return [=](Parameters& parameters, std::size_t i) -> T& { return parameters.materials.at(i).*member; };
 }
 
-Key name_key() {
-  return {"name",
-          "text",
-          optional("required with [[material]]"),
-          accepted_name("glass"),
-          "of one of several materials",
-          [](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto name = read_name(source, "glass")) parameters.materials.at(i).name = *name;
-          },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const std::string& name = parameters.materials.at(i).name;
-            if (name.empty()) return {};
-            return name;
-          }};
-}
-
 Table material_table() {
   const Requirement as_fracture = optional("as in [fracture]");
   return {"material",
           Occurrence::once_or_many,
           "isotropic linear elasticity, and its own values of keys of [fracture]",
-          {name_key().that_affects(Affects::materials),
+          {name_key(material(&Material::name), optional("required with [[material]]"), "glass",
+                    "of one of several materials")
+               .that_affects(Affects::materials),
            quantity_key("youngs_modulus", material(&Material::youngs_modulus),
                         with_example(stress_dimension, "3300 MPa"), positive_stress, required(),
                         "Young's modulus")
@@ -72,11 +58,9 @@ Key of_variation(Key key) {
     if (!variation) variation.emplace();
     read(source, parameters, i);
   };
-  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (!parameters.materials.at(i).variation) return {};
-    return show(parameters, i);
-  };
-  return key;
+  return shown_if(std::move(key), [](const Parameters& parameters, std::size_t i) {
+    return parameters.materials.at(i).variation.has_value();
+  });
 }
 
 Table stiffness_variation_table() {

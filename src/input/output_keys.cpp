@@ -20,16 +20,8 @@ constexpr int max_conditions = 1'000'000;
 /// Maximum number of history rows in one dynamic phase.
 constexpr double max_history_rows = 100'000;
 
-Key probe_name_key() {
-  return {"name",
-          "text",
-          required(),
-          "a text such as \"gauge\"",
-          "unique among the probes",
-          [](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto name = read_name(source, "gauge")) parameters.output.probes.at(i).name = *name;
-          },
-          [](Parameters& parameters, std::size_t i) { return parameters.output.probes.at(i).name; }};
+Probe& probe(Parameters& parameters, std::size_t i) {
+  return parameters.output.probes.at(i);
 }
 
 Key governing_key() {
@@ -53,25 +45,6 @@ Key governing_key() {
             if (const auto* const number = std::get_if<int>(&governing)) return fmt::format("{}", *number);
             if (const auto* const name = std::get_if<std::string>(&governing)) return *name;
             return {};
-          }};
-}
-
-Key place_key() {
-  const std::string form = "three lengths, x, y and z, such as [\"2.5 mm\", \"12 mm\", \"40 mm\"]";
-  return {"at",
-          "length",
-          required(),
-          form,
-          "position in the body",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto elements = read_elements(source, 3, form);
-            for (std::size_t axis = 0; elements && axis < 3; ++axis)
-              if (const auto value = read_quantity((*elements)[axis], length_dimension, coordinate))
-                parameters.output.probes.at(i).at[axis] = *value;
-          },
-          [](Parameters& parameters, std::size_t i) {
-            const Vector& p = parameters.output.probes.at(i).at;
-            return bracketed({show(p[0]), show(p[1]), show(p[2])});
           }};
 }
 
@@ -114,45 +87,6 @@ std::optional<std::string> reason_outside(const Specimen& specimen, const Vector
   return {};
 }
 
-}  // namespace
-
-Table output_table() {
-  Key history = automatic_time_key(
-      "history", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.history; },
-      "0.5 us", "between rows in dynamic phases; \"auto\" is 1/200 of the duration");
-  // Treated as if not given.
-  history.show = [show = history.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (!parameters.output.history) return {};
-    return show(parameters, i);
-  };
-  return {
-      "output",
-      Occurrence::once,
-      "what the sample files hold",
-      {integer_key<int>(
-           "frames", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.frames; },
-           0, 100'000, by_default("11"), "snapshots of the fields during the dynamic phase"),
-       std::move(history), governing_key(),
-       optional_quantity_key(
-           "branch_length",
-           [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.branch_length; },
-           with_example(length_dimension, "2 mm"), positive_length,
-           optional("4 spacings, the largest where cracks run"),
-           "from which branches count as long; give it to compare meshes, since a finer one shows shorter "
-           "branches")}};
-}
-
-Table probe_table() {
-  return {"output.probe",
-          Occurrence::many,
-          "a position at which the history records displacement, velocity and stress",
-          {probe_name_key(), place_key()},
-          [](const Parameters& parameters) { return parameters.output.probes.size(); },
-          [](Parameters& parameters) { parameters.output.probes.emplace_back(); }};
-}
-
-namespace {
-
 /// Conditions that can be governing: "0 to 3, \"rollers\" or \"grip\"".
 std::string known_conditions(const std::vector<Boundary>& conditions) {
   std::vector<std::string> known{conditions.size() == 1 ? "0"
@@ -179,6 +113,46 @@ void check_governing(const Parameters& parameters, Findings& findings) {
 }
 
 }  // namespace
+
+Table output_table() {
+  Key history = automatic_time_key(
+      "history", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.history; },
+      "0.5 us", "between rows in dynamic phases; \"auto\" is 1/200 of the duration");
+  // Treated as if not given.
+  history = shown_if(std::move(history), [](const Parameters& parameters, std::size_t) {
+    return parameters.output.history.has_value();
+  });
+  return {
+      "output",
+      Occurrence::once,
+      "what the sample files hold",
+      {integer_key<int>(
+           "frames", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.frames; },
+           0, 100'000, by_default("11"), "snapshots of the fields during the dynamic phase"),
+       std::move(history), governing_key(),
+       optional_quantity_key(
+           "branch_length",
+           [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.branch_length; },
+           with_example(length_dimension, "2 mm"), positive_length,
+           optional("4 spacings, the largest where cracks run"),
+           "from which branches count as long; give it to compare meshes, since a finer one shows shorter "
+           "branches")}};
+}
+
+Table probe_table() {
+  return {"output.probe",
+          Occurrence::many,
+          "a position at which the history records displacement, velocity and stress",
+          {name_key(
+               [](Parameters & parameters, std::size_t i) -> auto& { return probe(parameters, i).name; },
+               required(), "gauge", "unique among the probes"),
+           lengths_key<Vector>(
+               "at", [](Parameters & parameters, std::size_t i) -> auto& { return probe(parameters, i).at; },
+               "three lengths, x, y and z, such as [\"2.5 mm\", \"12 mm\", \"40 mm\"]", coordinate,
+               required(), "position in the body")},
+          [](const Parameters& parameters) { return parameters.output.probes.size(); },
+          [](Parameters& parameters) { parameters.output.probes.emplace_back(); }};
+}
 
 void check_output(const Parameters& parameters, Findings& findings) {
   const auto& history = parameters.output.history;

@@ -2,9 +2,7 @@
 #include "crackle/input/parameters.h"
 
 #include "crackle/common/interpolation.h"
-#include "crackle/common/real.h"
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <string_view>

@@ -4,9 +4,15 @@
 #include "schema.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/printable.h"
+#include "crackle/common/quantity_text.h"
+#include "crackle/input/copula.h"
 
 #include <array>
+#include <charconv>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 namespace crackle::input {
@@ -49,7 +55,9 @@ const Signature& signature_of(RandomDistribution distribution) {
       Signature{{"lower", "upper"}, {"mean", "mode"}},
       Signature{{"shape", "scale"}, {"lower"}},
       Signature{{"lower", "upper", "standard_deviation"}, {"mean"}},
-      Signature{{"standard_deviation"}, {"mean", "lower", "upper"}}};
+      Signature{{"standard_deviation"}, {"mean", "lower", "upper"}},
+      Signature{{"values"}, {"weights"}},
+      Signature{{"values"}, {}}};
   return signatures[static_cast<std::size_t>(distribution)];
 }
 
@@ -65,12 +73,12 @@ Dimension dimension_of(const RandomInput& random) {
   throw std::logic_error("no key has the unit " + random.unit);
 }
 
-constexpr std::array without_random{"ensemble", "sections", "output", "random", "sweep"};
+constexpr std::array without_random{"ensemble", "sections", "output", "random", "correlation", "sweep"};
 
 const std::string accepted_random_key =
     "a number that the input gives, such as \"material.youngs_modulus\" or \"specimen.notch[0].depth\", or "
     "an "
-    "array of them that change by the same amount";
+    "array of them that change together";
 
 /// The path under which an input gives what it does not give under this one.
 std::optional<std::string> given_instead(const Value& root, const std::string& path) {
@@ -151,11 +159,8 @@ void resolve(const Source& source, RandomInput& random, double exponent) {
     RandomInput number = named_number(name, exponent);
     if (&name == &names->front())
       random = std::move(number);
-    else if (!number.key.empty() && !random.key.empty() && number.unit != random.unit)
-      name.report("\"{}\" and \"{}\" have different units, so they cannot change by the same amount",
-                  number.key, random.key);
     else
-      random.moved.push_back({std::move(number.key), number.own});
+      random.moved.push_back({std::move(number.key), number.own, std::move(number.unit)});
   }
 }
 
@@ -185,7 +190,121 @@ Key distribution_key() {
       choices, required(),
       "uniform takes lower and upper; triangular these and mean or mode; beta these and standard_deviation; "
       "normal takes standard_deviation; truncated (normal) this and lower, upper or both; lognormal takes "
-      "standard_deviation, weibull shape and scale, each with lower if it does not start at 0");
+      "standard_deviation, weibull shape and scale, each with lower if it does not start at 0; discrete and "
+      "empirical take values");
+}
+
+Key together_key() {
+  const auto by_factor = [](Parameters& parameters, std::size_t i) -> bool& {
+    return parameters.random.at(i).by_factor;
+  };
+  Key key = choice_key<bool>(
+      "together", by_factor, {{"amount", false}, {"factor", true}}, by_default("\"amount\""),
+      "how several keys change with the first: all by the same amount, or by the same factor");
+  key.show = [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (!by_factor(parameters, i)) return {};
+    return "factor";
+  };
+  return key;
+}
+
+constexpr std::size_t most_values = 10'000;
+const std::string accepted_values =
+    "values of the key, such as [\"3 mm\", \"4 mm\"], or the name of a text file with one on each line";
+
+std::optional<double> value_of(const Source& source, const RandomInput& random) {
+  return random.unit.empty() ? read_number(source, any) : read_quantity(source, dimension_of(random), any);
+}
+
+/// The lines of a file, as elements of an array; # begins a comment.
+std::optional<Value> lines_of(const Source& source, const RandomInput& random) {
+  const std::filesystem::path file = source.context.folder / source.value.string;
+  const std::string name = shortened(file.string(), 200);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    return source.report("there is no file \"{}\"; give {}", name, accepted_values);
+  std::ifstream stream(file);
+  Value all;
+  all.kind = ValueKind::array;
+  all.line = source.value.line;
+  std::string text;
+  for (int line = 1; std::getline(stream, text); ++line) {
+    if (line == 1) text = without_mark(text);
+    text = trimmed(text.substr(0, text.find('#')));
+    if (text.empty()) continue;
+    Value value;
+    value.kind = ValueKind::string;
+    value.line = source.value.line;
+    value.string = text;
+    if (random.unit.empty()) {
+      value.kind = ValueKind::number;
+      const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value.number);
+      if (fault != std::errc() || end != text.data() + text.size())
+        return source.report("{}:{}: not a number", name, line);
+    } else if (source.context.units.read(text, dimension_of(random)).error != QuantityError::none) {
+      return source.report("{}:{}: \"{}\" is not {}", name, line, shortened(text),
+                           quantity_form(dimension_of(random)));
+    }
+    all.elements.push_back(std::move(value));
+  }
+  return all;
+}
+
+Key values_key() {
+  return {
+      "values",
+      "as the key",
+      optional("by distribution"),
+      accepted_values,
+      "of discrete and empirical; empirical is linear between them",
+      [](const Source& source, Parameters& parameters, std::size_t i) {
+        RandomInput& random = parameters.random.at(i);
+        if (random.key.empty()) return;
+        std::optional<Value> read;
+        if (source.value.kind == ValueKind::string && !(read = lines_of(source, random))) return;
+        const Value& given = read ? *read : source.value;
+        const auto elements = read_elements(Source{given, source.key, source.context}, 0, accepted_values);
+        if (!elements) return;
+        for (const Source& element : *elements) {
+          const auto value = value_of(element, random);
+          if (!value) return;
+          random.values.push_back(*value);
+        }
+        if (random.values.size() > most_values)
+          source.report("has {} values; give at most {}", random.values.size(), most_values);
+      },
+      [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+        const RandomInput& random = parameters.random.at(i);
+        if (random.values.empty()) return {};
+        std::vector<std::string> shown;
+        for (const double value : random.values) shown.push_back(format_value(random, value));
+        return bracketed(shown);
+      }};
+}
+
+Key weights_key() {
+  const std::string form = "positive numbers, one for each of the values, such as [3, 1]";
+  return {"weights",
+          "numbers",
+          optional("equal ones"),
+          form,
+          "of discrete",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto elements = read_elements(source, 0, form);
+            if (!elements) return;
+            for (const Source& element : *elements) {
+              const auto weight = read_number(element, {0, 1e9, true});
+              if (!weight) return;
+              parameters.random.at(i).weights.push_back(*weight);
+            }
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            std::vector<std::string> shown;
+            for (const double weight : parameters.random.at(i).weights)
+              shown.push_back(format_number(weight));
+            if (shown.empty()) return {};
+            return bracketed(shown);
+          }};
 }
 
 Key parameter_key(const Parameter& parameter) {
@@ -200,10 +319,8 @@ Key parameter_key(const Parameter& parameter) {
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             RandomInput& random = parameters.random.at(i);
             if (random.key.empty()) return;
-            const std::optional<double> value = is_shape ? read_number(source, {0, 1e3, true})
-                                                : random.unit.empty()
-                                                    ? read_number(source, any)
-                                                    : read_quantity(source, dimension_of(random), any);
+            const std::optional<double> value =
+                is_shape ? read_number(source, {0, 1e3, true}) : value_of(source, random);
             if (value) random.*member = *value;
           },
           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
@@ -220,22 +337,22 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
   const Signature& signature = signature_of(random.distribution);
   const char* const name = distribution_names[static_cast<std::size_t>(random.distribution)];
   bool complete = true;
-  const auto check_presence = [&](const Parameter& parameter) {
-    const std::string key = table + "." + parameter.name;
+  const auto check_presence = [&](std::string_view parameter) {
+    const std::string key = table + "." + std::string(parameter);
     if (findings.faulty(key)) complete = false;
-    const bool needed = contains(signature.required, parameter.name);
+    const bool needed = contains(signature.required, parameter);
     if (needed && !findings.given(key)) {
       findings.report(key, "the key is missing; \"{}\" takes {}", name, fmt::join(signature.required, ", "));
       complete = false;
-    } else if (!needed && !contains(signature.optional, parameter.name) && findings.given(key)) {
+    } else if (!needed && !contains(signature.optional, parameter) && findings.given(key)) {
       findings.report(
           key, "\"{}\" does not take this key; it takes {}{}{}", name, fmt::join(signature.required, ", "),
           signature.optional.empty() ? "" : " and optionally ", fmt::join(signature.optional, ", "));
       complete = false;
     }
   };
-  for (const Parameter& parameter : parameters_of_random) check_presence(parameter);
-  check_presence(shape_parameter);
+  for (const Parameter& parameter : parameters_of_random) check_presence(parameter.name);
+  for (const char* const name_of : {shape_parameter.name, "values", "weights"}) check_presence(name_of);
   if (!complete) return;
 
   const auto report = [&](const char* parameter, const std::string& message) {
@@ -290,6 +407,15 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
       else if (!inside(center))
         report(is_given(mean) ? "mean" : "distribution", outside("mean", center));
       break;
+    case RandomDistribution::discrete:
+      if (!random.weights.empty() && random.weights.size() != random.values.size())
+        report("weights", fmt::format("there are {} for {}; give one for each", random.weights.size(),
+                                      count_text(std::ssize(random.values), "value")));
+      [[fallthrough]];
+    case RandomDistribution::empirical:
+      if (std::ranges::adjacent_find(random.values, std::ranges::not_equal_to{}) == random.values.end())
+        report("values", "there is one value only, which cannot vary; give two different ones or more");
+      break;
     default:
       break;
   }
@@ -301,12 +427,46 @@ Table random_table() {
   Table table{"random",
               Occurrence::many,
               "a number of the input that varies between samples",
-              {random_key_key(), distribution_key()},
+              {random_key_key(), together_key(), distribution_key()},
               [](const Parameters& parameters) { return parameters.random.size(); },
               [](Parameters& parameters) { parameters.random.emplace_back(); }};
   for (const Parameter& parameter : parameters_of_random) table.keys.push_back(parameter_key(parameter));
   table.keys.push_back(parameter_key(shape_parameter));
+  table.keys.push_back(values_key());
+  table.keys.push_back(weights_key());
   return table;
+}
+
+Table correlation_table() {
+  const std::string form =
+      "the names of two random keys, such as [\"material.youngs_modulus\", \"fracture.toughness\"]";
+  const auto at = [](Parameters& parameters, std::size_t i) -> RankCorrelation& {
+    return parameters.correlations.at(i);
+  };
+  Key between{"between",
+              "two names",
+              required(),
+              form,
+              "the first key of each [[random]]; others are independent",
+              [=](const Source& source, Parameters& parameters, std::size_t i) {
+                const auto names = read_elements(source, 2, form);
+                for (const std::size_t k : {0, 1})
+                  if (names)
+                    at(parameters, i).between[k] = read_text((*names)[k], form).value_or(std::string());
+              },
+              [=](Parameters& parameters, std::size_t i) {
+                const auto& [one, other] = at(parameters, i).between;
+                return bracketed({one, other});
+              }};
+  Key rank = number_key(
+      "rank", [=](Parameters & parameters, std::size_t i) -> auto& { return at(parameters, i).rank; },
+      {-1, 1, true, true}, required(), "Spearman's rank correlation, by a Gaussian copula");
+  return {"correlation",
+          Occurrence::many,
+          "two random inputs that depend on each other",
+          {std::move(between), std::move(rank)},
+          [](const Parameters& parameters) { return parameters.correlations.size(); },
+          [](Parameters& parameters) { parameters.correlations.emplace_back(); }};
 }
 
 std::vector<std::string> keys_of(const RandomInput& random) {
@@ -342,9 +502,51 @@ std::string describe(const RandomInput& random) {
   for (const Parameter& parameter : parameters_of_random)
     if (!std::isnan(random.*parameter.member)) add(parameter, format_value(random, random.*parameter.member));
   if (!std::isnan(random.shape)) add(shape_parameter, format_number(random.shape));
-  for (const MovedNumber& moved : random.moved) text += ", with " + moved.key;
+  if (!random.values.empty()) text += fmt::format(", {}", count_text(std::ssize(random.values), "value"));
+  for (const MovedNumber& moved : random.moved)
+    text += fmt::format(", with {}{}", moved.key, random.by_factor ? " by the same factor" : "");
   return text;
 }
+
+namespace {
+
+/// Checks the keys that change with the first one.
+void check_moved(const RandomInput& random, const std::string& table, Findings& findings) {
+  if (random.by_factor && random.moved.empty())
+    findings.report(table + ".together",
+                    "there is one key only; give an array of several, or leave this out");
+  else if (random.by_factor && random.own == 0)
+    findings.report(table + ".together", "\"{}\" is 0 in the input, which no factor changes", random.key);
+  for (std::size_t k = 0; k < random.moved.size() && !random.by_factor; ++k)
+    if (!random.moved[k].key.empty() && random.moved[k].unit != random.unit)
+      findings.report(fmt::format("{}.key[{}]", table, k + 1),
+                      "\"{}\" and \"{}\" have different units, so they cannot change by the same amount; "
+                      "together = \"factor\" changes them by the same factor",
+                      random.moved[k].key, random.key);
+}
+
+void check_correlations(const Parameters& parameters, Findings& findings) {
+  std::set<std::set<std::string>> pairs;
+  for (std::size_t i = 0; i < parameters.correlations.size(); ++i) {
+    const std::string table = fmt::format("correlation[{}]", i);
+    const auto& between = parameters.correlations[i].between;
+    for (const std::string& key : between)
+      if (!key.empty() &&
+          std::ranges::find(parameters.random, key, &RandomInput::key) == parameters.random.end())
+        findings.report(table + ".between", "\"{}\" is not the first key of a [[random]]", shortened(key));
+    if (between[0] == between[1])
+      findings.report(table + ".between", "both names are the same; give two");
+    else if (!pairs.insert({between[0], between[1]}).second)
+      findings.report(table + ".between", "this pair has a correlation already; give each once");
+    if (findings.faulty(table + ".between") || findings.faulty(table + ".rank")) return;
+  }
+  if (!parameters.correlations.empty() && copula_factor(parameters).empty())
+    findings.report("correlation[0].rank",
+                    "no inputs have all these correlations at once: their matrix is not positive definite; "
+                    "give smaller ones");
+}
+
+}  // namespace
 
 void check_random(const Parameters& parameters, Findings& findings) {
   std::set<std::string> keys;
@@ -361,8 +563,10 @@ void check_random(const Parameters& parameters, Findings& findings) {
                         "\"{}\" changes the mother points, which all samples share; give mesh.base = \"own\"",
                         key);
     }
+    check_moved(random, table, findings);
     if (!findings.faulty(table + ".distribution")) check_distribution(random, table, findings);
   }
+  check_correlations(parameters, findings);
   if (parameters.ensemble.stop && parameters.ensemble.replicates > 1)
     findings.report("ensemble.stop",
                     "assumes independent samples, but samples of the same draw are not; leave it out, or "

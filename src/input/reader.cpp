@@ -17,7 +17,6 @@
 #include <fstream>
 #include <optional>
 #include <system_error>
-#include <utility>
 
 namespace crackle::input {
 
@@ -86,44 +85,28 @@ std::optional<std::string> with_outline(const std::string& text, const Value& na
   return text.substr(0, first) + fmt::format("[{}]", fmt::join(points, ", ")) + text.substr(last + 1);
 }
 
-}  // namespace
-
-std::string numbered(const std::string& path, const std::string& of, std::size_t i) {
-  return fmt::format("{}[{}]{}", of, i, path.substr(of.size()));
-}
-
-void locate(const Value& value, const std::string& key, Findings& findings) {
-  if (!key.empty()) findings.locate(key, value.line);
-  for (const Member& member : value.members) {
-    locate(member.value, key.empty() ? member.name : key + "." + member.name, findings);
+/// The text with the values of random inputs in place of the names of files with them.
+std::string with_random_values(std::string text, const Parameters& parameters,
+                               const std::filesystem::path& name) {
+  const Value root = parse_document(text);
+  for (std::size_t i = 0; i < parameters.random.size(); ++i) {
+    const RandomInput& random = parameters.random[i];
+    const std::string key = fmt::format("random[{}].values", i);
+    const Value* const given = find_path(root, key);
+    if (given == nullptr || given->kind != ValueKind::string) continue;
+    std::vector<std::string> values;
+    for (const double value : random.values)
+      values.push_back(random.unit.empty() ? fmt::format("{}", value)
+                                           : fmt::format("\"{} {}\"", value, random.unit));
+    try {
+      text = with_settings(text, {{key, fmt::format("[{}]", fmt::join(values, ", "))}});
+    } catch (const InputError&) {
+      throw InputError(
+          {fmt::format("{}: {}: give it in a table with the header [[random]]", name.string(), key)});
+    }
   }
-  for (std::size_t i = 0; i < value.elements.size(); ++i) {
-    locate(value.elements[i], fmt::format("{}[{}]", key, i), findings);
-  }
-}
-
-std::string read_text_file(const std::filesystem::path& file, const std::string& wanted) {
-  const auto fail = [&](const std::string& reason) {
-    throw InputError({fmt::format("{}: {}; give {}", file.string(), reason, wanted)});
-  };
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) fail("there is no such file");
-  if (std::filesystem::is_directory(status)) fail("is a directory");
-  errno = 0;
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) fail(fmt::format("cannot be read ({})", std::strerror(errno)));
-  std::string text(max_text_size + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad()) fail("cannot be read to the end");
-  text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
 }
-
-InputError::InputError(std::vector<std::string> messages)
-    : std::runtime_error(fmt::format("{}", fmt::join(messages, "\n"))), messages_(std::move(messages)) {}
-
-namespace {
 
 /// The text with the checksum of the raster.
 std::string with_map_checksum(const std::string& text, const Parameters& parameters,
@@ -186,12 +169,47 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
   // The stored input names the contents of the raster, which may no longer be there when it is read again.
   if (parameters.map) stored = with_map_checksum(stored, parameters, name);
-  parameters.text = std::move(stored);
+  parameters.text = with_random_values(std::move(stored), parameters, name);
   parameters.notes = findings.notes(name);
   return parameters;
 }
 
 }  // namespace
+
+std::string numbered(const std::string& path, const std::string& of, std::size_t i) {
+  return fmt::format("{}[{}]{}", of, i, path.substr(of.size()));
+}
+
+void locate(const Value& value, const std::string& key, Findings& findings) {
+  if (!key.empty()) findings.locate(key, value.line);
+  for (const Member& member : value.members) {
+    locate(member.value, key.empty() ? member.name : key + "." + member.name, findings);
+  }
+  for (std::size_t i = 0; i < value.elements.size(); ++i) {
+    locate(value.elements[i], fmt::format("{}[{}]", key, i), findings);
+  }
+}
+
+std::string read_text_file(const std::filesystem::path& file, const std::string& wanted) {
+  const auto fail = [&](const std::string& reason) {
+    throw InputError({fmt::format("{}: {}; give {}", file.string(), reason, wanted)});
+  };
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) fail("there is no such file");
+  if (std::filesystem::is_directory(status)) fail("is a directory");
+  errno = 0;
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) fail(fmt::format("cannot be read ({})", std::strerror(errno)));
+  std::string text(max_text_size + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) fail("cannot be read to the end");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
+InputError::InputError(std::vector<std::string> messages)
+    : std::runtime_error(fmt::format("{}", fmt::join(messages, "\n"))), messages_(std::move(messages)) {}
 
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
   return parse(text, name, points, std::nullopt, {});
@@ -201,12 +219,15 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
   std::vector<Setting> settings;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const RandomInput& random = parameters.random[i];
-    const auto set = [&](const std::string& key, double value) {
-      settings.push_back({key, random.unit.empty() ? fmt::format("{}", value)
-                                                   : fmt::format("\"{} {}\"", value, random.unit)});
+    const auto set = [&](const std::string& key, double value, const std::string& unit) {
+      settings.push_back(
+          {key, unit.empty() ? fmt::format("{}", value) : fmt::format("\"{} {}\"", value, unit)});
     };
-    set(random.key, values[i]);
-    for (const MovedNumber& moved : random.moved) set(moved.key, moved.own + (values[i] - random.own));
+    set(random.key, values[i], random.unit);
+    for (const MovedNumber& moved : random.moved)
+      set(moved.key,
+          random.by_factor ? moved.own * (values[i] / random.own) : moved.own + (values[i] - random.own),
+          moved.unit);
   }
   const PointsFile points{.path = parameters.mesh.points.value_or(std::filesystem::path()),
                           .digest = parameters.mesh.points_digest};
@@ -214,6 +235,7 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
       parse(parameters.text, name, points, Draw{values, sample_settings(parameters)}, settings);
   if (result.map) result.map->folder = parameters.map->folder;
   result.random = parameters.random;
+  result.correlations = parameters.correlations;
   return result;
 }
 

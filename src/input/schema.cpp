@@ -3,11 +3,8 @@
 
 #include "crackle/common/checksum.h"
 
-#include <array>
-#include <cmath>
 #include <cstdint>
 #include <fstream>
-#include <span>
 #include <system_error>
 
 namespace crackle::input {
@@ -23,12 +20,6 @@ Access<T> in(Group Parameters::*group, T Group::*member) {
 template <class T>
 Access<T> stop(T EnsembleStop::*member) {
   return [=](Parameters& parameters, std::size_t) -> T& { return parameters.ensemble.stop.value().*member; };
-}
-
-std::string show_lengths(std::span<const double> lengths) {
-  std::vector<std::string> items;
-  for (const double length : lengths) items.push_back(show(length));
-  return bracketed(items);
 }
 
 Key points_key() {
@@ -69,44 +60,22 @@ Key points_key() {
 }
 
 Key sections_key(const std::string& name, std::vector<double> Sections::*positions) {
-  const std::string form = "an array of lengths, such as [\"7 mm\", \"12.25 mm\"]";
-  return {name,
-          "length",
-          optional("y, z or a line is required"),
-          form + ", ascending, where a crack from a notch can arrive",
-          "y = const for cracks from notches in y-faces, z = const in z-faces",
-          [=](const Source& source, Parameters& parameters, std::size_t) {
-            const auto elements = read_elements(source, 0, form);
-            if (!elements) return;
-            for (const Source& element : *elements) {
-              const auto value = read_quantity(element, length_dimension, coordinate);
-              (parameters.sections.*positions).push_back(value.value_or(std::nan("")));
-            }
-          },
-          [=](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            if ((parameters.sections.*positions).empty()) return {};
-            return show_lengths(parameters.sections.*positions);
-          }};
+  return lengths_key<std::vector<double>>(
+      name, in(&Parameters::sections, positions),
+      "an array of lengths, such as [\"7 mm\", \"12.25 mm\"], ascending, where a crack from a notch can "
+      "arrive",
+      coordinate, optional("y, z or a line is required"),
+      "y = const for cracks from notches in y-faces, z = const in z-faces");
 }
 
 Table line_table() {
   const auto end_key = [](const char* name, std::array<double, 2> SectionLine::*end, const char* example,
                           const char* help) {
-    const std::string form = fmt::format("two lengths, y and z, such as {}", example);
-    return Key{name,
-               "length",
-               required(),
-               form,
-               help,
-               [=](const Source& source, Parameters& parameters, std::size_t i) {
-                 const auto elements = read_elements(source, 2, form);
-                 for (std::size_t k = 0; elements && k < 2; ++k)
-                   if (const auto value = read_quantity((*elements)[k], length_dimension, coordinate))
-                     (parameters.sections.lines.at(i).*end)[k] = *value;
-               },
-               [=](Parameters& parameters, std::size_t i) {
-                 return show_lengths(parameters.sections.lines.at(i).*end);
-               }};
+    const Access<std::array<double, 2>> access = [=](Parameters & parameters, std::size_t i) -> auto& {
+      return parameters.sections.lines.at(i).*end;
+    };
+    return lengths_key(name, access, fmt::format("two lengths, y and z, such as {}", example), coordinate,
+                       required(), help);
   };
   return {"sections.line",
           Occurrence::many,
@@ -119,31 +88,24 @@ Table line_table() {
 
 /// The key, hidden without softening, to which it belongs.
 Key of_softening(Key key) {
-  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (parameters.fracture.release != Release::softening) return {};
-    return show(parameters, i);
-  };
-  return key;
+  return shown_if(std::move(key), [](const Parameters& parameters, std::size_t) {
+    return parameters.fracture.release == Release::softening;
+  });
 }
 
 /// The key, hidden where stresses are not those of the nucleation of cracks.
 Key of_nucleation(Key key) {
-  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+  return shown_if(std::move(key), [](const Parameters& parameters, std::size_t) {
     Fracture fracture = parameters.fracture_of(0);
     fracture.nucleation = Nucleation::nodal_mean;
-    if (!fracture.nucleates_by_means()) return {};
-    return show(parameters, i);
-  };
-  return key;
+    return fracture.nucleates_by_means();
+  });
 }
 
 /// The key, hidden without random inputs, to which it belongs.
 Key with_random_inputs(Key key) {
-  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (parameters.random.empty()) return {};
-    return show(parameters, i);
-  };
-  return key;
+  return shown_if(std::move(key),
+                  [](const Parameters& parameters, std::size_t) { return !parameters.random.empty(); });
 }
 
 Table ensemble_table() {
@@ -467,7 +429,7 @@ const std::vector<Table>& schema() {
                           initial_stress_table(), time_table(), damping_table()});
     add(Affects::reading, {sections_table(), line_table()});
     add(Affects::records, {output_table(), probe_table()});
-    add(Affects::draws, {random_table()});
+    add(Affects::draws, {random_table(), correlation_table()});
     add(Affects::sample, {sweep_table()});
     return all;
   }();

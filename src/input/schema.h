@@ -11,9 +11,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -53,8 +55,9 @@ Table load_table();
 Table output_table();
 Table probe_table();
 
-/// [[random]] and [[sweep]], which refer to keys of other tables.
+/// [[random]], [[correlation]] and [[sweep]], which refer to keys of other tables.
 Table random_table();
+Table correlation_table();
 Table sweep_table();
 
 /// The key of the schema at a path such as "specimen.notch[0].depth" or "boundary[1].rate[2]", or null.
@@ -73,8 +76,16 @@ Key optional_quantity_key(std::string name, Access<double> access, const Dimensi
 /// A quantity that may be omitted, and may be 0.
 Key optional_quantity_key(std::string name, Access<std::optional<double>> access, const Dimension& dimension,
                           Range range, Requirement requirement, std::string help);
+/// The key, hidden where a condition does not hold.
+Key shown_if(Key key, std::function<bool(const Parameters& parameters, std::size_t index)> condition);
 /// The key, hidden while its value is 0, which means not given.
 Key hidden_at_zero(Key key, const Access<double>& access);
+/// A text, hidden while it is empty, which means not given.
+Key text_key(std::string name, Access<std::string> access, Requirement requirement, std::string accepted,
+             std::string help);
+/// One that may name a group in a file.
+Key name_key(Access<std::string> access, Requirement requirement, const std::string& example,
+             std::string help);
 /// An energy per area; the error for a stress intensity refers to its key.
 Key toughness_key(const Access<double>& access, Requirement requirement, std::string help);
 /// The Tuler-Butcher impulse, whose dimension depends on the exponent.
@@ -159,9 +170,43 @@ Key choice_key(std::string name, Access<Enum> access, std::vector<std::pair<std:
       });
 }
 
+/// "x", "y" and "z" of an array without repetitions.
+inline constexpr const char* distinct_axes = "an array of distinct axes from \"x\", \"y\", \"z\"";
+std::array<bool, 3> read_axes(const Source& source);
+std::string show_axes(const std::array<bool, 3>& axes);
+
 /// "[a, b]"
 inline std::string bracketed(const std::vector<std::string>& items) {
   return fmt::format("[{}]", fmt::join(items, ", "));
+}
+
+/// Lengths: as many as the array has, or at least one in a vector, which is hidden while it is empty.
+template <class Lengths>
+Key lengths_key(std::string name, Access<Lengths> access, const std::string& form, Range range,
+                Requirement requirement, std::string help) {
+  constexpr bool is_list = std::is_same_v<Lengths, std::vector<double>>;
+  return {std::move(name),
+          "length",
+          std::move(requirement),
+          form,
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            Lengths& lengths = access(parameters, i);
+            const auto elements = read_elements(source, is_list ? 0 : lengths.size(), form);
+            for (std::size_t k = 0; elements && k < elements->size(); ++k) {
+              const auto length = read_quantity((*elements)[k], length_dimension, range);
+              if constexpr (is_list)
+                lengths.push_back(length.value_or(not_a_number));
+              else if (length)
+                lengths[k] = *length;
+            }
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            std::vector<std::string> items;
+            for (const double length : access(parameters, i)) items.push_back(show(length));
+            if (items.empty()) return {};
+            return bracketed(items);
+          }};
 }
 
 /// The faces from this one to the last, for choice_key.

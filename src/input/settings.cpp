@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Replaces values in an input and in its text.
-#include "crackle/input/reader.h"
 
-#include "document.h"
 #include "settings.h"
 
 #include <fmt/format.h>
@@ -10,8 +8,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <utility>
-#include <vector>
 
 namespace crackle::input {
 

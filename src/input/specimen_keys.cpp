@@ -107,42 +107,26 @@ Outline& outline(Parameters& parameters) {
   return *parameters.specimen.outline;
 }
 
+bool has_outline(const Parameters& parameters, std::size_t) {
+  return parameters.specimen.outline.has_value();
+}
+
 Key size_key() {
-  const std::string form = "three lengths, such as [\"5 mm\", \"24.5 mm\", \"140 mm\"]";
-  return {"size",
-          "length",
-          required_unless("outline"),
-          form,
-          "thickness (x), width (y) and length (z) of the box",
-          [=](const Source& source, Parameters& parameters, std::size_t) {
-            const auto elements = read_elements(source, 3, form);
-            for (std::size_t axis = 0; elements && axis < 3; ++axis) {
-              if (const auto value = read_quantity((*elements)[axis], length_dimension, positive_length)) {
-                parameters.specimen.size[axis] = *value;
-              }
-            }
-          },
-          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            if (parameters.specimen.outline) return {};
-            const Vector& size = parameters.specimen.size;
-            return bracketed({show(size[0]), show(size[1]), show(size[2])});
-          }};
+  return shown_if(
+      lengths_key<Vector>(
+          "size", [](Parameters & parameters, std::size_t) -> auto& { return parameters.specimen.size; },
+          "three lengths, such as [\"5 mm\", \"24.5 mm\", \"140 mm\"]", positive_length,
+          required_unless("outline"), "thickness (x), width (y) and length (z) of the box"),
+      std::not_fn(has_outline));
 }
 
 Key thickness_key() {
-  return {"thickness",
-          "length",
-          optional("required with outline"),
-          quantity_form(length_dimension),
-          "along x",
-          [](const Source& source, Parameters& parameters, std::size_t) {
-            if (const auto value = read_quantity(source, length_dimension, positive_length))
-              parameters.specimen.size[0] = *value;
-          },
-          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            if (!parameters.specimen.outline) return {};
-            return show(parameters.specimen.size[0]);
-          }};
+  return shown_if(quantity_key(
+                      "thickness", [](Parameters & parameters, std::size_t) -> auto& {
+                        return parameters.specimen.size[0];
+                      },
+                      length_dimension, positive_length, optional("required with outline"), "along x"),
+                  has_outline);
 }
 
 Key outline_key() {
@@ -167,20 +151,13 @@ Key outline_key() {
 }
 
 Key outline_radius_key() {
-  return {"radius",
-          "length",
-          optional("required with \"circle\""),
-          quantity_form(length_dimension),
-          "of outline = \"circle\"",
-          [](const Source& source, Parameters& parameters, std::size_t) {
-            if (const auto value = read_quantity(source, length_dimension, positive_length))
-              outline(parameters).radius = *value;
-          },
-          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            const auto& given = parameters.specimen.outline;
-            if (!given || given->radius == 0) return {};
-            return show(given->radius);
-          }};
+  return shown_if(
+      quantity_key(
+          "radius", [](Parameters & parameters, std::size_t) -> auto& { return outline(parameters).radius; },
+          length_dimension, positive_length, optional("required with \"circle\""), "of outline = \"circle\""),
+      [](const Parameters& parameters, std::size_t) {
+        return parameters.specimen.outline && parameters.specimen.outline->radius != 0;
+      });
 }
 
 /// Where the keys of a figure find it: holes, and regions with a shape other than a box.
@@ -200,19 +177,15 @@ auto shown_of(const FigureAccess& figure, Show show) {
 }
 
 Key center_key(const FigureAccess& figure) {
-  return {"center",
-          "length",
-          optional("required with radius and semi_axes"),
-          point_form,
-          "centre",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto p = read_pair(source, point_form, coordinate))
-              figure.make(parameters, i).center = *p;
-          },
-          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
-            if (!some.polygon.empty()) return {};
-            return show_point(some.center);
-          })};
+  return shown_if(
+      lengths_key<plane::Point>(
+          "center",
+          [=](Parameters & parameters, std::size_t i) -> auto& { return figure.make(parameters, i).center; },
+          point_form, coordinate, optional("required with radius and semi_axes"), "centre"),
+      [=](const Parameters& parameters, std::size_t i) {
+        const Hole* const some = figure.find(parameters, i);
+        return some != nullptr && some->polygon.empty();
+      });
 }
 
 Key radius_key(const FigureAccess& figure) {
@@ -233,21 +206,18 @@ Key radius_key(const FigureAccess& figure) {
 }
 
 Key semi_axes_key(const FigureAccess& figure) {
-  const std::string form = "two lengths, such as [\"4 mm\", \"2 mm\"]";
-  return {"semi_axes",
-          "length",
-          optional("required for an ellipse"),
-          form,
-          "semi-axes",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto axes = read_pair(source, form, positive_length))
-              figure.make(parameters, i).semi_axes = *axes;
-          },
-          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
-            const auto& [a, b] = some.semi_axes;
-            if (!some.polygon.empty() || a == b) return {};
-            return show_point({a, b});
-          })};
+  return shown_if(lengths_key<plane::Point>(
+                      "semi_axes",
+                      [=](Parameters & parameters, std::size_t i) -> auto& {
+                        return figure.make(parameters, i).semi_axes;
+                      },
+                      "two lengths, such as [\"4 mm\", \"2 mm\"]", positive_length,
+                      optional("required for an ellipse"), "semi-axes"),
+                  [=](const Parameters& parameters, std::size_t i) {
+                    const Hole* const some = figure.find(parameters, i);
+                    return some != nullptr && some->polygon.empty() &&
+                           some->semi_axes[0] != some->semi_axes[1];
+                  });
 }
 
 Key angle_key(const FigureAccess& figure) {
@@ -302,28 +272,19 @@ Slot& slot(Parameters& parameters, std::size_t i) {
 
 /// A key of slots in a face, not shown for other slots.
 Key of_face(Key key) {
-  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    if (parameters.specimen.notches.at(i).slot) return {};
-    return show(parameters, i);
-  };
-  return key;
+  return shown_if(std::move(key), [](const Parameters& parameters, std::size_t i) {
+    return !parameters.specimen.notches.at(i).slot;
+  });
 }
 
 Key slot_point_key(const char* name, plane::Point Slot::*member, const char* help) {
-  return {name,
-          "length",
-          optional("required, or face"),
-          point_form,
-          help,
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            Slot& some = slot(parameters, i);
-            if (const auto p = read_pair(source, point_form, coordinate)) some.*member = *p;
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto& some = parameters.specimen.notches.at(i).slot;
-            if (!some) return {};
-            return show_point((*some).*member);
-          }};
+  return shown_if(
+      lengths_key<plane::Point>(
+          name, [=](Parameters & parameters, std::size_t i) -> auto& { return slot(parameters, i).*member; },
+          point_form, coordinate, optional("required, or face"), help),
+      [](const Parameters& parameters, std::size_t i) {
+        return parameters.specimen.notches.at(i).slot.has_value();
+      });
 }
 
 Key slot_end_key() {
@@ -374,15 +335,14 @@ Table material_region_table() {
         [=](Parameters & parameters, std::size_t i) -> auto& { return region(parameters, i).box[axis]; },
         {"0 mm", "2 mm"}, "whole body", "extent of a box; x also of other shapes");
   };
-  const std::string form = "the name of a [[material]], such as \"coating\"";
-  const Access<std::string> name = [=](Parameters& parameters, std::size_t i) -> std::string& {
-    return region(parameters, i).material;
-  };
-  std::vector<Key> keys{value_key(
-                            "material", "name", required(), form, "that fills the region", name,
-                            [=](const Source& source) { return read_text(source, form); },
-                            [](const std::string& text) { return text; }),
-                        range(0, "x"), range(1, "y"), range(2, "z")};
+  std::vector<Key> keys{
+      text_key(
+          "material",
+          [=](Parameters& parameters, std::size_t i) -> std::string& {
+            return region(parameters, i).material;
+          },
+          required(), "the name of a [[material]], such as \"coating\"", "that fills the region"),
+      range(0, "x"), range(1, "y"), range(2, "z")};
   for (Key& key : figure_keys(figure, "corners")) keys.push_back(std::move(key));
   return {"specimen.region",
           Occurrence::many,

@@ -18,7 +18,7 @@ constexpr std::array same_for_all{"ensemble.ranks_per_sample", "ensemble.meshes"
 
 const std::string accepted_sweep_key =
     "the name of a key, such as \"mesh.perturbation\", or an array of names whose values change together";
-const std::string accepted_values =
+const std::string accepted_sweep_values =
     "an array of values that the key could have, such as [0.05, 0.1, 0.2]; of several keys an array with one "
     "value for each, such as [[\"2 mm\", \"0.6 mm\"], [\"1 mm\", \"0.3 mm\"]]";
 
@@ -45,7 +45,7 @@ void read_value(const Source& source, std::vector<std::string>& values) {
   if (is_plain(source.value))
     values.push_back(to_toml(source.value));
   else
-    source.report("this contains {}; give {}", describe(source.value.kind), accepted_values);
+    source.report("this contains {}; give {}", describe(source.value.kind), accepted_sweep_values);
 }
 
 Key sweep_key_key() {
@@ -63,21 +63,21 @@ Key sweep_key_key() {
           [](Parameters& parameters, std::size_t i) { return bracketed(sweep(parameters, i).keys); }};
 }
 
-Key values_key() {
+Key sweep_values_key() {
   return {"values",
           "as the key",
           required(),
-          accepted_values,
+          accepted_sweep_values,
           "several [[sweep]] make all combinations",
           [](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto cases = read_elements(source, 0, accepted_values);
+            const auto cases = read_elements(source, 0, accepted_sweep_values);
             if (!cases) return;
             const std::size_t n_keys = sweep(parameters, i).keys.size();
             for (const Source& values : *cases) {
               auto& row = sweep(parameters, i).values.emplace_back();
               if (n_keys <= 1) {
                 read_value(values, row);
-              } else if (const auto row_values = read_elements(values, n_keys, accepted_values)) {
+              } else if (const auto row_values = read_elements(values, n_keys, accepted_sweep_values)) {
                 for (const Source& value : *row_values) read_value(value, row);
               }
             }
@@ -102,7 +102,7 @@ Table sweep_table() {
   return {"sweep",
           Occurrence::many,
           "a parameter study: crackle run computes an ensemble for each value",
-          {sweep_key_key(), values_key()},
+          {sweep_key_key(), sweep_values_key()},
           [](const Parameters& parameters) { return parameters.sweeps.size(); },
           [](Parameters& parameters) { parameters.sweeps.emplace_back(); }};
 }

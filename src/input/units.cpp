@@ -12,7 +12,6 @@
 #include <cmath>
 #include <regex>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 namespace crackle::input {

@@ -9,10 +9,8 @@
 #include <hdf5_hl.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <utility>
 
 namespace crackle::io::hdf5 {
 
@@ -114,6 +112,35 @@ std::vector<std::string> take_texts(std::vector<char*>& data, hid_t type, hid_t 
   check(H5Dvlen_reclaim(type, space, H5P_DEFAULT, data.data()), what);
   return texts;
 }
+
+Shape shape_of(const Handle& dataset, const std::string& name) {
+  const Handle space(H5Dget_space(dataset), H5Sclose, "dataset " + name);
+  const int rank = H5Sget_simple_extent_ndims(space);
+  check(rank, "dataset " + name);
+  Shape shape(static_cast<std::size_t>(rank));
+  check(H5Sget_simple_extent_dims(space, shape.data(), nullptr), "dataset " + name);
+  return shape;
+}
+
+/// Names of the objects in a group, in alphabetical order.
+std::vector<std::string> names_in(hid_t group) {
+  std::vector<std::string> names;
+  const auto append = [](hid_t, const char* link, const H5L_info_t*, void* data) -> herr_t {
+    static_cast<std::vector<std::string>*>(data)->emplace_back(link);
+    return 0;
+  };
+  check(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, append, &names), "HDF5 group");
+  return names;
+}
+
+std::size_t n_dimensions(hid_t dataset) {
+  const Handle space(H5Dget_space(dataset), H5Sclose, "HDF5 dataspace");
+  const int n = H5Sget_simple_extent_ndims(space);
+  check(n, "HDF5 dataspace");
+  return static_cast<std::size_t>(n);
+}
+
+constexpr std::size_t increment = 1 << 20;  // by which a file grows [byte]
 
 }  // namespace
 
@@ -241,19 +268,6 @@ void write_texts(hid_t parent, const std::string& name, const std::vector<std::s
   check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()), "dataset " + name);
 }
 
-namespace {
-
-Shape shape_of(const Handle& dataset, const std::string& name) {
-  const Handle space(H5Dget_space(dataset), H5Sclose, "dataset " + name);
-  const int rank = H5Sget_simple_extent_ndims(space);
-  check(rank, "dataset " + name);
-  Shape shape(static_cast<std::size_t>(rank));
-  check(H5Sget_simple_extent_dims(space, shape.data(), nullptr), "dataset " + name);
-  return shape;
-}
-
-}  // namespace
-
 std::vector<std::string> read_texts(hid_t parent, const std::string& name) {
   const Handle dataset = open_dataset(parent, name);
   const Handle type = text_type();
@@ -263,28 +277,6 @@ std::vector<std::string> read_texts(hid_t parent, const std::string& name) {
   check(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()), "dataset " + name);
   return take_texts(data, type, space, "dataset " + name);
 }
-
-namespace {
-
-/// Names of the objects in a group, in alphabetical order.
-std::vector<std::string> names_in(hid_t group) {
-  std::vector<std::string> names;
-  const auto append = [](hid_t, const char* link, const H5L_info_t*, void* data) -> herr_t {
-    static_cast<std::vector<std::string>*>(data)->emplace_back(link);
-    return 0;
-  };
-  check(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, append, &names), "HDF5 group");
-  return names;
-}
-
-std::size_t n_dimensions(hid_t dataset) {
-  const Handle space(H5Dget_space(dataset), H5Sclose, "HDF5 dataspace");
-  const int n = H5Sget_simple_extent_ndims(space);
-  check(n, "HDF5 dataspace");
-  return static_cast<std::size_t>(n);
-}
-
-}  // namespace
 
 void label_dimensions(hid_t dataset, std::span<const std::string> names) {
   const std::size_t n = std::min(n_dimensions(dataset), names.size());
@@ -338,12 +330,6 @@ CRACKLE_INSTANTIATE(std::uint64_t)
 CRACKLE_INSTANTIATE(float)
 CRACKLE_INSTANTIATE(double)
 #undef CRACKLE_INSTANTIATE
-
-namespace {
-
-constexpr std::size_t increment = 1 << 20;  // by which a file grows [byte]
-
-}  // namespace
 
 // The contents of an in-memory file are taken over when HDF5 frees them, after the file was closed: the image
 // of an open file (H5Fget_file_image, HDF5 1.10.8) has a wrong checksum in its superblock.

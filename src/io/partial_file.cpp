@@ -14,9 +14,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <span>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -53,6 +51,12 @@ public:
 private:
   int id_;
 };
+
+constexpr std::size_t trailer_length = 32;
+
+std::string trailer(std::span<const std::byte> bytes) {
+  return fmt::format("\ncrackle FNV-1a {:016x}", checksum(bytes));
+}
 
 }  // namespace
 
@@ -127,16 +131,6 @@ void write_text_file(const std::filesystem::path& file, const std::string& text)
   partial.write(std::as_bytes(std::span(text)));
   partial.commit();
 }
-
-namespace {
-
-constexpr std::size_t trailer_length = 32;
-
-std::string trailer(std::span<const std::byte> bytes) {
-  return fmt::format("\ncrackle FNV-1a {:016x}", checksum(bytes));
-}
-
-}  // namespace
 
 void write_checked_file(const std::filesystem::path& file, std::vector<std::byte> bytes) {
   const std::string end = trailer(bytes);

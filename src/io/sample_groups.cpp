@@ -7,9 +7,6 @@
 #include <fmt/format.h>
 
 #include <initializer_list>
-#include <string>
-#include <tuple>
-#include <type_traits>
 
 namespace crackle::io {
 

@@ -16,7 +16,6 @@
 #include <functional>
 #include <utility>
 #include <variant>
-#include <vector>
 
 namespace crackle::io {
 
@@ -25,13 +24,21 @@ namespace {
 constexpr std::uint8_t vtk_quad = 9;
 constexpr std::uint8_t vtk_tetra = 10;
 
+void write_list(hid_t group, const char* name, const std::vector<geometry::Point>& points) {
+  std::vector<double> values;
+  hdf5::flatten(points, values);
+  hdf5::write_dataset<double>(group, name, {points.size(), 3}, values, "");
+}
+
 template <class Value>
 void write_list(hid_t group, const char* name, const std::vector<Value>& values) {
   hdf5::write_dataset<Value>(group, name, {values.size()}, values, "");
 }
 
 /// A name with one value per point or cell.
-using Field = std::pair<const char*, std::variant<std::vector<double>, std::vector<std::int32_t>>>;
+using Field =
+    std::pair<const char*,
+              std::variant<std::vector<double>, std::vector<std::int32_t>, std::vector<geometry::Point>>>;
 
 struct Fields {
   std::vector<Field> of_points;
@@ -53,9 +60,7 @@ void write_grid(const std::filesystem::path& path, const std::vector<geometry::P
   const std::filesystem::path folder = path.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder))
     fail("cannot write '{}': there is no folder '{}'", path.string(), folder.string());
-  std::vector<double> coordinates;
   std::vector<std::int64_t> connectivity, offsets;
-  hdf5::flatten(points, coordinates);
   hdf5::flatten(cells, connectivity);
   for (std::size_t i = 0; i <= cells.size(); ++i) offsets.push_back(static_cast<std::int64_t>(4 * i));
   const auto count = [](std::size_t n) { return std::vector<std::int64_t>{static_cast<std::int64_t>(n)}; };
@@ -69,7 +74,7 @@ void write_grid(const std::filesystem::path& path, const std::vector<geometry::P
     write_list(group, "NumberOfPoints", count(points.size()));
     write_list(group, "NumberOfCells", count(cells.size()));
     write_list(group, "NumberOfConnectivityIds", count(connectivity.size()));
-    hdf5::write_dataset<double>(group, "Points", {points.size(), 3}, coordinates, "");
+    write_list(group, "Points", points);
     write_list(group, "Connectivity", connectivity);
     write_list(group, "Offsets", offsets);
     write_list(group, "Types", std::vector<std::uint8_t>(cells.size(), cell_type));
@@ -98,7 +103,7 @@ void write_regions(hid_t root, const geometry::Body& body, const input::Mesh& me
 }  // namespace
 
 void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realization& realization,
-                    const geometry::Body& body, const input::Mesh& mesh,
+                    const geometry::Body& body, const input::Mesh& mesh, const geometry::MotherPoints& base,
                     std::vector<double> strength_factor) {
   const geometry::SpacingField wanted(body, mesh);
   std::vector<double> spacing;
@@ -111,7 +116,10 @@ void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realizati
     quality.push_back(geometry::mean_ratio(node(t[0]), node(t[1]), node(t[2]), node(t[3])));
   Fields fields{
       {{"spacing", std::move(spacing)}, {"region", geometry::region_numbers(realization.nodes, body, mesh)}},
-      {{"quality", std::move(quality)}}};
+      {{"quality", std::move(quality)}, {"refined", geometry::refined_interior(realization, body, mesh)}}};
+  if (mesh.perturbation > 0)
+    fields.of_points.emplace_back("displacement",
+                                  geometry::relative_displacements(body, base, realization, mesh));
   if (!strength_factor.empty()) fields.of_cells.emplace_back("strength_factor", std::move(strength_factor));
   if (!realization.material.empty())
     fields.of_cells.emplace_back(

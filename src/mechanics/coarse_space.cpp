@@ -7,7 +7,6 @@
 #include "crackle/parallel/reproducible.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>

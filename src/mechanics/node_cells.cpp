@@ -8,7 +8,6 @@
 #include "crackle/parallel/ghost_exchange.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 

@@ -132,26 +132,6 @@ Polygon quarter(const Point& centre, const Point& first, const Point& second, co
   return corners;
 }
 
-}  // namespace
-
-Polygon arc(const Point& centre, const Point& first, const Point& second, int n_quarters,
-            const Spacing& spacing) {
-  Polygon corners;
-  Point a = first;
-  Point b = second;
-  for (int i = 0; i < n_quarters; ++i) {
-    const Polygon some = quarter(centre, a, b, spacing);
-    corners.insert(corners.end(), some.begin(), some.end());
-    const Point turned = -1.0 * a;
-    a = b;
-    b = turned;
-  }
-  if (n_quarters < 4) corners.push_back(centre + a);
-  return corners;
-}
-
-namespace {
-
 /// True if two boxes are farther apart than `limit` along an axis.
 bool are_apart(const Bounds& a, const Bounds& b, double limit) {
   for (std::size_t i = 0; i < 2; ++i)
@@ -173,6 +153,22 @@ std::vector<BoundedSide> sides_of(const Loop& loop, std::size_t number) {
 }
 
 }  // namespace
+
+Polygon arc(const Point& centre, const Point& first, const Point& second, int n_quarters,
+            const Spacing& spacing) {
+  Polygon corners;
+  Point a = first;
+  Point b = second;
+  for (int i = 0; i < n_quarters; ++i) {
+    const Polygon some = quarter(centre, a, b, spacing);
+    corners.insert(corners.end(), some.begin(), some.end());
+    const Point turned = -1.0 * a;
+    a = b;
+    b = turned;
+  }
+  if (n_quarters < 4) corners.push_back(centre + a);
+  return corners;
+}
 
 std::optional<Gap> smallest_gap(const Shape& shape, double limit) {
   std::vector<BoundedSide> sides;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/plane/side_index.h"
 
-#include "crackle/common/real.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>

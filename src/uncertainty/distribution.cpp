@@ -12,6 +12,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <vector>
 
 namespace crackle::uncertainty {
 
@@ -75,6 +77,62 @@ Distribution truncated(double mean, double deviation, double lower, double upper
           0};
 }
 
+/// Some values by their weights; the share below a value counts half of its own.
+Distribution discrete(const RandomInput& random) {
+  std::map<double, double> weight;
+  for (std::size_t i = 0; i < random.values.size(); ++i)
+    weight[random.values[i]] += random.weights.empty() ? 1 : random.weights[i];
+  double sum = 0;
+  for (const auto& [value, own] : weight) sum += own;
+  std::vector<double> values, shares;
+  for (const auto& [value, own] : weight) {
+    values.push_back(value);
+    shares.push_back(own / sum);
+  }
+  Distribution result;
+  result.quantile = [=](double p) {
+    double below = 0;
+    for (std::size_t i = 0; i + 1 < values.size(); ++i)
+      if ((below += shares[i]) >= p) return values[i];
+    return values.back();
+  };
+  result.cdf = [=](double x) {
+    double below = 0;
+    for (std::size_t i = 0; i < values.size() && values[i] <= x; ++i)
+      below += values[i] < x ? shares[i] : shares[i] / 2;
+    return below;
+  };
+  result.values = values;
+  result.shares = shares;
+  return result;
+}
+
+/// Linear between measured values in order.
+Distribution empirical(const RandomInput& random) {
+  std::vector<double> values = random.values;
+  std::ranges::sort(values);
+  const auto n = static_cast<double>(values.size() - 1);
+  Distribution result;
+  result.quantile = [=](double p) {
+    const auto left = std::min(static_cast<std::size_t>(p * n), values.size() - 2);
+    return std::lerp(values[left], values[left + 1], p * n - static_cast<double>(left));
+  };
+  result.cdf = [=](double x) {
+    const auto above = std::ranges::upper_bound(values, x) - values.begin();
+    if (above == 0) return 0.0;
+    if (above == std::ssize(values)) return 1.0;
+    const auto i = static_cast<std::size_t>(above);
+    return (static_cast<double>(above - 1) + (x - values[i - 1]) / (values[i] - values[i - 1])) / n;
+  };
+  // Its quantile has a corner at each value.
+  constexpr int n_nodes = 20'000;
+  for (int i = 0; i < n_nodes; ++i) {
+    result.values.push_back(result.quantile((i + 0.5) / n_nodes));
+    result.shares.push_back(1.0 / n_nodes);
+  }
+  return result;
+}
+
 }  // namespace
 
 Distribution distribution_of(const RandomInput& random) {
@@ -95,6 +153,10 @@ Distribution distribution_of(const RandomInput& random) {
       return beta(mean, deviation, random.lower, random.upper);
     case RandomDistribution::truncated:
       return truncated(mean, deviation, random.lower, random.upper);
+    case RandomDistribution::discrete:
+      return discrete(random);
+    case RandomDistribution::empirical:
+      return empirical(random);
   }
   fail("unknown distribution");
 }

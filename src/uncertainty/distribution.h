@@ -4,6 +4,7 @@
 #include "crackle/input/parameters.h"
 
 #include <functional>
+#include <vector>
 
 namespace crackle::uncertainty {
 
@@ -13,6 +14,8 @@ struct Distribution {
   std::function<double(double probability)> quantile;
   std::function<double(double value)> cdf;
   double corner = 0;  ///< probability at which the quantile is not smooth
+  /// Values and shares whose sums are the integrals over the distribution; empty: a smooth one.
+  std::vector<double> values = {}, shares = {};
 };
 
 Distribution distribution_of(const input::RandomInput& random);

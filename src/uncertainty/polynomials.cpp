@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <set>
 #include <stdexcept>
 
 namespace crackle::uncertainty {
@@ -37,6 +39,12 @@ std::vector<double> polynomials_at(double x, const Recurrence& recurrence, std::
 /// The mean of a function of a random value.
 template <class Function>
 double mean_of(const Distribution& distribution, const Function& function) {
+  if (!distribution.values.empty()) {
+    double sum = 0;
+    for (std::size_t i = 0; i < distribution.values.size(); ++i)
+      sum += distribution.shares[i] * function(distribution.values[i]);
+    return sum;
+  }
   boost::math::quadrature::tanh_sinh<double> integrator;
   // Unbounded distributions have no quantile at the ends.
   constexpr double least = 1e-16;
@@ -106,6 +114,8 @@ Family family_of(const RandomInput& random, std::size_t n) {
     case RandomDistribution::triangular:
     case RandomDistribution::beta:
     case RandomDistribution::truncated:
+    case RandomDistribution::discrete:
+    case RandomDistribution::empirical:
       break;
   }
   return stieltjes(random, n);
@@ -113,15 +123,21 @@ Family family_of(const RandomInput& random, std::size_t n) {
 
 }  // namespace
 
+int most_degree(const RandomInput& random) {
+  if (random.distribution != RandomDistribution::discrete) return std::numeric_limits<int>::max();
+  return static_cast<int>(std::set(random.values.begin(), random.values.end()).size()) - 1;
+}
+
 std::vector<std::vector<double>> orthonormal_polynomials(const RandomInput& random,
                                                          std::span<const double> values, int highest_degree) {
   const auto n = static_cast<std::size_t>(highest_degree) + 1;
   try {
-    const Family family = family_of(random, n - 1);
+    const auto n_own = static_cast<std::size_t>(std::min(highest_degree, most_degree(random)));
+    const Family family = family_of(random, n_own);
     std::vector<std::vector<double>> table(n);
     for (const double value : values) {
-      const auto at = polynomials_at(family.variable(value), family.recurrence, n);
-      for (std::size_t k = 0; k < n; ++k) table[k].push_back(at[k]);
+      const auto at = polynomials_at(family.variable(value), family.recurrence, n_own + 1);
+      for (std::size_t k = 0; k < n; ++k) table[k].push_back(k <= n_own ? at[k] : 0);
     }
     return table;
   } catch (const std::logic_error& error) {  // std::domain_error of Boost

@@ -4,12 +4,14 @@
 #include "crackle/common/failure.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/random.h"
+#include "crackle/input/copula.h"
 #include "crackle/input/reader.h"
 
 #include "distribution.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <boost/math/distributions/normal.hpp>
 #include <boost/random/sobol.hpp>
 
 #include <algorithm>
@@ -81,6 +83,21 @@ std::vector<double> sobol_point(std::uint64_t seed, std::size_t n_dimensions, st
   return point;
 }
 
+/// A point of the unit cube with the correlations of the inputs.
+std::vector<double> correlated(const input::Parameters& parameters, const std::vector<double>& point) {
+  if (parameters.correlations.empty()) return point;
+  const boost::math::normal normal;
+  const auto factor = input::copula_factor(parameters);
+  std::vector<double> moved;
+  for (const auto& row : factor) {
+    double variable = 0;
+    for (std::size_t k = 0; k < point.size(); ++k)
+      if (row[k] != 0) variable += row[k] * boost::math::quantile(normal, point[k]);
+    moved.push_back(std::clamp(boost::math::cdf(normal, variable), 0x1p-53, 1 - 0x1p-53));
+  }
+  return moved;
+}
+
 }  // namespace
 
 double quantile(const RandomInput& random, double probability) {
@@ -108,7 +125,8 @@ std::vector<double> drawn_values(const input::Parameters& parameters, std::uint6
   const auto& [ensemble, random] = std::tie(parameters.ensemble, parameters.random);
   if (random.empty()) return {};
   const std::vector<double> point =
-      plan_point(ensemble.plan, ensemble.seed, ensemble.n_inputs(), random.size(), ensemble.input_of(sample));
+      correlated(parameters, plan_point(ensemble.plan, ensemble.seed, ensemble.n_inputs(), random.size(),
+                                        ensemble.input_of(sample)));
   std::vector<double> values;
   for (std::size_t k = 0; k < random.size(); ++k)
     values.push_back(to_six_digits(quantile(random[k], point[k])));

@@ -5,11 +5,12 @@
 //   benchmark_numbering INPUT [options of Google Benchmark]
 #include "crackle/common/random.h"
 #include "crackle/geometry/partition.h"
-#include "crackle/geometry/plain_delaunay.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/reader.h"
 #include "crackle/mechanics/internal_force.h"
 #include "geometry/extruded_plate.h"
+
+#include "plain_delaunay.h"
 
 #include <benchmark/benchmark.h>
 

@@ -16,7 +16,6 @@
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/partition.h"
-#include "crackle/geometry/plain_delaunay.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/reader.h"
 #include "crackle/mechanics/static_solver.h"
@@ -24,6 +23,8 @@
 
 #include "geometry/extruded_plate.h"
 #include "mechanics/fixed_point_force.h"
+
+#include "plain_delaunay.h"
 
 #include <fmt/format.h>
 #include <mpi.h>

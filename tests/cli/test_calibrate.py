@@ -20,6 +20,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
 import command_lines  # noqa: E402
+import crackle  # noqa: E402
 from small_input import run, small_input  # noqa: E402
 
 PROGRAM = Path()
@@ -105,7 +106,7 @@ class Calibrate(unittest.TestCase):
         for k, each in enumerate(found["inputs"]):
             self.assertLess(abs(mean[k] - each["posterior"]["mean"]), 0.2 * each["posterior"]["standard_deviation"])
         text = self.crackle("calibrate", "out", "experiments.toml").stdout
-        for part in ("fracture.strength", "All together", "prediction", "coverage of", "Effective size", "standard deviations apart"):
+        for part in ("fracture.strength", "All together", "prediction", "coverage of", "Effective size", "standard deviations apart", "even scatter, p"):
             self.assertIn(part, text)
         self.assertEqual(text, self.crackle("calibrate", "out", "experiments.toml").stdout)
 
@@ -142,7 +143,7 @@ class Calibrate(unittest.TestCase):
         self.assertRegex(error(few.name, "load.toml"), r"[0-5] draws .* too few .*; 12 or more")
         plain = run(PROGRAM, small_input(samples=2), self.folder / "plain")
         self.assertIn("no random inputs", error(plain.name, "load.toml"))
-        self.assertIn("at least two experiments", error("out", "load.toml", "--between-specimens"))
+        self.assertIn("needs two experiments", error("out", "load.toml", "--between-specimens"))
         (self.folder / "nothing.toml").write_text('[[experiment]]\nname = "a"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n'
                                                   '[[experiment]]\nname = "b"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n')
         self.assertIn("nothing in common", error("out", "nothing.toml"))
@@ -151,11 +152,34 @@ class Calibrate(unittest.TestCase):
         loads = self.loads[self.number] * np.array([0.8, 0.9, 1.1, 1.2])
         (self.folder / "loads.csv").write_text("peak_load_N\n" + "".join(f"{load}\n" for load in loads))
         (self.folder / "several.toml").write_text('loads = "loads.csv"\n')
-        found = json.loads(self.crackle("calibrate", "out", "several.toml", "--between-specimens", "--json").stdout)
+        found = json.loads(self.crackle("calibrate", "out", "several.toml", "--json").stdout)
         self.assertEqual(len(found["experiments"]), 4)
+        self.assertTrue(found["between_specimens"])
         scale, = found["scales"]
         self.assertEqual((scale["kind"], scale["quantity"]), ("between_specimens", "peak_load"))
         self.assertGreater(scale["posterior"]["upper"], np.std(loads, ddof=1) / 2)
+        self.assertLess(found["checks"]["contradictions"][0]["p_value"], 0.05)
+        equal = json.loads(self.crackle("calibrate", "out", "several.toml", "--equal-specimens", "--json").stdout)
+        self.assertEqual((equal["scales"], equal["between_specimens"]), ([], False))
+        self.assertIn("contradict each other", " ".join(equal["warnings"]))
+        self.assertLess(equal["inputs"][0]["ratio"], found["inputs"][0]["ratio"])
+
+    def test_a_specimen_that_did_not_break(self):
+        load = self.loads[self.number]
+        (self.folder / "run-out.toml").write_text(f'[[experiment]]\nname = "run-out"\npeak_load = "{load} N"\nrun_out = true\n')
+        bound, value = (json.loads(self.crackle("calibrate", "out", name, "--json").stdout)["inputs"][0]["posterior"] for name in ("run-out.toml", "load.toml"))
+        self.assertGreater(bound["mean"], value["mean"])
+        self.assertGreater(bound["upper"], 47e6)  # nothing bounds the strength from above but its prior
+
+    def test_in_python(self):
+        found = crackle.open(self.out).calibrate(self.folder / "load.toml", program=PROGRAM)
+        self.assertEqual(list(found.inputs.index), ["fracture.strength", "specimen.notch[0].at"])
+        self.assertEqual(str(found), self.crackle("calibrate", "out", "load.toml").stdout)
+        self.assertEqual(found.draws["weight"].sum(), 500)
+        self.assertEqual(found.plot().get_xlabel(), "fracture.strength [Pa]")
+        effects = crackle.open(self.out).sensitivities(PROGRAM)
+        self.assertGreater(effects.table.loc[("peak_load", "", "fracture.strength"), "total"], 0.3)
+        self.assertEqual(len(effects.plot().get_legend().get_texts()), 2)
 
 
 if __name__ == "__main__":

@@ -299,11 +299,15 @@ class Files(SurvivalCase):
             root["crack_surface/corners"][0, 0, 0] = float("nan")
         self.change("0001.h5", no_corner)
         reason = f"cannot use '{self.out / 'samples/0001.h5'}': the corners, time or area of facet 0 of its crack are not numbers"
-        result = self.at_once("match", self.out, "--held-out", "each")
-        self.assertIn(f"sample 1 is left out: {reason}", result.stderr)
         result = self.at_once("stats", "--sections", "y=5 mm", self.out)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertIn(f"pending sample 1: {reason}", result.stdout)
+
+        def no_place(root):
+            root["crack_lines/position"][0, 0] = float("nan")
+        self.change("0001.h5", no_place)
+        result = self.at_once("match", self.out, "--held-out", "each")
+        self.assertIn(f"sample 1 is left out: cannot use '{self.out / 'samples/0001.h5'}': places of its crack lines are not numbers", result.stderr)
 
     def test_samples_of_earlier_models_shared_their_base_points_unless_the_input_says_otherwise(self):
         shutil.copytree(self.whole(self.small), self.out)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 ORDER = ["common", "parallel", "plane", "input", "uncertainty", "geometry", "kernels", "mechanics", "fracture", "dynamics", "cracks", "analysis", "io",
-         "experiment", "ensemble"]
+         "ensemble"]
 """A folder may include itself and those before it; src/README.md says what each is about."""
 
 INCLUDE = re.compile(r'^#include "(?:crackle/)?(?!crackle/)(\w+)/[\w/]+\.h"', re.MULTILINE)

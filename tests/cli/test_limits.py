@@ -32,6 +32,7 @@ youngs_modulus = "32 GPa"
 poisson_ratio = 0.2
 density = "2450 kg/m^3"
 [fracture]
+strength = "35 MPa"
 toughness = "30 J/m^2"
 impulse = "1e-8 MPa^2 s"
 [[boundary]]
@@ -241,6 +242,7 @@ poisson_ratio = 0.0
 density = "2500 kg/m^3"
 [fracture]
 strength = "{}"
+nucleation = "own-stress"
 impulse = "1e-8 MPa^2 s"
 [[boundary]]
 on = "z-min"

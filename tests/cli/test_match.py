@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -20,6 +22,8 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
 import command_lines  # noqa: E402
+import in_process  # noqa: E402
+from crackle import commands  # noqa: E402
 from small_input import run, small_input  # noqa: E402
 
 PROGRAM = Path()
@@ -35,6 +39,8 @@ class Match(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = Path(cls.temporary.name)
+        cls.addClassCleanup(os.chdir, os.getcwd())
+        os.chdir(cls.folder)
         text = small_input(samples=N).replace('base = "shared"', 'base = "own"')
         cls.out = run(PROGRAM, text, cls.folder / "out")
         with h5py.File(cls.out / "ensemble.h5") as file:
@@ -61,6 +67,13 @@ class Match(unittest.TestCase):
         cls.temporary.cleanup()
 
     def crackle(self, *arguments: str, status: int = 0) -> subprocess.CompletedProcess:
+        """What the program starts Python for, without a start of Python for each."""
+        with mock.patch.dict(os.environ, CRACKLE=str(PROGRAM)):
+            done = in_process.call(commands.main, *arguments)
+        self.assertEqual(done.returncode, status, done.stderr)
+        return done
+
+    def program(self, *arguments: str, status: int = 0) -> subprocess.CompletedProcess:
         done = command_lines.crackle(PROGRAM, *arguments, cwd=self.folder)
         self.assertEqual(done.returncode, status, done.stderr)
         return done
@@ -87,21 +100,23 @@ origin = ["0 mm", "15 mm"]
             nearest = one["by"][name]["nearest"]
             self.assertEqual(nearest[0]["sample"], self.seven, name)
             self.assertLess(nearest[0]["distance"], limit, name)
-            self.assertEqual(one["by"][name]["n_samples"], len(self.used))
+            self.assertEqual(one["by"][name]["n_samples"], len(one["path"]["samples"]) if name in ("path", "jointly") else len(self.used))
         self.assertAlmostEqual(one["least_p_value"], 1 / (len(self.used) + 1))
         self.assertEqual(one["samples_needed"], 19)
-        self.assertEqual(one["p_value"], one["by"]["jointly"]["p_value"])
+        self.assertEqual(sum(way["n_samples"] for way in one["way"]["ways"]), len(self.used))
+        self.assertGreaterEqual(one["p_value"], one["by"]["jointly"]["p_value"] * one["way"]["n_samples"] / len(self.used) - 1e-9)
         self.assertEqual(one["nearest"], one["by"]["jointly"]["nearest"])
         self.assertIsNone(found["set"])
         self.assertTrue(all("cannot give a p-value" in warning for warning in found["warnings"]))
         loads = found["samples"].pop("loads")
         self.assertEqual([each["sample"] for each in loads], self.used)
         self.assertEqual([each["peak_load"] for each in loads], list(self.loads))
-        self.assertEqual(found["samples"], {"planned": N, "used": len(self.used), "failed": [], "undecided": self.undecided, "missing": []})
+        self.assertEqual(found["samples"], {"planned": N, "used": len(self.used), "failed": [], "undecided": self.undecided, "missing": [],
+                                            "unbroken": []})
         self.assertEqual(one["observed"]["peak_load"], self.peak)
         np.testing.assert_allclose(one["observed"]["lines"], [self.line], atol=1e-9)
-        np.testing.assert_allclose(np.array(one["path"]["sample_offsets"][self.used.index(self.seven)], float), np.array(one["path"]["offset"], float), atol=1e-6)
-        self.assertEqual((one["path"]["samples"], one["path"]["turned"]), (self.used, []))
+        np.testing.assert_allclose(np.array(one["path"]["sample_offsets"][one["path"]["samples"].index(self.seven)], float), np.array(one["path"]["offset"], float), atol=1e-6)
+        self.assertEqual((len(one["path"]["samples"]), one["path"]["turned"]), (one["way"]["n_samples"], []))
         # The offsets of the path are those that the same line has in the file.
         path = one["path"]
         self.assertEqual(len(path["offset"]), 50)
@@ -135,20 +150,25 @@ origin = ["0 mm", "15 mm"]
             self.assertNotIn(int(one["name"].split()[1]), [near["sample"] for near in one["nearest"]])
         self.assertGreater(found["set"]["p_value"], 0.005)
         self.assertEqual(found, json.loads(self.crackle("match", "out", "--held-out", "3", "--json").stdout))
+        of_other = self.crackle("match", "out", "--held-out", "each", "--of", "out").stdout
+        self.assertIn(f"{len(self.used)} samples of out, each as an experiment against these", of_other)
         lines = self.crackle("match", "out", "--held-out", "each").stdout.splitlines()
         each = json.loads(self.crackle("match", "out", "--held-out", "each", "--json").stdout)
         self.assertEqual([one["sample"] for one in each], self.used)
         self.assertTrue(all(0 < one["p_value"] <= 1 for one in each))
         self.assertEqual(lines[0], f"{len(self.used)} samples, each as an experiment against the others")
-        for line in lines[1:]:
+        self.assertIn("checks the code only", lines[-1])
+        for line in lines[1:-1]:
             level, share = float(line.split()[2]), float(line.split()[3]) / 100
             self.assertLessEqual(share, level + 2 / len(self.used), line)  # fewer where some have no crack, which others lie far from
 
     def test_held_out_samples_are_no_experiments_file(self):
         for arguments, message in (((), "match takes either an experiments file or --held-out"), (("x.toml", "--held-out", "3"), "either"),
-                                   (("--held-out", str(len(self.used) - 1)), f"of {len(self.used)} samples 1 to {len(self.used) - 2}"),
-                                   (("--held-out", "some"), "neither a number")):
-            self.assertIn(message, self.crackle("match", "out", *arguments, status=1).stderr)
+                                   (("--held-out", "some"), "neither a number"), (("--held-out", "3", "--of", "out"), "goes with --held-out each"),
+                                   (("x.csv",), "is a table")):
+            self.assertIn(message, self.program("match", "out", *arguments, status=1).stderr)
+        too_many = self.crackle("match", "out", "--held-out", str(len(self.used) - 1), status=1)
+        self.assertIn(f"of {len(self.used)} samples 1 to {len(self.used) - 2}", too_many.stderr)
 
     def test_p_value_of_loads_by_numpy(self):
         loads = self.loads
@@ -156,7 +176,7 @@ origin = ["0 mm", "15 mm"]
             pooled = np.append(load, loads)
             means = np.abs(pooled[:, None] - pooled).sum(axis=1) / len(loads)
             found = self.json(f'[[experiment]]\nname = "a"\npeak_load = "{load} N"\n')["experiments"][0]
-            self.assertAlmostEqual(found["p_value"], np.mean(means >= means[0] - 1e-9))
+            self.assertAlmostEqual(found["by"]["peak_load"]["p_value_of_mean"], np.mean(means >= means[0] - 1e-9))
             self.assertEqual(found["by"]["peak_load"]["nearest"][0]["sample"], self.used[int(np.argmin(np.abs(loads - load)))])
 
     def test_offset_from_the_samples(self):
@@ -194,7 +214,8 @@ origin = ["0 mm", "15 mm"]
     def test_the_same_and_nothing_written(self):
         before = state(self.out)
         text = self.SEVEN + 'path_error = "0.1 mm"\n'
-        self.assertEqual(self.match(text), self.match(text))
+        (self.folder / "experiments.toml").write_text(text)
+        self.assertEqual(self.program("match", "out", "experiments.toml").stdout, self.match(text))
         self.assertEqual(state(self.out), before)
         self.assertIn(f"{len(self.used)} of {N} samples", self.match(text))
 
@@ -206,7 +227,7 @@ origin = ["0 mm", "15 mm"]
         self.assertIn("y = 3 mm, z = 15 mm", text)
         self.assertIn("# Sections: y = 5 mm; y = 8 mm.", text)
         found = json.loads(self.crackle("match", "out", "new.toml", "--json").stdout)
-        self.assertGreater(found["experiments"][0]["p_value"], 0.3)
+        self.assertGreater(found["experiments"][0]["by"]["peak_load"]["p_value_of_mean"], 0.3)
         again = self.crackle("init", "new.toml", "--from-ensemble", "out", status=1)
         self.assertIn("already exists", again.stderr)
         # Every key but those of names and files, which do not exist, can be taken as it stands.

@@ -21,9 +21,8 @@ sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
 import crackle  # noqa: E402
 import in_process  # noqa: E402
-from crackle.experiments import calibration_table  # noqa: E402
-from crackle.program import match_of  # noqa: E402
-from crackle_report import photographs, weibull  # noqa: E402
+from crackle import matching, weibull  # noqa: E402
+from crackle_report import photographs  # noqa: E402
 from crackle_report.figures import experiments, loads, posterior  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Grid, Optics  # noqa: E402
@@ -73,7 +72,7 @@ class Experiments(unittest.TestCase):
         (cls.folder / "loads.toml").write_text('loads = "strengths.csv"\n')
 
     def test_pictures_find_the_sample_that_was_photographed(self):
-        document, told = match_of(self.out, self.file, PROGRAM), []
+        document, told = matching.match(self.out, self.file, PROGRAM).document, []
         ensemble = read_ensemble(self.out, PROGRAM)
         photographs.add_pictures(document, ensemble, progress=told.append)
         experiment = document["experiments"][0]
@@ -90,7 +89,7 @@ class Experiments(unittest.TestCase):
         for picture in section.pictures:
             self.assertEqual(overlapping_texts(picture.figure), [], picture.name)
         body = section.pictures[0].figure.axes[0]
-        self.assertEqual([text.get_text() for text in body.get_legend().get_texts()], ["other arms, not compared"])
+        self.assertEqual([text.get_text() for text in body.get_legend().get_texts()], ["other arms"])
         np.testing.assert_allclose(body.get_legend_handles_labels()[0][0].get_xydata(), 1e3 * np.array(OTHER_ARM))
         # Wrong by 2 mm in its place, or of the other field, a picture is not that of the sample.
         for change in ({"corner": np.array(experiment["observed"]["pictures"][0]["corner"]) + 2e-3}, {"light_field": True}):
@@ -118,7 +117,7 @@ class Experiments(unittest.TestCase):
         self.assertTrue("By peak load: " in page)
         self.assertTrue((self.out / "report" / "experiments-peak-load.png").is_file())
         # Fringes are made once.
-        document = match_of(self.out, self.file, PROGRAM)
+        document = matching.match(self.out, self.file, PROGRAM).document
         photographs.add_pictures(document, read_ensemble(self.out, PROGRAM), progress=self.fail)
         self.assertEqual(document["experiments"][0]["by"]["pictures"]["nearest"][0]["sample"], HELD_OUT)
         self.assertEqual(kept.stat().st_mtime_ns, before)
@@ -139,15 +138,18 @@ class Experiments(unittest.TestCase):
 
     def test_tables_in_python(self):
         ensemble = crackle.open(self.out)
-        table = ensemble.match(self.file, program=PROGRAM)
-        self.assertEqual(list(table.index), [("held out", "path")])
-        self.assertEqual(table.loc[("held out", "path"), "nearest"][0], HELD_OUT)
-        self.assertIsNone(table.attrs["set"])
-        table = ensemble.match(self.file, pictures=True, program=PROGRAM)
-        self.assertEqual(table.loc[("held out", "pictures"), "nearest"][0], HELD_OUT)
+        found = ensemble.match(self.file, program=PROGRAM)
+        self.assertEqual(list(found.experiments.index), [("held out", "path")])
+        self.assertEqual(found.experiments.loc[("held out", "path"), "nearest"][0], HELD_OUT)
+        self.assertIsNone(found.together)
+        self.assertTrue(found.ways["taken"].any())
+        measured = [line for line in found.plot_path("held out").lines if line.get_label() == "held out"]
+        np.testing.assert_allclose(measured[0].get_xydata(), 1e3 * np.array(found.document["experiments"][0]["observed"]["lines"][0]))
+        found = ensemble.match(self.file, pictures=True, program=PROGRAM)
+        self.assertEqual(found.experiments.loc[("held out", "pictures"), "nearest"][0], HELD_OUT)
         loads = ensemble.match(self.folder / "loads.toml", program=PROGRAM)
-        self.assertEqual(len(loads), 5)
-        self.assertEqual(loads.attrs["set"].loc["peak_load", "n_experiments"], 5)
+        self.assertEqual(len(loads.experiments), 5)
+        self.assertEqual(loads.together.loc["peak_load", "n_experiments"], 5)
         with self.assertRaisesRegex(crackle.ResultsError, "there is no such file"):
             ensemble.match("none.toml", program=PROGRAM)
         with self.assertRaises(crackle.ResultsError):
@@ -163,9 +165,6 @@ class Experiments(unittest.TestCase):
         found = {"inputs": [{"key": "material.youngs_modulus", "unit": "Pa", "prior": spread(3.3e9, 4e8), "posterior": spread(3.2e9, 1e8)},
                             {"key": "material.poisson_ratio", "unit": "", "prior": spread(0.35, 0.05), "posterior": spread(0.36, 0.01)}],
                  "draws": {"values": values.tolist(), "weights": [1] * 200}}
-        table = calibration_table(found)
-        self.assertEqual(table.loc["material.youngs_modulus", "posterior_mean"], 3.2e9)
-        np.testing.assert_array_equal(table.attrs["draws"]["material.poisson_ratio"], values[:, 1])
         picture, = posterior.pictures(found, [{"key": "material.youngs_modulus", "values": random.normal(3.3e9, 4e8, 50).tolist()}])
         self.assertEqual([axes.get_xlabel() for axes in picture.figure.axes], ["material.youngs_modulus", "material.poisson_ratio"])
         self.assertEqual(overlapping_texts(picture.figure), [])

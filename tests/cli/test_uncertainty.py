@@ -267,8 +267,6 @@ values = ["independent", "sobol"]
                 self.assertTrue(same_content(self.folder / f"out/case-{number}" / name, self.folder / f"alone-{number}" / name), name)
         refused = self.call("stats", "out", "--sections", "y=3 mm", ranks=2, status=1)
         self.assertEqual(refused.count("holds a sweep"), 1, refused)
-        refused = self.call("mesh", "out/case-0/input.toml", "--survey", "3", status=1)
-        self.assertIn("this input draws mesh.perturbation", refused)
 
     def test_a_stopped_sweep_can_be_resumed(self):
         name = self.write(PLATE.replace("samples = 6", "samples = 3") + SWEEP)

@@ -70,8 +70,7 @@ class WithoutMpi(unittest.TestCase):
                     ["check", "--no-measure", self.input], ["stats", "--read-only", self.out], ["stats", self.out, "--json"],
                     ["stats", "--sections", "y=6 mm", self.out], ["compare", self.out, self.out],
                     ["match", self.out, "loads.toml"], ["match", self.out, "--held-out", "each"], ["calibrate", self.out, "loads.toml"],
-                    ["watch", "--once", self.out], ["mesh", self.input, "--sample", "1", "-o", "mesh.vtkhdf"],
-                    ["mesh", self.input, "--survey", "1"])
+                    ["watch", "--once", self.out], ["mesh", self.input, "--sample", "1", "-o", "mesh.vtkhdf"])
         for arguments in commands:
             with self.subTest(arguments=arguments):
                 found, usual = self.call(*arguments, **BROKEN), self.call(*arguments, launcher=(*shlex.split(MPIRUN), "-n", "2"))

@@ -14,7 +14,6 @@
 #include "mechanics/fixed_point_force.h"
 #include "mechanics/stiffness_product.h"
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 #include "support/group.h"
 #include "support/partitions.h"
 

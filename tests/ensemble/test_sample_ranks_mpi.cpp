@@ -280,6 +280,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithSeveralMaterials) {
                                        .coefficient_of_variation = 0.3,
                                        .correlation_length = 1e-3,
                                        .with_strength = 0.5};
+  parameters.fracture.release_speed = 2000;  // of the first material
   parameters.map.emplace().of = input::MapOf::stiffness_and_strength;
   for (const auto& t : mesh.tetrahedra)
     mesh.map_factor.push_back(geometry::centroid(mesh.nodes, t)[1] > 0.002 ? 1.25F : 1.0F);

@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/random.h"
+#include "crackle/fracture/tuler_butcher.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/geometry/subdomain.h"
@@ -137,6 +138,8 @@ inline input::Parameters brittle(const Vector& size, const input::Material& mate
   parameters.specimen.size = size;
   parameters.materials[0] = material;
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  // Weak tetrahedra break one by one, which makes many phases, breaks and pieces.
+  parameters.fracture.nucleation = input::Nucleation::own_stress;
   parameters.time.duration = 4e-5;
   return parameters;
 }
@@ -177,6 +180,18 @@ inline std::vector<input::Boundary> uniform_pull() {
           boundary(Face::y_min, BoundaryKind::fix, {false, true, false}),
           boundary(Face::z_min, BoundaryKind::fix, {false, false, true}),
           boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 1})};
+}
+
+/// Tuler-Butcher with uniform strength from the input.
+inline fracture::TulerButcher tuler_butcher(const input::Fracture& parameters,
+                                            const geometry::Subdomain& subdomain, double time_step = 5e-9) {
+  return {parameters, parameters.impulse,
+          std::vector<double>(subdomain.tetrahedra.size(), parameters.strength), time_step};
+}
+
+/// A criterion by which nothing breaks.
+inline fracture::TulerButcher unbreakable(const geometry::Subdomain& subdomain, double strength = 1e15) {
+  return tuler_butcher({.strength = strength, .exponent = 2, .impulse = 1e4}, subdomain);
 }
 
 }  // namespace crackle::test

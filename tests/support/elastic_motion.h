@@ -5,7 +5,7 @@
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/stable_step.h"
 
-#include "support/criterion.h"
+#include "support/box_mesh.h"
 #include "support/job.h"
 
 #include <gtest/gtest.h>

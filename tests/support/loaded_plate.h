@@ -5,7 +5,7 @@
 #include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/operators.h"
 
-#include "support/criterion.h"
+#include "support/box_mesh.h"
 #include "support/job.h"
 #include "support/plate_family.h"
 

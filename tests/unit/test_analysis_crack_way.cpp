@@ -301,7 +301,8 @@ TEST(CrackWays, CompareSpeedsWithTheMaterialInWhichTheCrackRuns) {
       EXPECT_NEAR(found.history.speed_ratio[row * found.history.n_starts], 0.5, 0.01) << row;
     }
   }
-  EXPECT_NEAR(measure(*start.body, surface).largest_ratio, found.largest / rayleigh_speed, 1e-9);
+  EXPECT_NEAR(measure(*start.body, surface).largest_ratio, 800 / rayleigh_speed, 0.01)
+      << "without the stiff part, which is passed faster than its waves";
 }
 
 TEST(CrackWays, AreTheSameInARoughCrackOfTetrahedra) {

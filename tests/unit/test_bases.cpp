@@ -59,7 +59,7 @@ TEST(Bases, IntervalsHoldForTheMaterial) {
   for (std::uint64_t b = 0; b < n_bases; ++b) parameters.push_back(plate(b));
   for (std::uint64_t trial = 0; trial < n_trials; ++trial) {
     std::vector<std::vector<SampleSummary>> rows;
-    std::vector<Compared> bases;
+    std::vector<BaseSamples> bases;
     Moments all;
     for (std::uint64_t b = 0; b < n_bases; ++b) rows.push_back(rows_of(trial, b, n, intraclass));
     for (std::size_t b = 0; b < n_bases; ++b) bases.push_back({&parameters[b], rows[b], {}});
@@ -84,7 +84,7 @@ TEST(Bases, IntervalsHoldForTheMaterial) {
 TEST(Bases, MeansByHandAndEqualValues) {
   const auto one = plate(1), other = plate(2);
   const auto first = rows_of(1, 1, 3, 0.1), second = rows_of(1, 2, 5, 0.1);
-  const std::vector<Compared> bases{{&one, first, {}}, {&other, second, {}}};
+  const std::vector<BaseSamples> bases{{&one, first, {}}, {&other, second, {}}};
   const BasesStatistics all = statistics_of_bases(bases);
   const MeanOverBases& found = of(all, "onset_force");
   EXPECT_DOUBLE_EQ(found.mean.value, (found.of_base[0] + found.of_base[1]) / 2);
@@ -106,7 +106,7 @@ TEST(Bases, WhatDidNotBreakIsInNoMeanOfLoads) {
   first[1].peak_load = first[1].work_of_fracture = 1e6;
   first[1].onset_force = not_a_number;
   const BasesStatistics all =
-      statistics_of_bases(std::vector<Compared>{{&one, first, {}}, {&other, second, {}}});
+      statistics_of_bases(std::vector<BaseSamples>{{&one, first, {}}, {&other, second, {}}});
   EXPECT_EQ(of(all, "onset_force").n_values, 7);
   EXPECT_THROW(of(all, "work_of_fracture"), std::runtime_error);
   EXPECT_THROW(of(all, "peak_load"), std::runtime_error);
@@ -117,7 +117,7 @@ TEST(Bases, WhatAreNotSeveralBasesIsRefused) {
   const auto rows = rows_of(1, 1, 3, 0.1);
   const auto refused = [&](const input::Parameters& other, const char* reason) {
     const input::Parameters one = plate(1);
-    const std::vector<Compared> bases{{&one, rows, {}}, {&other, rows, {}}};
+    const std::vector<BaseSamples> bases{{&one, rows, {}}, {&other, rows, {}}};
     try {
       statistics_of_bases(bases);
       ADD_FAILURE() << reason;

@@ -4,7 +4,6 @@
 #include "crackle/fracture/crack_vicinity.h"
 
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 

@@ -39,10 +39,12 @@ input::Mesh small_mesh() {
   return mesh;
 }
 
+geometry::MotherPoints small_base() {
+  return geometry::make_mother_points(small_body(), small_mesh(), 1);
+}
+
 geometry::Realization small() {
-  const geometry::ExtrudedPlate body = small_body();
-  const input::Mesh mesh = small_mesh();
-  return geometry::make_realization(body, geometry::make_mother_points(body, mesh, 1), mesh, 1, 0);
+  return geometry::make_realization(small_body(), small_base(), small_mesh(), 1, 0);
 }
 
 /// The system's Python, which has Debian's VTK module.
@@ -103,7 +105,7 @@ print(grid.GetNumberOfPoints(), grid.GetNumberOfCells(), grid.GetCellType(0), fi
 TEST_F(VtkFile, MeshIsReadByVtk) {
   const geometry::Realization mesh = small();
   const std::filesystem::path file = folder_ / "mesh.vtkhdf";
-  write_vtk_mesh(file, mesh, small_body(), small_mesh());
+  write_vtk_mesh(file, mesh, small_body(), small_mesh(), small_base());
   EXPECT_EQ(n_files(), 1u);
   if (!has_vtk()) GTEST_SKIP() << "python3-vtk9 is not installed";
   double worst = 1;
@@ -136,7 +138,7 @@ print(len(number), spacing.GetNumberOfTuples(), "%.6e %.6e" % spacing.GetRange()
 TEST_F(VtkFile, PointsHaveTheSpacingAskedForAndTheirRegion) {
   const geometry::Realization mesh = small();
   const std::filesystem::path file = folder_ / "mesh.vtkhdf";
-  write_vtk_mesh(file, mesh, small_body(), small_mesh());
+  write_vtk_mesh(file, mesh, small_body(), small_mesh(), small_base());
   if (!has_vtk()) GTEST_SKIP() << "python3-vtk9 is not installed";
   std::array<int, 3> n{};
   for (const geometry::Point& p : mesh.nodes) {
@@ -169,18 +171,21 @@ TEST_F(VtkFile, DualSurfaceIsReadByVtk) {
 TEST_F(VtkFile, ReplacesAnExistingFile) {
   const std::filesystem::path file = folder_ / "mesh.vtkhdf";
   std::ofstream(file) << "something else";
-  write_vtk_mesh(file, small(), small_body(), small_mesh());
+  write_vtk_mesh(file, small(), small_body(), small_mesh(), small_base());
   EXPECT_GT(std::filesystem::file_size(file), 10000u);
   EXPECT_EQ(n_files(), 1u);
 }
 
 TEST_F(VtkFile, FailuresNameTheFileAndLeaveNothing) {
   const geometry::Realization mesh = small();
-  EXPECT_THAT([&] { write_vtk_mesh(folder_ / "missing" / "mesh.vtkhdf", mesh, small_body(), small_mesh()); },
-              ThrowsMessage<std::runtime_error>(
-                  AllOf(HasSubstr("missing/mesh.vtkhdf': "), HasSubstr("there is no folder"))));
+  EXPECT_THAT(
+      [&] {
+        write_vtk_mesh(folder_ / "missing" / "mesh.vtkhdf", mesh, small_body(), small_mesh(), small_base());
+      },
+      ThrowsMessage<std::runtime_error>(
+          AllOf(HasSubstr("missing/mesh.vtkhdf': "), HasSubstr("there is no folder"))));
   std::filesystem::create_directories(folder_ / "taken" / "inside");
-  EXPECT_THAT([&] { write_vtk_mesh(folder_ / "taken", mesh, small_body(), small_mesh()); },
+  EXPECT_THAT([&] { write_vtk_mesh(folder_ / "taken", mesh, small_body(), small_mesh(), small_base()); },
               ThrowsMessage<std::runtime_error>(HasSubstr("taken': ")));
   EXPECT_EQ(n_files(), 1u);
 }

@@ -422,11 +422,11 @@ specimen.notch: body face at depth height from to end
 specimen.region: body material x y z center radius semi_axes angle polygon
 mesh: points spacing notch_spacing growth; mesh perturbation; points min_quality; mesh symmetry; points base; run points
 mesh.region: points x y z spacing
-material: materials name; sample youngs_modulus poisson_ratio density strength toughness fracture_toughness impulse release_time
+material: materials name; sample youngs_modulus poisson_ratio density strength toughness fracture_toughness impulse release_time release_speed
 material.variation: sample of distribution modulus coefficient_of_variation correlation_length with_strength
 material.map: materials file dataset of axes origin spacing scale checksum
 interface: materials between; sample strength toughness
-fracture: sample strength toughness fracture_toughness length nucleation exponent impulse accumulation release release_time softening teeth contact
+fracture: sample strength toughness fracture_toughness length exponent impulse accumulation release release_time release_speed nucleation softening teeth contact
 fracture.variation: sample of distribution modulus reference_volume coefficient_of_variation correlation_length
 boundary: place on; points region.x region.y region.z; sample fix force traction velocity displacement pressure absorbing rate history factor.along factor.table name
 load: sample acceleration body_force angular_velocity axis point velocity velocity_gradient center rate history

@@ -84,7 +84,7 @@ TEST(Plausibility, DerivedStrengthsAreJudgedAtAnyStiffness) {
   auto tables = tough_tables("toughness", R"("35 kJ/m^2")");
   EXPECT_THAT(input::plausibility_warnings(parse_tables(tables)), IsEmpty());
   set_key(tables, "[mesh]", "notch_spacing", R"("0.5 mm")");
-  set_key(tables, "[fracture]", "strength", R"("35 MPa")");
+  set_key(tables, "[fracture]", "strength", R"("120 MPa")");
   EXPECT_THAT(input::plausibility_warnings(parse_tables(tables)),
               ElementsAre(HasSubstr("at a spacing of 0.5 mm, more than a tenth")));
   set_key(tables, "[fracture]", "length", R"("3 mm")");

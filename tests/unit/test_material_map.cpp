@@ -109,7 +109,8 @@ protected:
 };
 
 TEST_F(MaterialMap, GivesEachTetrahedronTheValueAtItsCentroidInAllFormats) {
-  write_hdf5<double>(folder_.path() / "map.h5", {values().begin(), values().end()});
+  const auto bytes = values();
+  write_hdf5<double>(folder_.path() / "map.h5", {bytes.begin(), bytes.end()});
   write_png(folder_.path() / "map.png", values());
   for (const std::string format : {"h5", "png"}) {
     auto keys = map_keys("map." + format, "stiffness");

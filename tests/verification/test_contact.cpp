@@ -7,7 +7,6 @@
 #include "crackle/mechanics/elasticity.h"
 
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 

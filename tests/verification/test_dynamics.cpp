@@ -7,7 +7,6 @@
 #include "crackle/dynamics/stable_step.h"
 
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>

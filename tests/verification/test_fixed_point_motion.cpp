@@ -9,7 +9,6 @@
 #include "dynamics/fixed_point_state.h"
 #include "dynamics/state_range.h"
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 

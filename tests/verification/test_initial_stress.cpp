@@ -8,7 +8,6 @@
 #include "crackle/mechanics/conditions.h"
 
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/point.h"
 
-#include "support/criterion.h"
+#include "support/box_mesh.h"
 #include "support/job.h"
 
 #include <fmt/format.h>
@@ -85,7 +85,7 @@ struct Composite {
   fracture::TulerButcher criterion;
 };
 
-constexpr const char* symmetric_pull = R"([[boundary]]
+const std::string rollers = R"([[boundary]]
 on = "x-min"
 fix = ["x"]
 [[boundary]]
@@ -94,7 +94,8 @@ fix = ["y"]
 [[boundary]]
 on = "z-min"
 fix = ["z"]
-[[boundary]]
+)";
+const std::string symmetric_pull = rollers + R"([[boundary]]
 on = "z-max"
 traction = ["0 MPa", "0 MPa", "1 MPa"]
 )";
@@ -230,16 +231,7 @@ TEST(TwoMaterials, HaveTheirStrengthsAndThatOfTheirInterface) {
 /// Two bars end to end, bonded less well than either holds: in uniform tension the bond breaks at its
 /// strength, over whatever length the stress is averaged.
 TEST(TwoMaterials, BondedLessWellBreakAtTheStrengthOfTheBond) {
-  constexpr const char* pull = R"([[boundary]]
-on = "x-min"
-fix = ["x"]
-[[boundary]]
-on = "y-min"
-fix = ["y"]
-[[boundary]]
-on = "z-min"
-fix = ["z"]
-[[boundary]]
+  const std::string pull = rollers + R"([[boundary]]
 on = "z-max"
 force = ["0 N", "0 N", "0 N"]
 rate = ["0 N/s", "0 N/s", "10 N/s"]

@@ -7,7 +7,6 @@
 #include "crackle/fracture/connectivity.h"
 
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,6 @@
 #include "crackle/dynamics/quasi_static.h"
 
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/parallel/exact_sum.h"
 
-#include "support/criterion.h"
+#include "support/box_mesh.h"
 #include "support/job.h"
 
 #include <gtest/gtest.h>

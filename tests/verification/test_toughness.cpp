@@ -22,7 +22,7 @@ using input::Face;
 input::Parameters strip() {
   input::Parameters parameters;
   parameters.materials[0] = {32e9, 0.2, 2450};
-  parameters.fracture = {.strength = 0, .exponent = 2, .impulse = 1e4};
+  parameters.fracture = {.impulse = 1e4, .release_time = 0};
   parameters.time.duration = 3e-5;
   parameters.time.integrator = input::Integrator::verlet;
   parameters.specimen.size = {0.001, 0.024, 0.008};

@@ -4,7 +4,6 @@
 #include "crackle/dynamics/sample_run.h"
 
 #include "support/box_mesh.h"
-#include "support/criterion.h"
 #include "support/distributions.h"
 
 #include <gtest/gtest.h>

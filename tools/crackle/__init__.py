@@ -38,13 +38,14 @@ except ModuleNotFoundError as missing:
     raise _with_advice(missing) from None
 
 if TYPE_CHECKING:
+    from .comparison import compare
     from .ensemble import Ensemble, open
     from .plots import plot_mesh
     from .sample import Sample
 
-__all__ = ["Ensemble", "ResultsError", "Sample", "open", "plot_mesh"]
+__all__ = ["Ensemble", "ResultsError", "Sample", "compare", "open", "plot_mesh"]
 __version__ = "1.1.0"
-_PLACES = {"Ensemble": "ensemble", "open": "ensemble", "plot_mesh": "plots", "Sample": "sample"}
+_PLACES = {"Ensemble": "ensemble", "compare": "comparison", "open": "ensemble", "plot_mesh": "plots", "Sample": "sample"}
 
 
 def __getattr__(name: str) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import Iterator
+from typing import TYPE_CHECKING, Iterator, Optional
 
 import h5py
 import numpy as np
@@ -12,11 +12,14 @@ import pandas as pd
 import xarray as xr
 
 from . import labelled
-from .experiments import calibration_table, match_table
 from .files import ENSEMBLE_KIND, SAMPLE_KIND, ResultsError, is_there, open_results, results, sample_files, text_of
 from .plots import Plots
-from .program import calibration_of, match_of
 from .sample import Sample
+
+if TYPE_CHECKING:
+    from .calibration import Calibration
+    from .matching import Match
+    from .sensitivities import Sensitivities
 
 STATUS = pd.CategoricalDtype(["pending", "done", "failed"])
 
@@ -126,28 +129,37 @@ class Ensemble:
                              data_vars="all", combine_attrs="override")
         return together.set_coords(["time", "phase", "phase_time"])
 
-    def match(self, experiments: str | Path, pictures: bool = False, program: str | Path | None = None) -> pd.DataFrame:
-        """Experiments (a TOML file) beside the samples, as `crackle match` has it: a row for each experiment and quantity ("path",
-        "peak_load", ..., "jointly") with its p value, mean distances [SI] and the nearest samples with their distances. `.attrs`
-        holds "set" (a table of all experiments together, or None), "warnings" and the whole "document".
+    def match(self, experiments: str | Path, pictures: bool = False, program: str | Path | None = None) -> "Match":
+        """Experiments (a TOML file) beside the samples, as `crackle match` has it: tables `experiments`, `ways` and `together`, `warnings`,
+        `plot_path(name)`, the `document` and, by print(), the text.
 
         @param pictures: compare photographs with the samples' fringes, too, which takes a while
         @param program: the program crackle; by default as crackle-report finds it
-        Raises crackle.ResultsError with the program's message.
+        Raises crackle.ResultsError, for wrong experiments with a line for each error.
         """
-        found = match_of(self.folder, Path(experiments), program)
+        from .matching import match
+        found = match(self.folder, Path(experiments), Path(program) if program else None)
         if pictures:
             from crackle_report import photographs, reading
-            photographs.add_pictures(found, reading.read_ensemble(self.folder, program))
-        return match_table(found)
+            photographs.add_pictures(found.document, reading.read_ensemble(self.folder, program))
+        return found
 
-    def calibrate(self, experiments: str | Path, program: str | Path | None = None) -> pd.DataFrame:
-        """The random inputs given experiments (a TOML file), as `crackle calibrate` finds them: a row for each input with its
-        prior and posterior [SI]. `.attrs` holds "draws" (a table of weighted draws from the posterior) and the whole "document".
+    def calibrate(self, experiments: str | Path, discrepancy: bool = False, between_specimens: Optional[bool] = None,
+                  program: str | Path | None = None) -> "Calibration":
+        """The random inputs given experiments (a TOML file): `.inputs` has a row for each with its prior and posterior [SI], `.draws` weighted draws from the
+        posterior; `print()` shows what `crackle calibrate` does, `.document` what it does with --json, and `.plot()` draws prior and posterior.
 
-        Raises crackle.ResultsError with the program's message, also where there are no random inputs.
+        @param discrepancy: allow for a model that is off by an unknown amount in each quantity
+        @param between_specimens: allow for specimens that differ by more than meshes and reading do; None: from two experiments on
+        Raises crackle.ResultsError, also where there are no random inputs.
         """
-        return calibration_table(calibration_of(self.folder, Path(experiments), program))
+        from .calibration import calibrate
+        return calibrate(self.folder, experiments, discrepancy, between_specimens, program)
+
+    def sensitivities(self, program: str | Path | None = None) -> "Sensitivities":
+        """Effects of the random inputs and of the mesh on results: tables, `print()` and `.plot()`. Raises crackle.ResultsError."""
+        from .sensitivities import sensitivities
+        return sensitivities(self.folder, program)
 
     @staticmethod
     def _with_constants(history: xr.Dataset) -> xr.Dataset:

@@ -6,8 +6,9 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
-from typing import Any, Optional, Sequence
+from typing import Any, Optional
 
 from .files import ResultsError, check_folder
 
@@ -17,7 +18,7 @@ _PLACES = tuple(_HERE.parents[k].joinpath(*place) for k, place in ((2, ("build",
                 if len(_HERE.parents) > k)
 
 
-def find_program(given: Optional[Path] = None) -> str:
+def find_program(given: str | Path | None = None) -> str:
     """The one that is given, else that of the environment's CRACKLE, of the project's build, or on the PATH."""
     if wanted := given or os.environ.get("CRACKLE"):
         if found := shutil.which(str(wanted)):
@@ -30,34 +31,24 @@ def find_program(given: Optional[Path] = None) -> str:
                        "tools/build, or give its path with --program or in the environment variable CRACKLE")
 
 
-def statistics_of(folder: Path, program: Optional[Path] = None) -> dict[str, Any]:
+def statistics_of(folder: Path, program: str | Path | None = None, sensitivities: bool = True) -> dict[str, Any]:
     """What `crackle stats --json` says of an ensemble, whose files stay as they are. Raises ResultsError."""
-    check_folder(folder)
-    return _ask(program, "stats", str(folder), "--json", "--read-only")
-
-
-def comparison_of(folders: Sequence[Path], program: Optional[Path] = None) -> dict[str, Any]:
-    """What `crackle compare --json` says of the first ensemble and the others. Raises ResultsError."""
-    for folder in folders:
+    if folder.is_dir():
         check_folder(folder)
-    return _ask(program, "compare", *map(str, folders), "--json")
+    return _ask(program, "stats", str(folder), "--json", "--read-only", *([] if sensitivities else ["--without-sensitivities"]),
+                tells=not sensitivities)
 
 
-def match_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
-    """The document of `crackle match --json` for experiments (a TOML file) and an ensemble. Raises ResultsError."""
-    check_folder(folder)
-    return _ask(program, "match", str(folder), str(experiments), "--json")
+def observed_of(folder: Path, program: str | Path | None = None) -> dict[str, Any]:
+    """The document of `crackle observe`: the body of an ensemble and the samples that count. Raises ResultsError."""
+    return _ask(program, "observe", str(folder), tells=True)
 
 
-def calibration_of(folder: Path, experiments: Path, program: Optional[Path] = None) -> dict[str, Any]:
-    """The document of `crackle calibrate --json` for them. Raises ResultsError, also where the ensemble has no random inputs."""
-    check_folder(folder)
-    return _ask(program, "calibrate", str(folder), str(experiments), "--json")
-
-
-def _ask(program: Optional[Path], command: str, *arguments: str) -> dict[str, Any]:
+def _ask(program: str | Path | None, command: str, *arguments: str, tells: bool = False) -> dict[str, Any]:
     result = subprocess.run([find_program(program), command, *arguments], capture_output=True, text=True, check=False)
     if result.returncode != 0:
         reason = result.stderr.strip().removeprefix("crackle: ")
         raise ResultsError(reason or f"crackle {command} ended with status {result.returncode}")
+    if tells:
+        sys.stderr.write(result.stderr)  # samples that are left out
     return json.loads(result.stdout)

@@ -9,7 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Optional
 
-from crackle.program import ResultsError, calibration_of, comparison_of, match_of, statistics_of
+from crackle.calibration import calibrate
+from crackle.comparison import compare
+from crackle.program import ResultsError, statistics_of
 
 from . import page, style, sweep
 from .figures import SECTIONS
@@ -37,7 +39,7 @@ def main() -> int:
             report = _of_sweep(arguments, options)
         else:
             if arguments.compared:
-                options = replace(options, comparison=comparison_of([arguments.folder, *arguments.compared], arguments.program))
+                options = replace(options, comparison=compare(arguments.folder, *arguments.compared, program=arguments.program).document)
             report = make_report(arguments.folder, options, arguments.program)
     except (ResultsError, OSError) as error:
         print(f"crackle-report: {error}", file=sys.stderr)
@@ -98,7 +100,9 @@ def _options(arguments: argparse.Namespace) -> Options:
 
 def _with_experiments(options: Options, ensemble: Ensemble, program: Optional[Path]) -> Options:
     """Adds what the program says of the experiments, and what their pictures do."""
-    match, calibration = match_of(ensemble.folder, options.experiments, program), None
+    from crackle import matching  # with pandas, which takes long to load
+
+    match, calibration = matching.match(ensemble.folder, options.experiments, program).document, None
     ensemble.unreadable += leave_out_damaged(match)
     if options.fringes:
         add_pictures(match, ensemble, options, _tell)
@@ -106,7 +110,7 @@ def _with_experiments(options: Options, ensemble: Ensemble, program: Optional[Pa
     reason = "the ensemble has no random inputs"
     if ensemble.inputs:
         try:
-            calibration = calibration_of(ensemble.folder, options.experiments, program)
+            calibration = calibrate(ensemble.folder, options.experiments, program=program).document
         except ResultsError as error:
             reason = str(error)
     return replace(options, match=match, calibration=calibration, no_calibration=reason)

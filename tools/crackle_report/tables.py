@@ -187,7 +187,7 @@ def experiments(match: dict[str, Any]) -> str:
     table = _table(titles, rows)
     if match["set"] is None:
         return table
-    titles = (("together by", ""), ("experiments", ""), ("p", "one distribution"), ("p of energy", ""), ("p of depth", ""), ("shift", ""),
+    titles = (("together by", ""), ("experiments", ""), ("p", "of a difference as large"), ("p of energy", ""), ("p of depth", ""), ("shift", ""),
               ("scatter", "of experiments over samples"))
     return table + _table(titles, [
         [name.replace("_", " "), str(by["n_experiments"]),
@@ -197,7 +197,10 @@ def experiments(match: dict[str, Any]) -> str:
 
 def advice(match: dict[str, Any]) -> str:
     """Sentences on several experiments together, and notes on single ones."""
-    words = [f"{experiment['name']}: {experiment['note']}." for experiment in match["experiments"] if experiment["note"]]
+    from crackle import match_text  # with SciPy
+
+    words = [f"{experiment['name']}: {sentence}." for experiment in match["experiments"] for sentence in match_text.sentences(experiment)]
+    words += [f"{one['name']} is left out by {one['by'].replace('_', ' ')}: {one['reason']}." for one in (match["set"] or {"left_out": []})["left_out"]]
     words += [f"By {name.replace('_', ' ')}: {by['advice']}" for name, by in (match["set"] or {"by": {}})["by"].items() if by.get("advice")]
     return " ".join(words)
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/comparison.h"
 #include "crackle/analysis/grouped_values.h"
+#include "crackle/analysis/sample_summary.h"
+#include "crackle/analysis/statistics.h"
+#include "crackle/input/parameters.h"
 
 #include <cstdint>
 #include <span>
@@ -13,6 +15,21 @@
 /// a base are a cluster; what holds for the material is seen between bases.
 namespace crackle::analysis {
 
+/// One of them.
+struct BaseSamples {
+  const input::Parameters* parameters;
+  std::span<const SampleSummary> rows;
+  Origin origin = {};
+};
+
+/// A mean with its confidence interval.
+struct BoundedMean {
+  double value = not_a_number;
+  double lower = not_a_number;  ///< NaN if there are too few values, or equal ones only
+  double upper = not_a_number;
+  bool has_no_width = false;  ///< the values are equal, so that they give no interval
+};
+
 /// A mean over bases with its interval: of the bases' means, Student's t with one degree of freedom less than
 /// bases; with the variance within and between them (nested analysis of variance).
 struct MeanOverBases {
@@ -22,7 +39,7 @@ struct MeanOverBases {
   int section = -1;                  ///< likewise
   std::vector<double> of_base = {};  ///< mean of each base; NaN without values
   int n_values = 0;                  ///< samples of all bases
-  Difference mean = {};              ///< of the bases' means, with its interval
+  BoundedMean mean = {};              ///< of the bases' means, with its interval
   VarianceComponents variance = {};
 };
 
@@ -36,7 +53,7 @@ struct BasesStatistics {
 
 /// @throws std::runtime_error unless there are at least two ensembles, each with a shared base, whose inputs
 ///   differ in the seed only
-BasesStatistics statistics_of_bases(std::span<const Compared> bases, double confidence = default_confidence);
+BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases, double confidence = default_confidence);
 
 /// As a readable table.
 std::string to_text(const BasesStatistics& statistics, const input::Sections& sections);

@@ -34,6 +34,7 @@ struct Sensitivity {
   int section = -1;  ///< likewise
   int n_values = 0;  ///< number of samples with this result
   int n_draws = 0;   ///< of these samples
+  int n_bounds = 0;  ///< of the values: known to lie above a load that the sample bore
   /// Share of the variance among samples with the same draw: explained by the mesh alone and together with
   /// the inputs. NaN without replicates.
   Estimate mesh = {};
@@ -59,11 +60,12 @@ struct Sensitivities {
 };
 
 /// Effects of the random inputs on every result that varies between samples. Sobol' indices are shares of a
-/// result's total variance, including that due to the mesh, among the draws that have the result: a load of
-/// those that broke. They come from a least-squares polynomial chaos expansion, whose degree minimizes the
-/// cross-validation error; inputs share what it explains by their squared coefficients, corrected for the
-/// bias due to scatter (Sudret 2008, Reliab. Eng. Syst. Saf. 93, 964). Intervals are from 400 bootstrap
-/// samples of the draws, the same in every call.
+/// result's total variance, including that due to the mesh, among the draws that have the result. Loads of
+/// samples that did not break are drawn above the largest applied, unless these are more than half. They come
+/// from a least-squares polynomial chaos expansion, whose degree minimizes the cross-validation error; inputs
+/// share what it explains by their squared coefficients, corrected for the bias due to scatter (Sudret 2008,
+/// Reliab. Eng. Syst. Saf. 93, 964). Intervals are from 400 bootstrap samples of the draws, the same in every
+/// call. With correlated inputs first and total are NaN.
 /// @param rows of the samples, with their inputs; samples that are not done are ignored
 /// @return no results without random inputs, or with too few draws
 Sensitivities sensitivities(const input::Parameters& parameters, std::span<const SampleSummary> rows,

@@ -191,6 +191,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
 /// The statistics and their rows as a JSON document; jobs/results.md lists its members.
 /// @param parameters with the sections of the statistics
 std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
-                    const input::Parameters& parameters, const Origin& origin);
+                    const input::Parameters& parameters, const Origin& origin,
+                    bool with_sensitivities = true);
 
 }  // namespace crackle::analysis

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/geometry/body.h"
+#include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/point.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
@@ -28,5 +29,15 @@ struct RegionContent {
 /// Contents of each region and, last, of the rest of the body.
 std::vector<RegionContent> region_contents(const Realization& realization, const Body& body,
                                            const input::Mesh& mesh);
+
+/// 1 for tetrahedra in the interior of the finely meshed zone, where cracks start: at their centroids the
+/// spacing is at most twice the notch spacing, and the surface at least two spacings away. 0 for others.
+std::vector<std::int32_t> refined_interior(const Realization& realization, const Body& body,
+                                           const input::Mesh& mesh);
+
+/// Displacement of each node from its mother point over the largest possible, perturbation x spacing [-]; NaN
+/// along an axis in which the point cannot move.
+std::vector<Point> relative_displacements(const Body& body, const MotherPoints& base,
+                                          const Realization& realization, const input::Mesh& mesh);
 
 }  // namespace crackle::geometry

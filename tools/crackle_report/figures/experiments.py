@@ -27,8 +27,9 @@ BEYOND = 0.04  # of the body's width, around it
 N_OVERLAID = 3
 EXPERIMENT, BAND = style.BRANCHING, style.NOTCH_COLOURS[0]
 
-EXPLANATION = ("p is the share of the samples, the experiment among them, that are as far from all others on average, by one quantity, or "
-               "jointly by those of crackle match. Times are since the crack began to run.")
+EXPLANATION = ("p is the share of the samples and the experiment that lie at least as far from the others, by one quantity, or jointly by those "
+               "of crackle match, among those that took its way; it is not the probability that the model is right. Times are since the crack "
+               "began to run.")
 OF_PICTURES = ("Pictures are compared by the correlation of their grey values, smoothed over a spacing of the mesh; noise and other optics "
                "set a photograph apart from all samples, so that its p is small, but hardly change which sample is nearest.")
 
@@ -189,7 +190,8 @@ def _path(ensemble: Ensemble, experiment: dict[str, Any]) -> Figure:
     arc_length = np.r_[0, np.hypot(*np.diff(place, axis=0).T).cumsum()]
     figure = Figure(figsize=(style.PAGE_WIDTH, 3.6), layout="constrained")
     body, along = figure.subplots(1, 2)
-    seen = np.concatenate([place[:, 1], *(np.array(line)[:, 1] for line in experiment["observed"]["lines"])])
+    lines = experiment["observed"]["lines"]
+    seen = np.concatenate([place[:, 1], *(np.array(line)[:, 1] for line in lines)])
     room = 0.25 * ensemble.plate.size[1]
     bottom, top = ensemble.plate.ends(2)
     draw_plate(body, ensemble.plate, (lengths.of(max(bottom, seen.min() - room)), lengths.of(min(top, seen.max() + room))),
@@ -199,15 +201,16 @@ def _path(ensemble: Ensemble, experiment: dict[str, Any]) -> Figure:
         return lengths.of(place + of[:, None] * normal).T
 
     shown = np.isfinite(low) & np.isfinite(high)
+    for one in found["sample_lines"]:
+        body.plot(*lengths.of(np.array(one)).T, color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
     for one in samples:
-        body.plot(*curve(one), color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
         along.plot(lengths.of(arc_length), lengths.of(one), color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
     body.fill(*np.hstack([curve(low)[:, shown], curve(high)[:, shown][:, ::-1]]), color=BAND, alpha=0.2, linewidth=0)
     along.fill_between(lengths.of(arc_length), lengths.of(low), lengths.of(high), color=BAND, alpha=0.2, linewidth=0,
-                       label=f"{100 * found['band_level']:.3g} % band of whole paths")
-    body.plot(*curve(offset), color=EXPERIMENT, linewidth=1.6)
-    if others := experiment["observed"]["lines"][1:]:
-        _draw_read_off(body, others, lengths, "other arms, not compared")
+                       label="band of the samples alone")
+    body.plot(*lengths.of(np.array(lines[0])).T, color=EXPERIMENT, linewidth=1.6)  # the whole, also where it is not compared
+    if lines[1:]:
+        _draw_read_off(body, lines[1:], lengths, "other arms")
         body.legend(loc="best")
     along.plot(lengths.of(arc_length), lengths.of(offset), color=EXPERIMENT, linewidth=1.6, label=experiment["name"])
     along.plot([], [], color=style.BEFORE_ONSET, linewidth=0.8, label=f"{len(samples)} samples")

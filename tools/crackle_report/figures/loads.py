@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any, Iterator
 
 import numpy as np
+from crackle import weibull
 from crackle.units import NEWTON, fitting
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from .. import style, weibull
+from .. import style
 from ..drawing import draw_grid
 from .picture import Picture
 
@@ -23,8 +24,8 @@ SAMPLES, EXPERIMENTS = style.NOTCH_COLOURS[:2]
 def pictures(found: dict[str, Any]) -> Iterator[Picture]:
     """One for each load that was measured. @param found: the document of `crackle match`"""
     for name in ("onset_load", "peak_load"):
-        groups = [("samples", SAMPLES, [one[name] for one in found["samples"]["loads"]]),
-                  ("experiments", EXPERIMENTS, [one["observed"][name] for one in found["experiments"]])]
+        groups = [("samples", SAMPLES, [one[name] for one in found["samples"]["loads"] if not one.get("is_unbroken")]),
+                  ("experiments", EXPERIMENTS, [one["observed"][name] for one in found["experiments"] if not one["observed"].get("run_out")])]
         groups = [(title, colour, np.sort([value for value in values if value is not None])) for title, colour, values in groups]
         if all(values.size for *_, values in groups):
             what = name.replace("_", " ")
