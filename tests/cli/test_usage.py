@@ -174,7 +174,7 @@ class Usage(unittest.TestCase):
 
     def check(self, *arguments, **values):
         """The rows of `crackle check` for the demo with other values."""
-        text = pathlib.Path(OPTIONS.demo).read_text()
+        text = re.sub("(?m)^nucleation = .*\n", "", pathlib.Path(OPTIONS.demo).read_text())
         for key, value in {"spacing": '"5 mm"', "notch_spacing": '"1.5 mm"', **values}.items():
             text, n_replaced = re.subn(rf"(?m)^{key} = .*$", value if "=" in value else f"{key} = {value}", text)
             self.assertEqual(n_replaced, 1, key)
@@ -238,7 +238,7 @@ class Usage(unittest.TestCase):
         plan = re.search(r"(?m)^ +1 +4 +(\d+) +([\d.]+) s +([\d.]+) s$", text)
         self.assertEqual(plan[1], rows["tetrahedra"].split()[0])
         sample, alone, ensemble = float(rows["sample"].split()[0]), float(plan[2]), float(plan[3])
-        self.assertLessEqual(alone, sample)  # the mesh is not the group's
+        self.assertLess(alone, 1.1 * sample)  # the mesh is not the group's; both are measured
         self.assertGreater(alone, 0.7 * sample)
         self.assertAlmostEqual(ensemble / alone, 2, delta=0.5)  # two rounds of four
         self.assertRegex(text, r"(?m)^recommended: ensemble\.ranks_per_sample = [124]$")

@@ -490,6 +490,13 @@ TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
                              "material.variation.coefficient_of_variation",
                              "interface.toughness",
                              "initial.stress.material",
+                             "material.release_speed",
+                             "output.branch_length",
+                             "random.together",
+                             "random.values",
+                             "random.weights",
+                             "correlation.between",
+                             "correlation.rank",
                              "time.after_separation",
                              "sweep.key",
                              "sweep.values"}) {
