@@ -381,23 +381,6 @@ TEST_F(EnsembleRun, TheEndNamesWhatIsPendingAndHowToGoOn) {
   EXPECT_THAT(log_.str(), Not(HasSubstr("go on!")));
 }
 
-TEST_F(EnsembleRun, CracksFasterThanTheRayleighSpeedAreWarnedOf) {
-  auto parameters = plate(3, 1);
-  parameters.ensemble.seed = 2;
-  const auto at_once = [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
-    auto result = break_strip(group, control.sample, subdomain);
-    // The first one is slow.
-    for (auto& record : result.breaks) record.phase_time *= control.sample == 0 ? 1e3 : 1e-6;
-    return result;
-  };
-  run("out", parameters, false, at_once);
-  if (!world_.is_root()) return;
-  EXPECT_THAT(log_.str(), Not(HasSubstr("warning: sample 0")));
-  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: sample 1: a crack runs at "));
-  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: sample 2: a crack runs at "));
-  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: 2 samples with a crack faster than the Rayleigh speed\n"));
-}
-
 TEST_F(EnsembleRun, RefusalsAreAgreedAndWriteNothing) {
   const auto parameters = plate(2, 1);
   run("out", parameters, false);
