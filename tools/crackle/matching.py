@@ -33,8 +33,9 @@ PLOTTED = "0.6"  # colour of samples
 class Match:
     """What `crackle match` finds. `str()` is the text that it prints, `document` what it prints with --json, in SI units."""
 
-    def __init__(self, document: dict[str, Any], outlines: Sequence[np.ndarray] = ()) -> None:
-        self.document, self.warnings, self._outlines = document, document["warnings"], outlines
+    def __init__(self, document: dict[str, Any], walls: Sequence[np.ndarray] = ()) -> None:
+        """@param walls: ends of the body's walls in the y-z plane, each 2 x 2 [m]"""
+        self.document, self.warnings, self._walls = document, document["warnings"], walls
 
     def __str__(self) -> str:
         return match_text.text(self.document)
@@ -64,7 +65,7 @@ class Match:
     def together(self) -> Optional[pd.DataFrame]:
         """A row for each quantity that several experiments have; None where none has."""
         found = self.document["set"]
-        return pd.json_normalize([{"by": name, **by} for name, by in found["by"].items()], sep="_").set_index("by") if found else None
+        return pd.json_normalize([{"by": name, **by} for name, by in found["by"].items()], sep="_").set_index("by") if found and found["by"] else None
 
     def plot_path(self, experiment: str, axes: Optional["Axes"] = None) -> "Axes":
         """The whole measured path over those of the samples, with their band [mm]. Raises KeyError for an experiment without a path
@@ -74,8 +75,8 @@ class Match:
         if axes is None:
             import matplotlib.pyplot as plt
             axes = plt.subplots(layout="constrained")[1]
-        for polygon in self._outlines:
-            axes.plot(*1e3 * np.vstack([polygon, polygon[:1]]).T, color="0.3", linewidth=0.8)
+        for wall in self._walls:
+            axes.plot(*1e3 * wall.T, color="0.3", linewidth=0.8)
         for k, line in enumerate(path["sample_lines"]):
             axes.plot(*1e3 * np.array(line).T, color=PLOTTED, linewidth=0.5, label="samples" if k == 0 else None)
         place, normal = np.array(path["place"]), np.array(path["normal"])
@@ -108,7 +109,7 @@ def match_with(experiments: Sequence[Experiment], samples: ObservedSamples) -> M
                     "missing": samples.missing, "unbroken": [one.number for one in samples.samples if one.is_unbroken],
                     "loads": [{"sample": one.number, "onset_load": math.nan if one.is_unbroken else one.onset_load, "peak_load": one.peak_load,
                                "is_unbroken": one.is_unbroken} for one in samples.samples]}}),
-        [start.walls.reshape(-1, 2) for start in samples.starts])
+        [wall for start in samples.starts for wall in start.walls])
 
 
 # One experiment.
@@ -331,9 +332,10 @@ def _match_set(experiments: Sequence[Experiment], samples: ObservedSamples) -> O
         if observable := observe_load(experiments, samples, load):
             used.append(_Together(_clipped(observable), {i: f"no {load.replace('_', ' ')}" for i in range(len(experiments))
                                                          if i not in observable.experiments}))
+    left_out = [{"name": experiments[i].name, "by": each.observable.quantity, "reason": why} for each in used for i, why in sorted(each.left_out.items())]
     used = [each for each in used if min(len(each.observable.experiments), len(each.observable.samples)) > 1]
     if not used:
-        return {"p_value": math.nan, "n_experiments": 0, "by": {}, "ways": ways, "left_out": []} if ways else None
+        return {"p_value": math.nan, "n_experiments": 0, "by": {}, "ways": ways, "left_out": left_out} if ways else None
     by = {each.observable.quantity: _match_set_by([each.observable], experiments, samples) for each in used}
     all_of_them = distinct([each.observable for each in used])
     least = min(each["p_value"] for each in by.values())
@@ -341,7 +343,6 @@ def _match_set(experiments: Sequence[Experiment], samples: ObservedSamples) -> O
     if len(all_of_them) > 1 and min(map(len, _common(all_of_them)[:2])) > 1:
         by["jointly"] = _match_set_by(all_of_them, experiments, samples)
         p = by["jointly"]["p_value"]
-    left_out = [{"name": experiments[i].name, "by": each.observable.quantity, "reason": why} for each in used for i, why in sorted(each.left_out.items())]
     return {"p_value": p, "n_experiments": max(each["n_experiments"] for each in by.values()), "by": by, "ways": ways, "left_out": left_out}
 
 

@@ -177,6 +177,7 @@ def mean_variance(table: np.ndarray) -> float:
 def power(samples: np.ndarray, n_experiments: int) -> Optional[Power]:
     """Of as many experiments beside as many samples. Both are drawn from the samples with replacement, smoothed by noise of the samples'
     own covariance so that hardly two are the same. None with fewer than four samples, without scatter, or with MOST_EXPERIMENTS."""
+    samples = samples[:, ~np.isnan(samples).all(axis=0)]  # without stations in holes
     samples = samples[:, ::max(1, samples.shape[1] // MOST_COLUMNS)]
     n, deviation = len(samples), math.sqrt(mean_variance(samples))
     if n < 4 or not deviation > 0 or n_experiments >= MOST_EXPERIMENTS:
@@ -235,6 +236,7 @@ class Scatter:
 
 
 def box_degrees(table: np.ndarray) -> float:
+    table = table[:, ~np.isnan(table).all(axis=0)]
     centred = np.nan_to_num(table - np.nanmean(table, axis=0))
     product = centred @ centred.T
     square = (product ** 2).sum()
