@@ -65,7 +65,8 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
            const analysis::Origin& origin) {
   if (options.json) {
     for (std::size_t i = 0; i < samples.size(); ++i) tell_unusable(i, samples[i]);
-    fmt::print("{}", analysis::to_json(statistics, samples, parameters, origin, !options.without_sensitivities));
+    fmt::print("{}",
+               analysis::to_json(statistics, samples, parameters, origin, !options.without_sensitivities));
   } else {
     // First, as they may be invalid.
     std::string limits;
@@ -255,9 +256,8 @@ void add_stats_command(CLI::App& app, Action& run) {
     if (*columns && (!options->sections.empty() || !options->limits.empty() || options->json ||
                      options->read_only || options->keep_rows || options->without_sensitivities))
       throw CLI::ValidationError("--columns takes no other option");
-    if (options->folders.size() > 1 &&
-        (!options->sections.empty() || !options->limits.empty() || options->keep_rows ||
-         options->without_sensitivities))
+    if (options->folders.size() > 1 && (!options->sections.empty() || !options->limits.empty() ||
+                                        options->keep_rows || options->without_sensitivities))
       throw CLI::ValidationError("several folders take no option but --json");
     if (options->json && !options->limits.empty())
       throw CLI::ValidationError("--limit cannot be combined with --json");

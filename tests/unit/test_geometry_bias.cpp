@@ -2,8 +2,8 @@
 // The candidate crack facets have no preferred planes.
 #include "crackle/common/index.h"
 #include "crackle/common/vector.h"
-#include "crackle/geometry/point.h"
 #include "crackle/geometry/dual_facets.h"
+#include "crackle/geometry/point.h"
 
 #include "support/geometry_bodies.h"
 

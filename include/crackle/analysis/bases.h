@@ -39,7 +39,7 @@ struct MeanOverBases {
   int section = -1;                  ///< likewise
   std::vector<double> of_base = {};  ///< mean of each base; NaN without values
   int n_values = 0;                  ///< samples of all bases
-  BoundedMean mean = {};              ///< of the bases' means, with its interval
+  BoundedMean mean = {};             ///< of the bases' means, with its interval
   VarianceComponents variance = {};
 };
 
@@ -53,7 +53,8 @@ struct BasesStatistics {
 
 /// @throws std::runtime_error unless there are at least two ensembles, each with a shared base, whose inputs
 ///   differ in the seed only
-BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases, double confidence = default_confidence);
+BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases,
+                                    double confidence = default_confidence);
 
 /// As a readable table.
 std::string to_text(const BasesStatistics& statistics, const input::Sections& sections);
