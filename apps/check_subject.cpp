@@ -94,8 +94,10 @@ void add_criterion(Rows& rows, const FirstSample& subject, const fracture::Break
   const auto& parameters = subject.parameters;
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto initial = fracture::tetrahedron_strengths(self, parameters, 0, body);
-  const auto criterion = fracture::make_criterion(parameters, initial, subject.phase.grid.step,
-                                                  fracture::impulses(self, parameters, 0, body, initial));
+  const auto growth = fracture::growth_strengths(self, parameters, 0, body);
+  const auto criterion =
+      fracture::make_criterion(parameters, initial, subject.phase.grid.step,
+                               fracture::impulses(self, parameters, body, initial, growth));
   const auto strengths = criterion->strengths();
   const char* const varied = parameters.fracture.variation ? ", with the variation of sample 0" : "";
   if (parameters.fracture.release == input::Release::softening) {
@@ -112,7 +114,6 @@ void add_criterion(Rows& rows, const FirstSample& subject, const fracture::Break
   }
   const char* const from = parameters.fracture.length > 0 ? "the averaging length" : "the local spacing";
   if (parameters.fracture_of(0).separates_nucleation()) {
-    const auto growth = fracture::growth_strengths(self, parameters, 0, body);
     const bool by_means = parameters.fracture_of(0).nucleates_by_means();
     double n_higher = 0;
     for (std::size_t t = 0; t < growth.size(); ++t) n_higher += growth[t] >= strengths[t] ? 1 : 0;

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <span>
 #include <utility>
 
 namespace crackle::dynamics {
@@ -34,9 +35,10 @@ mechanics::Conditions all_loads(const parallel::Communicator& group, const input
 
 std::unique_ptr<fracture::Criterion> make_criterion(const parallel::Communicator& group,
                                                     const input::Parameters& parameters, std::uint64_t sample,
-                                                    const fracture::BreakableBody& body, double time_step) {
+                                                    const fracture::BreakableBody& body,
+                                                    std::span<const double> growth, double time_step) {
   auto strengths = fracture::tetrahedron_strengths(group, parameters, sample, body);
-  auto impulses = fracture::impulses(group, parameters, sample, body, strengths);
+  auto impulses = fracture::impulses(group, parameters, body, strengths, growth);
   return fracture::make_criterion(parameters, std::move(strengths), time_step, std::move(impulses));
 }
 
@@ -54,15 +56,16 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(dynamics::stable_step(ranks, input, part, body.operators(), body.material(), body.force())),
       grid(choose_time_grid(input.time, stable_step)),
-      release_time(fracture::release_times(ranks, input, body)),
-      criterion(make_criterion(ranks, input, sample, body, grid.step)),
-      average(fracture::make_stress_average(input.fracture, body, criterion->strengths())) {
+      release_time(fracture::release_times(ranks, input, body)) {
   refuse_overdamping(input.damping_rate(), grid);
   fracture::refuse_short_releases(ranks, part, release_time, grid.step);
+  auto growth = fracture::growth_strengths(ranks, input, sample, body);
+  criterion = make_criterion(ranks, input, sample, body, growth, grid.step);
+  average = fracture::make_stress_average(input.fracture, body, criterion->strengths());
   // After the stable step, which depends on the stiffness alone.
   body.set_initial_strain(fracture::make_initial_strain(input, body.elasticity(), fracture::span_of(part)));
   fracture::soften_by_input(ranks, input, sample, body);
-  vicinity = fracture::make_crack_vicinity(ranks, input, sample, body, *criterion, average.get());
+  vicinity = fracture::make_crack_vicinity(ranks, input, body, std::move(growth), *criterion, average.get());
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {

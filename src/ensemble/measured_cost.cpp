@@ -71,9 +71,10 @@ public:
     // Lower strength under the same load: equivalent, up to scale, to a higher load.
     auto weakened = fracture::tetrahedron_strengths(self_, parameters_, 0, setup_.body);
     for (double& value : weakened) value /= overload;
+    const auto growth = fracture::growth_strengths(self_, parameters_, 0, setup_.body);
     const auto criterion =
         fracture::make_criterion(parameters_, weakened, setup_.grid.step,
-                                 fracture::impulses(self_, parameters_, 0, setup_.body, weakened));
+                                 fracture::impulses(self_, parameters_, setup_.body, weakened, growth));
     fracture::update_strengths(*criterion, setup_.body, setup_.body.changes());
     const auto average =
         fracture::make_stress_average(parameters_.fracture, setup_.body, criterion->strengths());

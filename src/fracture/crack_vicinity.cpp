@@ -122,17 +122,16 @@ std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator
 }
 
 std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator& group,
-                                                   const input::Parameters& parameters, std::uint64_t sample,
-                                                   const BreakableBody& body, Criterion& criterion,
-                                                   StressAverage* average) {
+                                                   const input::Parameters& parameters,
+                                                   const BreakableBody& body, std::vector<double> growth,
+                                                   Criterion& criterion, StressAverage* average) {
   const input::Fracture fracture = parameters.fracture_of(0);
   const bool by_means = fracture.nucleates_by_means();
   if (!by_means && !fracture.separates_nucleation()) return nullptr;
-  auto strengths = growth_strengths(group, parameters, sample, body);
   const auto spacings = local_spacings(group, body.subdomain(), body.operators());
   return parallel::agree(group, [&] {
     const auto ends = by_means ? narrow_ends(parameters) : square_ends(parameters.specimen);
-    return std::make_unique<CrackVicinity>(body, criterion, average, std::move(strengths), ends, spacings,
+    return std::make_unique<CrackVicinity>(body, criterion, average, std::move(growth), ends, spacings,
                                            by_means);
   });
 }

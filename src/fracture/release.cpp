@@ -107,8 +107,9 @@ void refuse_short_releases(const parallel::Communicator& group, const geometry::
 }
 
 mechanics::TetrahedronField<double> impulses(const parallel::Communicator& group,
-                                             const input::Parameters& parameters, std::uint64_t sample,
-                                             const BreakableBody& body, std::span<const double> strengths) {
+                                             const input::Parameters& parameters, const BreakableBody& body,
+                                             std::span<const double> strengths,
+                                             std::span<const double> growth) {
   std::vector<double> given, speed;  // of each material
   for (std::size_t m = 0; m < parameters.materials.size(); ++m) {
     given.push_back(parameters.fracture_of(m).impulse);
@@ -116,11 +117,8 @@ mechanics::TetrahedronField<double> impulses(const parallel::Communicator& group
     speed.push_back(own > 0 ? own : usual_release_speed(parameters.materials[m]));
   }
   const bool differs = std::ranges::any_of(given, [](double impulse) { return impulse == 0; });
-  std::vector<double> spacing, growth;
-  if (differs) {
-    spacing = local_spacings(group, body.subdomain(), body.operators());
-    growth = growth_strengths(group, parameters, sample, body);
-  }
+  const std::vector<double> spacing =
+      differs ? local_spacings(group, body.subdomain(), body.operators()) : std::vector<double>();
   const double exponent = parameters.fracture.exponent;
   return field_of(span_of(body.subdomain()), differs, [&](std::size_t t, std::size_t m) {
     if (given[m] > 0) return given[m];

@@ -85,8 +85,9 @@ struct Sample {
 
   std::unique_ptr<fracture::Criterion> criterion(double step) const {
     const auto strengths = fracture::tetrahedron_strengths(self, parameters, 0, body);
+    const auto growth = fracture::growth_strengths(self, parameters, 0, body);
     return fracture::make_criterion(parameters, strengths, step,
-                                    fracture::impulses(self, parameters, 0, body, strengths));
+                                    fracture::impulses(self, parameters, body, strengths, growth));
   }
   dynamics::MotionContext context(fracture::Criterion& criterion, double screening_share) {
     return {&self, &body, &loads, &criterion, screening_share};

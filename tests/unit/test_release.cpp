@@ -116,7 +116,8 @@ TEST(Impulse, IsInertUnlessGiven) {
   const double spacing = 1e-3 * std::cbrt(std::sqrt(2.0));
   const auto impulse_of = [&](const input::Parameters& parameters) {
     const BreakableBody body(subdomain, parameters.material());
-    return impulses(self, parameters, 0, body, tetrahedron_strengths(self, parameters, 0, body))[0];
+    return impulses(self, parameters, body, tetrahedron_strengths(self, parameters, 0, body),
+                    growth_strengths(self, parameters, 0, body))[0];
   };
   auto parameters = tough_epoxy();
   const double usual = 0.7 * mechanics::rayleigh_speed(parameters.material());

@@ -100,9 +100,10 @@ private:
 /// The vicinity for an intact body, or none if the input does not distinguish nucleation and growth: if it
 /// gives a toughness alone, softening, or a strength alone that holds for the own stress.
 /// Collective; equal for any number of ranks.
+/// @param growth growth_strengths()
 std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator& group,
-                                                   const input::Parameters& parameters, std::uint64_t sample,
-                                                   const BreakableBody& body, Criterion& criterion,
-                                                   StressAverage* average);
+                                                   const input::Parameters& parameters,
+                                                   const BreakableBody& body, std::vector<double> growth,
+                                                   Criterion& criterion, StressAverage* average);
 
 }  // namespace crackle::fracture

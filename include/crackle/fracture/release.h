@@ -44,13 +44,14 @@ void refuse_short_releases(const parallel::Communicator& group, const geometry::
 
 /// K_f of each local tetrahedron [Pa^beta s]: the input's or (inert_overload sigma_0)^beta h / v_r, with the
 /// usual v_r where there is none. Collective; bitwise equal for any number of ranks.
-/// @param strengths sigma_0 of each local tetrahedron [Pa]; at cracks, growth_strengths() apply if there are
-///   any
+/// @param strengths sigma_0 of each local tetrahedron [Pa]
+/// @param growth growth_strengths(), which apply where there are any
 mechanics::TetrahedronField<double> impulses(const parallel::Communicator& group,
-                                             const input::Parameters& parameters, std::uint64_t sample,
-                                             const BreakableBody& body, std::span<const double> strengths);
+                                             const input::Parameters& parameters, const BreakableBody& body,
+                                             std::span<const double> strengths,
+                                             std::span<const double> growth);
 
-/// What a steady crack dissipates, relative to what a slow one takes: Gamma / G, within 8 % of strips with
+/// The dissipation of a steady crack, relative to that of a slow one: Gamma / G, within 8 % of strips with
 /// v_r = 200 to 1600 m/s in PMMA at 0.2 to 0.6 c_R (jobs/method.md).
 /// @param speed of the crack, below the Rayleigh speed [m/s]
 double dissipation_ratio(double speed, double release_speed, double rayleigh_speed);
