@@ -47,6 +47,24 @@ Key name_key(Access<std::string> access, Requirement requirement, const std::str
   return key;
 }
 
+Key pair_key(Access<std::array<std::string, 2>> access, const std::string& form, const std::string& element,
+             std::string help) {
+  return {"between",
+          "two names",
+          required(),
+          form,
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto names = read_elements(source, 2, form);
+            for (std::size_t k = 0; names && k < 2; ++k)
+              if (const auto name = read_text((*names)[k], element)) access(parameters, i)[k] = *name;
+          },
+          [=](Parameters& parameters, std::size_t i) {
+            const auto& [one, other] = access(parameters, i);
+            return bracketed({one, other});
+          }};
+}
+
 std::array<bool, 3> read_axes(const Source& source) {
   std::array<bool, 3> axes{};
   const auto elements = read_elements(source, 0, distinct_axes);

@@ -104,21 +104,9 @@ Table stiffness_variation_table() {
 
 Key between_key() {
   const std::string form = "the names of two materials, such as [\"glass\", \"epoxy\"]";
-  return {"between",
-          "two names",
-          required(),
-          form,
-          "the materials that meet",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto names = read_elements(source, 2, form);
-            for (std::size_t k = 0; names && k < 2; ++k)
-              if (const auto name = read_text((*names)[k], "the name of a material"))
-                parameters.interfaces.at(i).between[k] = *name;
-          },
-          [](Parameters& parameters, std::size_t i) {
-            const auto& [a, b] = parameters.interfaces.at(i).between;
-            return bracketed({a, b});
-          }};
+  return pair_key(
+      [](Parameters & parameters, std::size_t i) -> auto& { return parameters.interfaces.at(i).between; },
+      form, "the name of a material", "the materials that meet");
 }
 
 Table interface_table() {

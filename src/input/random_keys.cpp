@@ -443,21 +443,9 @@ Table correlation_table() {
   const auto at = [](Parameters& parameters, std::size_t i) -> RankCorrelation& {
     return parameters.correlations.at(i);
   };
-  Key between{"between",
-              "two names",
-              required(),
-              form,
-              "the first key of each [[random]]; others are independent",
-              [=](const Source& source, Parameters& parameters, std::size_t i) {
-                const auto names = read_elements(source, 2, form);
-                for (const std::size_t k : {0, 1})
-                  if (names)
-                    at(parameters, i).between[k] = read_text((*names)[k], form).value_or(std::string());
-              },
-              [=](Parameters& parameters, std::size_t i) {
-                const auto& [one, other] = at(parameters, i).between;
-                return bracketed({one, other});
-              }};
+  Key between = pair_key(
+      [=](Parameters & parameters, std::size_t i) -> auto& { return at(parameters, i).between; }, form, form,
+      "the first key of each [[random]]; others are independent");
   Key rank = number_key(
       "rank", [=](Parameters & parameters, std::size_t i) -> auto& { return at(parameters, i).rank; },
       {-1, 1, true, true}, required(), "Spearman's rank correlation, by a Gaussian copula");

@@ -86,6 +86,11 @@ Key text_key(std::string name, Access<std::string> access, Requirement requireme
 /// One that may name a group in a file.
 Key name_key(Access<std::string> access, Requirement requirement, const std::string& example,
              std::string help);
+
+/// `between`, the names of two things.
+/// @param form of both, @param element of one
+Key pair_key(Access<std::array<std::string, 2>> access, const std::string& form, const std::string& element,
+             std::string help);
 /// An energy per area; the error for a stress intensity refers to its key.
 Key toughness_key(const Access<double>& access, Requirement requirement, std::string help);
 /// The Tuler-Butcher impulse, whose dimension depends on the exponent.
