@@ -110,8 +110,8 @@ def _inline(value: object) -> str:
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{key} = {_inline(inner)}' for key, inner in value.items())} }}"
     if isinstance(value, list):
-        shown = map(_inline, value if len(value) <= MOST_SHOWN else value[:2])
-        return f"[{', '.join(shown)}{'' if len(value) <= MOST_SHOWN else ', ...'}]"
+        shown = [*map(_inline, value)] if len(value) <= MOST_SHOWN else [*map(_inline, value[:2]), "..."]
+        return f"[{', '.join(shown)}]"
     return json.dumps(value)
 
 

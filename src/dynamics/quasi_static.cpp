@@ -97,7 +97,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
   group.enter("static solve");
   solve_unit_problems({});
   group.enter("quasi-static loading");
-  carried_share_ = std::make_unique<const StiffnessRatio>(group, body, loads, unit_);
+  stiffness_ratio_ = std::make_unique<const StiffnessRatio>(group, body, loads, unit_);
   combine();
 }
 
@@ -213,7 +213,7 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   const bool is_known = std::ranges::none_of(displacement_.owned(), [](double u) { return std::isnan(u); });
   parallel::check_peers(*group_);
   if (parallel::any_of_all(*group_, !is_known)) return false;
-  const double share = carried_share_->at(time_, unit_);
+  const double share = stiffness_ratio_->at(time_, unit_);
   if (share < least_share || (share < weak_share && is_far(displacement_))) return true;
   // Without an equilibrium, hinges keep the body together but allow it to move.
   return !is_equilibrium && !loads_are_supported_by_faces(*group_, *body_, *loads_);
@@ -463,7 +463,7 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
     const double last_time = time_;
     time_ = next.number < 0 ? kink : time_ + next.value;
     combine();
-    if (n_events_ > 0 && is_far(displacement_) && carried_share_->at(time_, unit_) < weak_share) {
+    if (n_events_ > 0 && is_far(displacement_) && stiffness_ratio_->at(time_, unit_) < weak_share) {
       time_ = last_time;
       combine();
       return QuasiStaticEnd::separated;

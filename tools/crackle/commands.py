@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
-import math
 import sys
 from pathlib import Path
+from typing import Any
 
 from .experiments import ExperimentsError
 from .files import ResultsError
+from .text import json_text
 
 
 def main() -> int:
@@ -53,7 +53,7 @@ def main() -> int:
 def _compare(arguments: argparse.Namespace) -> str:
     from .comparison import compare
     found = compare(*arguments.folders, confidence=arguments.confidence)
-    return found.json if arguments.json else str(found)
+    return _printed(found, arguments)
 
 
 def _calibrate(arguments: argparse.Namespace) -> str:
@@ -64,7 +64,7 @@ def _calibrate(arguments: argparse.Namespace) -> str:
     if arguments.output:
         _refuse_existing(arguments.output)
         arguments.output.write_text(found.tables)
-    return found.json if arguments.json else str(found)
+    return _printed(found, arguments)
 
 
 def _match(arguments: argparse.Namespace) -> str:
@@ -72,14 +72,14 @@ def _match(arguments: argparse.Namespace) -> str:
     from .observations import observed_samples
     if arguments.held_out is None:
         found = matching.match(arguments.folder, arguments.experiments)
-        return found.json if arguments.json else str(found)
+        return _printed(found, arguments)
     samples = observed_samples(arguments.folder, True)
     if arguments.held_out != "each":
         found = matching.match_with(*matching.hold_out(samples, int(arguments.held_out)))
-        return found.json if arguments.json else str(found)
+        return _printed(found, arguments)
     rows = matching.p_values_of(observed_samples(arguments.of, True) if arguments.of else samples, samples)
     if arguments.json:
-        return json.dumps([{"sample": number, "p_value": None if math.isnan(p) else p} for number, p in rows.items()], indent=1) + "\n"
+        return json_text([{"sample": number, "p_value": p} for number, p in rows.items()])
     return match_text.held_out_text(rows, str(arguments.of or ""))
 
 
@@ -96,6 +96,10 @@ def _init(arguments: argparse.Namespace) -> str:
         raise ResultsError(f"'{file}' cannot be written: {error.strerror}") from error
     return (f"{file}: a made-up experiment, to be replaced by yours; to set another key, take away the # before it\n"
             f"crackle match {folder} {file}\n")
+
+
+def _printed(found: Any, arguments: argparse.Namespace) -> str:
+    return found.json if arguments.json else str(found)
 
 
 def _refuse_existing(file: Path | None) -> None:

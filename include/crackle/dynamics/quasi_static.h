@@ -180,7 +180,7 @@ private:
   std::vector<parallel::NodeField> unit_;          // for each force pattern, then for each driven motion
   std::vector<parallel::NodeField> initial_unit_;  // for each part of the initial strain
   std::vector<std::uint8_t> is_solved_;            // of these, with the current stiffness
-  std::unique_ptr<const StiffnessRatio> carried_share_;
+  std::unique_ptr<const StiffnessRatio> stiffness_ratio_;
   parallel::NodeField displacement_;                 // equilibrium at time_
   mutable std::vector<mechanics::Symmetric> means_;  // stresses around nodes there; empty: not computed yet
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
