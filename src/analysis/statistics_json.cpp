@@ -130,7 +130,7 @@ std::vector<std::string> settings_of_bodies(const input::Parameters& parameters)
   return settings;
 }
 
-/// What the samples are independent of each other by, and the settings that make the bodies.
+/// The grounds on which samples are independent, and the settings that make the bodies.
 Json sampling_of(const input::Parameters& parameters) {
   const input::Ensemble& ensemble = parameters.ensemble;
   return {{"seed", ensemble.seed},

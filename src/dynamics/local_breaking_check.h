@@ -28,7 +28,7 @@ public:
 
 private:
   static constexpr std::size_t n_times = 3;
-  /// Of a tetrahedron: now, a step before, two steps before [Pa].
+  /// A tetrahedron's stress now, a step before, two steps before [Pa].
   using Course = std::array<double, n_times>;
   /// The largest means of a tetrahedron around the corners that one rank owns.
   struct Claim {

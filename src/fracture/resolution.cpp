@@ -47,7 +47,7 @@ std::string uneven_toughness_text(const input::Parameters& parameters, const geo
       range->least, range->greatest);
 }
 
-/// What a material with this toughness holds without a crack, roughly [Pa]: of glasses, ceramics and polymers
+/// Rough strength of a material with this toughness without a crack [Pa]: of glasses, ceramics and polymers
 /// flaws of some 0.2 mm decide, of hard steels a share of Young's modulus.
 double usual_strength(const input::Material& material, double toughness) {
   constexpr double flaw = 2e-4;       // K_Ic^2 / strength^2 [m]

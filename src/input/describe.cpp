@@ -16,7 +16,7 @@ namespace crackle::input {
 
 namespace {
 
-/// What a key affects in this input.
+/// The effect of a key in this input.
 Affects affects_in(const Parameters& parameters, const Key& key, std::size_t i) {
   const bool has_layers =
       !parameters.random.empty() && parameters.ensemble.plan == SamplingPlan::latin_hypercube;

@@ -412,7 +412,7 @@ Table sections_table() {
 const std::vector<Table>& schema() {
   static const std::vector<Table> tables = [] {
     std::vector<Table> all;
-    // What their keys affect that do not say it themselves.
+    // The effect of those of their keys that state none.
     const auto add = [&](Affects affects, std::vector<Table> some) {
       for (Table& table : some) {
         for (Key& key : table.keys)

@@ -105,7 +105,7 @@ std::string format_value(const RandomInput& random, double value);
 /// @throws std::runtime_error when the text is not such a value
 double read_value(const std::string& text, const std::string& si_unit);
 
-/// What a key of the input changes.
+/// The effect of a key of the input.
 enum class Affects {
   run,        ///< how samples are computed and how many, but none of them
   layers,     ///< the draws if they are in the layers of a Latin hypercube, otherwise the run
@@ -120,7 +120,7 @@ enum class Affects {
   reading     ///< what is read off what is stored
 };
 
-/// What the key at a path such as "boundary[1].rate[2]" changes. @pre the schema has it
+/// The effect of the key at a path such as "boundary[1].rate[2]". @pre the schema has it
 Affects affects(const std::string& path);
 
 /// The resolved input, one "key = value unit" line for each key, including defaults.
