@@ -6,28 +6,10 @@ import math
 from typing import Any, Callable, Iterator, Optional, Sequence
 
 from .rank_tests import LEVEL, ROUNDING, least_p_value
-from .text import aligned, count, percent, readable
-from .text import probability as shown_probability
-from .text import quantity as shown_quantity
+from .text import aligned, count, named, percent, probability, quantity, readable
 
-MOST_NAMED = 20  # samples in a sentence; more are counted
 ENOUGH = 0.8  # power below which a test that finds nothing cannot tell
 Document = dict[str, Any]
-
-
-def quantity(value: Optional[float], unit: str, largest: Optional[float] = None, digits: int = 3) -> str:
-    """In the unit that suits the largest of those beside it; "-" for none."""
-    if value is None or unit == "1":
-        return "-" if value is None else f"{value:.2f}"
-    return shown_quantity(value, unit, digits, largest)
-
-
-def probability(p: Optional[float]) -> str:
-    return "-" if p is None else shown_probability(p)
-
-
-def named(numbers: Sequence[int], what: str) -> str:
-    return f"{len(numbers)} {what} ({', '.join(map(str, numbers[:MOST_NAMED]))}{', ...' if len(numbers) > MOST_NAMED else ''})"
 
 
 def text(document: Document) -> str:
@@ -52,23 +34,29 @@ def _table(document: Document) -> str:
     for one in document["experiments"]:
         name = one["name"]
         for by_name, by in one["by"].items():
-            largest = max((abs(by[key]) for key in ("mean_distance", "usual_distance", "offset") if by[key] is not None), default=None)
             rows.append([name, readable(by_name), *(probability(by.get(key)) for key in ("p_value", "p_value_of_mean", "p_value_of_neighbours")),
-                         *(quantity(by[key], by["unit"], largest) for key in ("mean_distance", "usual_distance", "offset", "standard_deviation")),
-                         ", ".join(f"{each['sample']} ({quantity(each['distance'], by['unit'], by['mean_distance'])})" for each in by["nearest"])])
+                         *quantities_of(by)])
             name = ""
     return "\n" + aligned(rows, 2, True) if len(rows) > 1 else ""
 
 
+def quantities_of(by: Document) -> list[str]:
+    """Distance, usual distance, offset and its standard deviation, all in one unit, and the nearest samples."""
+    sizes = [by.get(key) for key in ("mean_distance", "usual_distance", "offset", "standard_deviation")]
+    largest = max((abs(size) for size in sizes[:3] if size is not None), default=None)
+    return [*(quantity(size, by["unit"], 3, largest) for size in sizes),
+            ", ".join(f"{each['sample']} ({quantity(each['distance'], by['unit'], 3, by.get('mean_distance'))})" for each in by["nearest"])]
+
+
 def _place(point: Sequence[float]) -> str:
-    return f"({', '.join(quantity(value, 'm', digits=4) for value in point)})"
+    return f"({', '.join(quantity(value, 'm') for value in point)})"
 
 
 def _departures(path: Document) -> str:
     axis = "y" if path["is_along_y"] else "z"
     return "; ".join(f"from {_place(part['from'])} to {_place(part['to'])}, " + (
         "where it has ended" if part["is_missing"] else "where none of them goes on" if part["beyond"] is None else
-        f"by up to {quantity(part['beyond'], 'm')} in {axis}") for part in path["departures"])
+        f"by up to {quantity(part['beyond'], 'm', 3)} in {axis}") for part in path["departures"])
 
 
 def way_text(way: Document) -> str:
@@ -84,7 +72,7 @@ def way_text(way: Document) -> str:
 def path_text(one: Document) -> str:
     """Whether its path lies in the band of the samples that took its way."""
     path, n = one["path"], len(one["path"]["samples"])
-    far = f"{quantity(path['farthest']['distance'], 'm')} from the nearest, sample {path['farthest']['sample']}, at its farthest"
+    far = f"{quantity(path['farthest']['distance'], 'm', 3)} from the nearest, sample {path['farthest']['sample']}, at its farthest"
     if one["way"]["n_samples"] == 0:
         return f"it lies outside the samples, {far}"
     whose = f"the band of {count(n, 'sample')}"
@@ -119,7 +107,7 @@ def _remarks(document: Document) -> Iterator[str]:
                 yield f"Left out by {readable(name)}, which they lack: {named(by['left_out'], 'sample' if len(by['left_out']) == 1 else 'samples')}.\n"
             if by["limit"] is not None and (name, "limit") not in told:
                 told.append((name, "limit"))
-                yield (f"By {readable(name)} all count up to {quantity(by['limit'], 'N', digits=4)}, the least that something bore without breaking: "
+                yield (f"By {readable(name)} all count up to {quantity(by['limit'], 'N')}, the least that something bore without breaking: "
                        "no test sees what lies above.\n")
 
 
@@ -137,15 +125,19 @@ def _times(value: float) -> str:
 
 def _shift(by: Document) -> Callable[[float], str]:
     largest = max((abs(value) for value in by["shift"].values() if value is not None and not math.isnan(value)), default=None)
-    return lambda value: quantity(value, by["unit"], largest)
+    return lambda value: quantity(value, by["unit"], 3, largest)
+
+
+def interval_cells(by: Document) -> list[str]:
+    """Of the shift and of the ratio of scatters."""
+    return [_interval(by["shift"], _shift(by)), _interval(by["scatter_ratio"], _times)] if "shift" in by else ["-", "-"]
 
 
 def _set(found: Document) -> Iterator[str]:
     rows = [["together by", "experiments", "p", "of energy", "of depth", "shift", "scatter, ratio"]]
     for name, by in found["by"].items():
-        has_moments = "shift" in by
         rows.append([readable(name), str(by["n_experiments"]), *(probability(by[key]) for key in ("p_value", "energy_p_value", "depth_p_value")),
-                     _interval(by["shift"], _shift(by)) if has_moments else "-", _interval(by["scatter_ratio"], _times) if has_moments else "-"])
+                     *interval_cells(by)])
     if found["by"]:
         yield aligned(rows, 2, True)
     for one in found["left_out"]:
@@ -179,12 +171,12 @@ def power_text(by: Document) -> str:
 
 def weibull_text(fit: Document) -> str:
     sizes = [f"Weibull's modulus {_interval(fit['modulus'], lambda value: f'{value:.3g}')}",
-             f"scale {_interval(fit['scale'], lambda value: quantity(value, 'N'))}"]
+             f"scale {_interval(fit['scale'], lambda value: quantity(value, 'N', 3))}"]
     counts = f"{fit['n_broken']} broken" + (f", {fit['n_run_out']} not" if fit["n_run_out"] else "")
     more = fit["with_threshold"]
     if more:
-        sizes.append(f"with a threshold of {_interval(more['threshold'], lambda value: quantity(value, 'N'))} (p = {probability(more['p_value'])} of none): "
-                     f"modulus {more['modulus']:.3g}, scale {quantity(more['scale'], 'N')}")
+        sizes.append(f"with a threshold of {_interval(more['threshold'], lambda value: quantity(value, 'N', 3))} (p = {probability(more['p_value'])} of none): "
+                     f"modulus {more['modulus']:.3g}, scale {quantity(more['scale'], 'N', 3)}")
     return f"{', '.join(sizes)} ({counts})"
 
 
