@@ -282,7 +282,7 @@ class Matches(unittest.TestCase):
         self.assertGreater(one["path"]["beyond"], one["path"]["most_beyond"])
         self.assertEqual(one["path"]["band_p_value"], 1 / 40)
         text = str(matching.match_with([kinked], made.samples))
-        self.assertRegex(text, r"kinked: its path leaves the band of 39 samples from .* in z; none of these samples leave .*: outside")
+        self.assertRegex(text, r"kinked: its path leaves the band of 39 samples from .* towards (larger|smaller) z; none of these samples leave .*: outside")
         # The band is that of the samples alone, so that an experiment cannot widen it.
         low, high = (np.array(one["path"][name], float) for name in ("band_lower", "band_upper"))
         of_samples = np.array(one["path"]["sample_offsets"], float)

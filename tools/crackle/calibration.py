@@ -16,7 +16,7 @@ from .inference import wilson
 from .observations import Observable, check_places, is_same_load, needs_arms, observe, observed_samples
 from .path_frame import PathFrame
 from .posterior import FULL, PART, SMALL, Block, Likelihood, Observed, Points, Terms, observed, random_numbers, sample
-from .text import aligned, count, json_text, named, percent, plain, probability, quantity, readable
+from .text import aligned, count, json_text, named, p_is, percent, plain, probability, quantity, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -374,8 +374,9 @@ class Calibration:
             likelihood = Likelihood(self.emulator.refitted(self.emulator.values, columns), self.data.seen.only(columns, own), self.terms)
             points = sample(likelihood, likelihood.n_variables, PART, random_numbers(5, number))
             return Information(points.bits, self._spreads(points))
-        return [Contribution(block.name, of([block], 2 * k), of([other for other in blocks if other is not block], 2 * k + 1) if len(blocks) > 1 else None)
-                for k, block in enumerate(blocks)]
+        if len(blocks) == 1:
+            return [Contribution(blocks[0].name, Information(self.points.bits, self.posterior), None)]
+        return [Contribution(block.name, of([block], 2 * k), of([other for other in blocks if other is not block], 2 * k + 1)) for k, block in enumerate(blocks)]
 
     def _check(self) -> None:
         data, seen = self.data, self.data.seen
@@ -424,7 +425,7 @@ class Calibration:
         warnings = []
         for one in self.contradictions:
             if one.p_value <= SIGNIFICANT / len(self.contradictions) and not self.terms.between_specimens:
-                warnings.append(f"the experiments contradict each other: {_scatter(one)}; the posterior is too narrow, leave out --equal-specimens")
+                warnings.append(f"the experiments contradict each other: in {_scatter(one)}; the posterior is too narrow, leave out --equal-specimens")
         for key, share in ((edge["key"], edge["share_below"]) for edge in self.edges):
             warnings.append(f"{key} lies at the {'upper' if share > 0.5 else 'lower'} edge of its prior ({percent(max(share, 1 - share))} of that on one side): widen it")
         for one in self.modes:
@@ -450,7 +451,7 @@ class Calibration:
         return warnings
 
     def _remarks(self) -> list[str]:
-        notes = [f"specimens differ: {_scatter(one)}; this is allowed for" for one in self.contradictions
+        notes = [f"specimens differ by more than meshes and reading: in {_scatter(one)}; this is allowed for" for one in self.contradictions
                  if one.p_value <= SIGNIFICANT / len(self.contradictions) and self.terms.between_specimens]
         notes += [f"the scatter of {one['quantity']} between meshes depends on the inputs (p = {one['even_scatter_p_value']:.2g}): it is taken as an exponential function of them"
                   for one, slopes in zip(self.components, self.emulator.slopes) if slopes.any()]
@@ -525,7 +526,7 @@ class Calibration:
     def __str__(self) -> str:
         lines = [self._used()] + [f"warning: {one}\n" for one in self.warnings] + [f"note: {one}\n" for one in self.notes]
         level = f"{100 * LEVEL:.4g} %"
-        rows = [["input", "prior", level, "posterior", level, "deviation, of the prior's"]]
+        rows = [["input", "prior", level, "posterior", level, "deviation, posterior over prior"]]
         for random, prior, posterior, ratio in zip(self.data.inputs.random, self.prior, self.posterior, self.ratios):
             rows.append([random["key"], *_mean_and_range(prior, random["unit"]), *_mean_and_range(posterior, random["unit"]), f"{ratio:.2f}"])
         lines += ["\n", aligned(rows, 2, True)]
@@ -535,7 +536,7 @@ class Calibration:
         rows = [["from", "bits", "deviations", "without: bits", "deviations"]]
         for each in self.contributions:
             rows.append([readable(each.quantity), *self._bits(each.alone), *self._bits(each.without)])
-        lines += ["\n", aligned(rows, 2, True), f"All together {self.points.bits:.2f} bits. Deviations of the inputs, of the prior's, in their order.\n"]
+        lines += ["\n", aligned(rows, 2, True), f"All together {self.points.bits:.1f} bits{', those on the scales included' if self.scales else ''}. Deviations: of the inputs in their order, posterior over prior.\n"]
         rows = [["prediction", "observed", "mean", level, "below the observed"]]
         for one in self.predictions:
             rows.append([readable(one.name), quantity(one.observed, one.unit, 4, _size(one.predicted)), *_mean_and_range(one.predicted, one.unit), percent(one.place)])
@@ -547,18 +548,18 @@ class Calibration:
         rows += [[readable(one["quantity"]), str(one["degree"]), percent(one["predicted"]), percent(one["mesh"]), probability(one["lack_of_fit_p_value"]),
                   probability(one["even_scatter_p_value"])] for one in self.components]
         lines += [aligned(rows, 2, True), "Shares of the variance; that of the meshes is known with replicates only.\n"]
-        lines += [f"Scatter of the experiments in {_scatter(one)}.\n" for one in self.contradictions]
+        lines += [f"In {_scatter(one)}.\n" for one in self.contradictions]
         if not np.isnan(self.distance):
-            lines.append(f"Observations and model: {self.distance:.2f} standard deviations apart at least, in {count(self.emulator.n, 'number')}; p: {probability(self.distance_p)} "
-                         f"({self.least_p:.2g} at least), ranked among left-out draws.\n")
+            lines.append(f"Observations and model: {self.distance:.2f} standard deviations apart at least, in {count(self.emulator.n, 'number')}; {p_is(self.distance_p)} "
+                         f"({self.least_p:.2g} at least), ranked among left-out draws. A small p says that no inputs explain them, a large one little.\n")
         if self.data.path:
-            lines.append(f"Shape of the paths beyond their components, p: {probability(self.data.path.shape_p_value)}.\n")
+            lines.append(f"Shape of the paths beyond their components: {p_is(self.data.path.shape_p_value)}.\n")
         return "".join(lines) + f"Effective size of the posterior: {self.points.effective_size:.0f} points.\n"
 
     def _bits(self, one: Optional[Information]) -> list[str]:
         if one is None:
             return ["-", "-"]
-        return [f"{one.bits:.2f}", ", ".join(f"{each.standard_deviation / prior.standard_deviation:.2f}" for each, prior in zip(one.inputs, self.prior))]
+        return [f"{one.bits:.1f}", ", ".join(f"{each.standard_deviation / prior.standard_deviation:.2f}" for each, prior in zip(one.inputs, self.prior))]
 
     def _used(self) -> str:
         about = self._about
@@ -593,8 +594,8 @@ def _mean_and_range(one: Spread, unit: str) -> list[str]:
 
 
 def _scatter(one: Contradiction) -> str:
-    return (f"{readable(one.quantity)}: {quantity(one.scatter, one.unit, 3)} over {one.n} of them, {one.ratio:.2g} times what meshes and reading explain, "
-            f"{quantity(one.explained, one.unit, 3)}; p: {probability(one.p_value)}")
+    return (f"{readable(one.quantity)} the {one.n} experiments scatter by {quantity(one.scatter, one.unit, 3)}, {one.ratio:.2g} times the "
+            f"{quantity(one.explained, one.unit, 3)} that meshes and reading explain ({p_is(one.p_value)})")
 
 
 def _contradictions(seen: Observed, emulator: Emulator, at: np.ndarray) -> list[Contradiction]:

@@ -6,7 +6,7 @@ import math
 from typing import Any, Callable, Iterator, Optional, Sequence
 
 from .rank_tests import LEVEL, ROUNDING, least_p_value
-from .text import aligned, count, named, percent, probability, quantity, readable
+from .text import aligned, count, named, p_is, percent, probability, quantity, readable
 
 ENOUGH = 0.8  # power below which a test that finds nothing cannot tell
 Document = dict[str, Any]
@@ -20,9 +20,9 @@ def text(document: Document) -> str:
              *(f"warning: {warning}\n" for warning in document["warnings"]), _table(document), *_remarks(document)]
     tests = [by for one in document["experiments"] for by in one["by"].values() if by["p_value"] is not None]
     if tests:
-        parts.append(f"p: the share of samples and experiment that lie at least as far from the others; {least_p_value(samples['used']):.2g} at "
-                     "least. It ranks the smaller of two: by the mean distance, and by that to the k-th nearest, k = "
-                     f"{tests[0]['n_neighbours']}. It is not the probability that the model is right. Usual: the samples' median distance. Offset: mean "
+        parts.append(f"p: the share of samples and experiment that are at least as unusual; {least_p_value(samples['used']):.2g} at least. Unusual: a small "
+                     "share lies as far from the others on average (p of mean), or from the k-th nearest of them (p of nearest, k = "
+                     f"{tests[0]['n_neighbours']}). p is not the probability that the model is right. Usual: the samples' median distance. Offset: mean "
                      "signed distance from the samples' mean; std: its standard deviation over samples.\n")
     if document["set"]:
         parts += ["\n", *_set(document["set"])]
@@ -56,17 +56,17 @@ def _departures(path: Document) -> str:
     axis = "y" if path["is_along_y"] else "z"
     return "; ".join(f"from {_place(part['from'])} to {_place(part['to'])}, " + (
         "where it has ended" if part["is_missing"] else "where none of them goes on" if part["beyond"] is None else
-        f"by up to {quantity(part['beyond'], 'm', 3)} in {axis}") for part in path["departures"])
+        f"by up to {quantity(abs(part['beyond']), 'm', 3)} towards {'larger' if part['beyond'] > 0 else 'smaller'} {axis}") for part in path["departures"])
 
 
-def way_text(way: Document) -> str:
-    """Which way, and how many samples took it; empty where all took the same."""
+def way_text(way: Document, p_value: Optional[float]) -> str:
+    """Which way, and how many samples took it; empty where all took the same. @param p_value by the way and what is compared within it"""
     n = sum(each["n_samples"] for each in way["ways"])
     others = ", ".join(f"{each['n_samples']} {each['name']}" for each in way["ways"] if each["name"] != way["name"])
     if not others:
         return ""
     whose = f"{way['n_samples']} of {n} samples" if way["n_samples"] else "no sample"
-    return f"it went {way['name']}, as {whose} ({others}), p = {probability(way['p_value'])}"
+    return f"it went {way['name']}, as {whose} ({others}), {p_is(way['p_value'])}" + (f"; with what is compared within it {p_is(p_value)}" if way["n_samples"] else "")
 
 
 def path_text(one: Document) -> str:
@@ -81,14 +81,14 @@ def path_text(one: Document) -> str:
     p, k = path["band_p_value"], round(path["band_p_value"] * (n + 1)) - 1
     is_outside = p <= max(LEVEL, least_p_value(n)) + ROUNDING
     verdict = (f"leaves {whose} {_departures(path)}; {'none' if k == 0 else k} of these samples {'leave' if k > 1 or k == 0 else 'leaves'} that of "
-               f"the others by as much (p = {probability(p)})")
+               f"the others by as much ({p_is(p)})")
     return f"its path {verdict}: {'outside' if is_outside else 'as samples do'}; {far}"
 
 
 def sentences(one: Document) -> list[str]:
     """What is said of an experiment, without its name and the last full stop."""
     has_path = one["path"] and not one["note"].startswith("its path does not")
-    return [sentence for sentence in (way_text(one["way"]) if one["way"] else "", path_text(one) if has_path else "", one["note"]) if sentence]
+    return [sentence for sentence in (way_text(one["way"], one["p_value"]) if one["way"] else "", path_text(one) if has_path else "", one["note"]) if sentence]
 
 
 def _remarks(document: Document) -> Iterator[str]:
@@ -145,7 +145,7 @@ def _set(found: Document) -> Iterator[str]:
     if found["ways"] and len(found["ways"]["ways"]) > 1:
         shares = "; ".join(f"{each['name']}: {count(each['n_experiments'], 'experiment')}, {count(each['n_samples'], 'sample')}"
                            for each in found["ways"]["ways"])
-        yield f"Ways: {shares}; p = {probability(found['ways']['p_value'])} of shares as different, were there no difference.\n"
+        yield f"Ways: {shares}; {p_is(found['ways']['p_value'])} of shares as different, were there no difference.\n"
     for name, by in found["by"].items():
         if by.get("advice"):
             yield f"By {readable(name)}: {by['advice']}\n"
@@ -175,9 +175,9 @@ def weibull_text(fit: Document) -> str:
     counts = f"{fit['n_broken']} broken" + (f", {fit['n_run_out']} not" if fit["n_run_out"] else "")
     more = fit["with_threshold"]
     if more:
-        sizes.append(f"with a threshold of {_interval(more['threshold'], lambda value: quantity(value, 'N', 3))} (p = {probability(more['p_value'])} of none): "
-                     f"modulus {more['modulus']:.3g}, scale {quantity(more['scale'], 'N', 3)}")
-    return f"{', '.join(sizes)} ({counts})"
+        threshold = _interval(more['threshold'], lambda value: quantity(value, 'N', 3))
+        sizes.append(f"with a threshold {threshold}, modulus {more['modulus']:.3g}, scale {quantity(more['scale'], 'N', 3)} ({p_is(more['p_value'])} were there none)")
+    return f"{counts}: {', '.join(sizes)}"
 
 
 def advice(by: Document, is_shared: bool = False) -> str:

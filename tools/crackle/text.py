@@ -35,6 +35,11 @@ def probability(p: Optional[float]) -> str:
     return "-" if p is None or math.isnan(p) else "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
+def p_is(p: Optional[float]) -> str:
+    """For sentences: "p = 0.020"."""
+    return "p " + ("= " * (not probability(p).startswith("<"))) + probability(p)
+
+
 def count(n: int, noun: str) -> str:
     return f"{n} {noun}{'' if n == 1 else 's'}"
 
