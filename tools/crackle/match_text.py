@@ -66,7 +66,12 @@ def way_text(way: Document, p_value: Optional[float]) -> str:
     if not others:
         return ""
     whose = f"{way['n_samples']} of {n} samples" if way["n_samples"] else "no sample"
-    return f"it went {way['name']}, as {whose} ({others}), {p_is(way['p_value'])}" + (f"; with what is compared within it {p_is(p_value)}" if way["n_samples"] else "")
+    if way["n_samples"]:
+        more = f"; with what is compared within it {p_is(p_value)}"
+    else:
+        alone = sum(each["n_samples"] == 1 for each in way["ways"])
+        more = f", no less as {count(alone, 'sample')} went alone, too" if alone else ""
+    return f"it went {way['name']}, as {whose} ({others}), {p_is(way['p_value'])}{more}"
 
 
 def path_text(one: Document) -> str:
@@ -217,7 +222,7 @@ def held_out_text(found: dict[int, float], of: str = "") -> str:
     for level in (0.05, 0.1, 0.25, 0.5, 0.75):
         n = sum(p <= level + ROUNDING for p in p_values)
         lines.append(f"p <= {level:<4}  {100 * n / max(1, len(p_values)):5.1f} % of them")
-    lines.append("Both ensembles would be of one distribution if these shares are near the levels." if of else
+    lines.append("Were both ensembles of one distribution, these shares would be near the levels." if of else
                  "This checks the code only: each is ranked among the same samples, whatever they are. --of OTHER takes the samples of another "
                  "ensemble, such as one of the same input with another seed.")
     return "\n".join(lines) + "\n"
