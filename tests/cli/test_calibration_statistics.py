@@ -3,10 +3,12 @@
 """Calibration: closed forms, and the promises of its intervals on made-up models."""
 from __future__ import annotations
 
+import argparse
 import sys
 import unittest
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Callable, Optional
 from unittest import mock
 
@@ -18,9 +20,12 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools")]
 
 from crackle import calibration  # noqa: E402
-from crackle.calibration import Calibration, Data, _modes  # noqa: E402
+from crackle.calibration import Calibration, Data, _modes, calibration_data, emulator_of  # noqa: E402
 from crackle.emulator import Basis, Emulator, Inputs, Values, distribution, imputed  # noqa: E402
 from crackle.files import ResultsError  # noqa: E402
+from crackle.observations import Observable  # noqa: E402
+from crackle.path_frame import N_STATIONS, PathFrame  # noqa: E402
+from crackle.sensitivities import VarianceParts, shapley_effects  # noqa: E402
 from crackle.posterior import SMALL, Block, Likelihood, Observed, Terms, observed, sample  # noqa: E402
 
 calibration.MOST_LEFT_OUT = 25  # which takes most of the time; enough for a rank of 0.04
@@ -94,6 +99,66 @@ def nonlinear() -> MadeUp:
 
 def one_load(scatter: float = 0.1, error: float = 0.02, **more: Callable) -> MadeUp:
     return MadeUp(lambda x: x[:, :1], np.array([scatter]), np.array([error]), **more)
+
+
+# Problems: each call makes an ensemble, experiments beside it and the truth, as points of the inputs' normal variables.
+
+
+def uniform_inputs(n: int) -> Inputs:
+    return Inputs([random_input(str(k), "uniform", lower=0.0, upper=1.0) for k in range(n)])
+
+
+def two_of_three(x: np.ndarray) -> np.ndarray:
+    """A load that depends on one input, less on another, hardly on the third."""
+    u = special.ndtr(x)
+    return 1.5 * u[:, :1] + 0.4 * u[:, 1:2]**2 + 0.2 * u[:, 2:3]
+
+
+def problem_of(model: MadeUp, random: np.random.Generator, n_experiments: int = 1, between: float = 0.0, least: float = 0.0) -> tuple[Data, np.ndarray]:
+    """@param least share of the prior below the truth"""
+    data = model.data(60, random, inputs=uniform_inputs(model.n_inputs))
+    truth = special.ndtri(random.uniform(least, 1, model.n_inputs))
+    read = model.results(np.tile(truth, (n_experiments, 1)), random)[1] + between * random.standard_normal((n_experiments, 1))
+    return seeing(data, read), truth
+
+
+def path_and_load(random: np.random.Generator) -> tuple[Data, np.ndarray]:
+    """Offsets [m] of a path that two inputs bend, read with an error that is correlated along it, and a load."""
+    n, inputs, along = 60, uniform_inputs(2), np.linspace(0, 1, N_STATIONS)
+    u = random.random((n + 1, 2))  # the truth first
+    modes = np.array([np.ones(N_STATIONS), along, np.sin(np.pi * along), np.sin(2 * np.pi * along), np.sin(5 * np.pi * along)])
+    offsets = 1e-3 * (np.outer(2 * u[:, 0], along**2) + np.outer(u[:, 1], along) + random.standard_normal((n + 1, 5)) * (0.1, 0.2, 0.1, 0.05, 0.02) @ modes)
+    error, length = 1e-4, 2e-3
+    place = 20e-3 * np.stack([along, 0 * along], axis=1)
+    memory = np.linalg.cholesky(np.exp(-np.abs(place[:, :1] - place[:, 0]) / length))
+    read = offsets + error * random.standard_normal(offsets.shape) @ memory.T
+    load = (300 + 60 * u[:, :1] + 30 * u[:, 1:]**2 + 5 * random.standard_normal((n + 1, 1)))
+    heard = load + 2 * random.standard_normal(load.shape)
+    frame = PathFrame(place, place, np.tile([0.0, 1.0], (N_STATIONS, 1)), False)
+    seen = [Observable("path", "m", error, [0], list(range(n)), read[:1], offsets[1:], read[1:], length, frame),
+            Observable("peak_load", "N", 2.0, [0], list(range(n)), heard[:1], load[1:], heard[1:])]
+    samples = [SimpleNamespace(number=i, inputs=tuple(one)) for i, one in enumerate(u[1:])]
+    return calibration_data(seen, samples, n, inputs, range(n)), special.ndtri(u[0])
+
+
+PROBLEMS: dict[str, tuple[Callable[[np.random.Generator], tuple[Data, np.ndarray]], Terms]] = {
+    "one load": (lambda random: problem_of(MadeUp(two_of_three, np.array([0.12]), np.array([0.03]), 3), random), Terms()),
+    "path and load": (path_and_load, Terms()),
+    "five contradicting specimens": (lambda random: problem_of(MadeUp(two_of_three, np.array([0.06]), np.zeros(1), 3), random, 5, 0.3), Terms(between_specimens=True)),
+    "an edge of the prior": (lambda random: problem_of(MadeUp(lambda x: special.ndtr(x), np.array([0.01]), np.zeros(1)), random, least=0.96), Terms())}
+
+
+def coverage_in(name: str, n_trials: int) -> np.ndarray:
+    """Of each input, the share of 90 % intervals that hold the truth: each trial has an ensemble and experiments of its own."""
+    problem, terms = PROBLEMS[name]
+    ranks = []
+    for trial in range(n_trials):
+        random = stream(50_000 + trial)
+        data, truth = problem(random)
+        likelihood = Likelihood(emulator_of(data), data.seen, terms)
+        points = sample(likelihood, likelihood.n_variables, SMALL, random)
+        ranks.append(points.weight @ (points.x[:, :truth.size] < truth))
+    return np.mean(np.abs(np.array(ranks) - 0.5) <= 0.45, axis=0)
 
 
 class ClosedForms(unittest.TestCase):
@@ -198,7 +263,32 @@ class Emulators(unittest.TestCase):
         np.testing.assert_allclose(ends, 0.1 * np.exp([-0.7, 0.7]), rtol=0.35)
 
 
+    def test_shapley_effects_of_correlated_inputs(self):
+        # Of b1 x1 + b2 x2 with correlation r: b1^2 (1 - r^2 / 2) + r b1 b2 + b2^2 r^2 / 2 (Owen and Prieur 2017, SIAM/ASA J. Uncertain. Quantif. 5, 986).
+        r, b, scatter = 0.6, np.array([1.0, 2.0]), 0.5
+        inputs = Inputs([random_input(str(k), mean=0.0, standard_deviation=1.0) for k in range(2)], [[1, r], [r, 1]])
+        random = stream(21)
+        draws = inputs.values(random.standard_normal((200, 2)))
+        emulator = Emulator(Basis(inputs, draws), Values(np.arange(200), (draws @ b + scatter * random.standard_normal(200))[:, None]))
+        found = shapley_effects(emulator, VarianceParts(emulator.basis))
+        total = b @ b + 2 * r * b[0] * b[1] + scatter**2
+        exact = np.array([own**2 * (1 - r**2 / 2) + r * b[0] * b[1] + other**2 * r**2 / 2 for own, other in (b, b[::-1])]) / total
+        print(f"Shapley effects {found[0].round(3)} ({found[1].round(3)} to {found[2].round(3)}), exact {exact.round(3)}")
+        np.testing.assert_allclose(found[0], exact, atol=0.05)
+        self.assertTrue(((found[1] < exact) & (exact < found[2])).all())
+        np.testing.assert_allclose(found[0].sum(), 1 - scatter**2 / total, atol=0.03)
+
+
 class Promises(unittest.TestCase):
+    def test_intervals_cover_in_four_problems(self):
+        """With --coverage 100 the table of the full study."""
+        n = 25
+        for name in PROBLEMS:
+            found = coverage_in(name, n)
+            print(f"{name}: 90 % intervals cover {' '.join(f'{share:.2f}' for share in found)} of {n}")
+            half = 3 * np.sqrt(0.09 / (n * found.size))
+            self.assertTrue(abs(found.mean() - 0.9) <= half, f"{name}: {found.mean():.3f}")
+
     def test_intervals_cover_simulated_experiments(self):
         model = nonlinear()
         data = model.data(30, stream(7))
@@ -302,4 +392,12 @@ def _truncated_mean(bound: float, deviation: float, scatter: float) -> float:
 
 
 if __name__ == "__main__":
-    unittest.main()
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--coverage", type=int, metavar="N", help="measures the coverage of 90 %% intervals in N trials of each problem")
+    options, rest = parser.parse_known_args()
+    if options.coverage:
+        for problem in PROBLEMS:
+            shares = coverage_in(problem, options.coverage)
+            print(f"{problem:30}", "  ".join(f"{share:.3f}" for share in shares), f"  all {shares.mean():.3f}", flush=True)
+    else:
+        unittest.main(argv=[sys.argv[0], *rest])

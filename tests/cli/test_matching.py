@@ -4,6 +4,7 @@
 what p-values and powers promise."""
 from __future__ import annotations
 
+import io
 import sys
 import tempfile
 import unittest
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any, Callable, Optional
 
 import numpy as np
+from PIL import Image
 from scipy import stats
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -26,6 +28,12 @@ from crackle.observations import (Arm, ObservedSample, ObservedSamples, Start, S
                                   crack_start_of, observe)
 
 NAN, MM = np.nan, 1e-3
+
+
+def picture(width: int, height: int, kind: str = "PNG") -> bytes:
+    file = io.BytesIO()
+    Image.new("L", (width, height)).save(file, kind)
+    return file.getvalue()
 
 
 def column(*values: float) -> np.ndarray:
@@ -92,11 +100,6 @@ class Statistics(unittest.TestCase):
         self.assertEqual((ended.n_columns, ended.n_samples), (1, 3), "an experiment ended before")
         self.assertEqual(tests.scatter(np.array([[0, 0], [2, 1.0]]), np.array([[1, 1], [2, 2], [3, NAN]]), 0).n_columns, 1, "a third did")
 
-    def test_welch(self):
-        a, b = np.random.default_rng(1).normal(size=9), np.random.default_rng(2).normal(2, 3, size=5)
-        found, known = tests.welch(a, b, 0.95), stats.ttest_ind(b, a, equal_var=False)
-        half = stats.t.ppf(0.975, (a.var(ddof=1) / 9 + b.var(ddof=1) / 5) ** 2 / ((a.var(ddof=1) / 9) ** 2 / 8 + (b.var(ddof=1) / 5) ** 2 / 4))
-        self.assertAlmostEqual(found.value / (found.upper - found.value), known.statistic / half)
 
 
 def curves(random: np.random.Generator, n: int, scale: float = 1, shift: float = 0) -> np.ndarray:
@@ -142,7 +145,7 @@ class Promises(unittest.TestCase):
         random, covered = np.random.default_rng(3), np.zeros(2)
         for _ in range(self.N):
             found = tests.scatter(curves(random, 6, 1.5, 0.4) + random.normal(0, 0.5, (6, 12)), curves(random, 60), 0.5, 0.9)
-            covered += [found.ratio.holds(1.5), found.shift.holds(0.4)]
+            covered += [one.lower <= truth <= one.upper for one, truth in ((found.ratio, 1.5), (found.shift, 0.4))]
         np.testing.assert_allclose(covered / self.N, 0.9, atol=0.065)
 
 
@@ -279,7 +282,7 @@ class Matches(unittest.TestCase):
         self.assertGreater(one["path"]["beyond"], one["path"]["most_beyond"])
         self.assertEqual(one["path"]["band_p_value"], 1 / 40)
         text = str(matching.match_with([kinked], made.samples))
-        self.assertRegex(text, r"kinked: its path leaves the band of 39 samples from .* in z; none of these samples leave .*: outside")
+        self.assertRegex(text, r"kinked: its path leaves the band of 39 samples from .* towards (larger|smaller) z; none of these samples leave .*: outside")
         # The band is that of the samples alone, so that an experiment cannot widen it.
         low, high = (np.array(one["path"][name], float) for name in ("band_lower", "band_upper"))
         of_samples = np.array(one["path"]["sample_offsets"], float)
@@ -554,7 +557,7 @@ class ExperimentsFile(unittest.TestCase):
             self.read(text, **files)
         return [message.replace(f"{self.folder}/", "") for message in raised.exception.messages]
 
-    PNG = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x02\x80\0\0\x01\x2c"
+    PNG = picture(640, 300)
 
     def test_has_all_that_was_observed(self):
         first, second = self.read("""
@@ -592,8 +595,7 @@ peak_load = "7 N"
 run_out = true
 """, path__csv="# a comment\ny_mm,z_mm\n1,2\n2,2\n# another\n4,2\n\n3,3\r\n5,6\n", tips__csv="time_us;y_cm;z_cm\n10;0.1;0.2\n20;0.2;0.2\n",
             curve__csv="displacement_um\tload_kN\n0\t0\n5\t0.3\n6\t0.1\n", frame__png=self.PNG,
-            # SOI, a comment with a false frame in it, SOF2.
-            frame__jpg=b"\xff\xd8\xff\xfe\x00\x06\xff\xc0\x00\x11\xff\xff\xc2\x00\x11\x08\x01\x00\x02\x01")
+            frame__jpg=picture(513, 256, "JPEG"))
         # (1, 2), reversed in y: (-1, 2); turned by 90 degrees: (-2, -1).
         np.testing.assert_allclose(first.lines[0][0], (8e-3, 19e-3))
         np.testing.assert_allclose(first.lines[1][1], (4e-3, 15e-3))
@@ -631,7 +633,7 @@ run_out = true
                 'e.toml:3: experiment[0].path: path.csv: the heading "z_kg" does not end in a unit of a length; write such as "z_mm"',
                 "e.toml:4: experiment[0].tips: tips.csv: line 2: has 2 values under 3 headings",
                 'e.toml:5: experiment[0].onset_load: "3 mm" does not have the dimension of a force; give a force such as "134 N"',
-                "e.toml:6: experiment[0].typo: unknown key; did you mean tips?",
+                "e.toml:6: experiment[0].typo: unknown key; did you mean tip?",
                 "e.toml:7: experiment[1]: nothing was observed in this experiment; give path, "), strict=True):
             self.assertTrue(message.startswith(whole), message)
 
@@ -653,10 +655,8 @@ run_out = true
 
     def test_errors_of_pictures(self):
         text = '[[experiment]]\nname = "a"\n[[experiment.picture]]\nfile = "a.png"\ntime = "0 s"\nscale = "1 mm"\norigin = [0, 0]\n'
-        for content, part in ((b"GIF89a", "is neither PNG nor JPEG"), (b"", "is neither PNG nor JPEG"), (self.PNG[:20], "ends in its header"),
-                              (self.PNG[:16] + b"\0\0\0\0" + self.PNG[20:], "has no pixels"), (b"\xff\xd8\xff\xd9", "a JPEG without a size"),
-                              (b"\xff\xd8zz", "a damaged JPEG")):
-            self.assertIn(f"experiment[0].picture[0].file: a.png: {'is ' if part.startswith('a ') else ''}{part}", self.errors(text, a__png=content)[0])
+        for content in (b"GIF89a", b"", self.PNG[:20], self.PNG[:16] + b"\0\0\0\0" + self.PNG[20:], b"\xff\xd8\xff\xd9", b"\xff\xd8zz"):
+            self.assertIn("experiment[0].picture[0].file: a.png: cannot be read as PNG or JPEG", self.errors(text, a__png=content)[0])
         for found, part in zip(self.errors('[[experiment]]\nname = "a"\n[[experiment.picture]]\nfield = "grey"\n'),
                                ("file: the key is missing", "time: the key is missing", "scale: the key is missing", "origin: the key is missing",
                                 '"grey" is not known; give "light" or "dark"'), strict=True):

@@ -24,10 +24,10 @@ import in_process  # noqa: E402
 import small_input  # noqa: E402
 from crackle.program import statistics_of  # noqa: E402
 from crackle_report import reading, sweep, tables  # noqa: E402
-from crackle_report.figures import histories, shares  # noqa: E402
+from crackle_report.figures import crack_paths, histories, shares  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.results import Result  # noqa: E402
-from synthetic_ensemble import SLOTS, write_ensemble  # noqa: E402
+from synthetic_ensemble import SLOTS, changed, write_ensemble  # noqa: E402
 from test_report import Ensembles  # noqa: E402
 
 
@@ -73,6 +73,21 @@ class Headlines(Ensembles):
         self.assertEqual(len({tuple([row[2].split()[0], row[1], *row[3:]]) for row in rows}), len(rows), rows)
         self.assertNotIn("all of notch 0", {row[0] for row in rows})
         self.assertIn("<td class=\"text\">notch 0</td>", tables.samples(ensemble))
+
+    def test_breaks_at_supports_do_not_stretch_the_panels(self):
+        write_ensemble(self.folder, 3)
+        limits = []
+        for notch in (None, -1, 0):  # of a facet at the upper end of the body
+            if notch is not None:
+                with changed(self.folder / "samples" / "0001.h5") as root:
+                    surface = root["crack_surface"]
+                    surface["corners"][0, :, 2] = 139e-3
+                    surface["crack"][0] = surface["cracks/notch"][...].tolist().index(notch)
+            section = crack_paths.typical(reading.read_ensemble(self.folder), Options())
+            limits.append(section.pictures[0].figure.axes[0].get_ylim())
+            self.assertEqual("lies outside the panels" in section.text, notch == -1)
+        self.assertEqual(limits[0], limits[1])
+        self.assertGreater(limits[2][1], 139)
 
     def test_an_outlier_does_not_stretch_the_bins(self):
         values = np.append(np.linspace(700, 780, 19), 0.2)

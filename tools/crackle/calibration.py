@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 import numpy as np
 import pandas as pd
-from scipy import special, stats
+from scipy import optimize, signal, special, stats
 
 from .emulator import Basis, Emulator, Inputs, Values, imputed
 from .files import ResultsError
@@ -16,7 +16,7 @@ from .inference import wilson
 from .observations import Observable, check_places, is_same_load, needs_arms, observe, observed_samples
 from .path_frame import PathFrame
 from .posterior import FULL, PART, SMALL, Block, Likelihood, Observed, Points, Terms, observed, random_numbers, sample
-from .text import aligned, count, json_text, percent, plain, probability, quantity, readable
+from .text import aligned, count, json_text, named, p_is, percent, plain, probability, quantity, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,7 @@ HELD_SHARE, MOST_COMPONENTS = 0.99, 5  # of the variance of paths, by so many co
 LEAST_SHARE = 0.9  # of the samples that have a column which counts
 EDGE = 0.95  # a median with this share of the prior on one side lies at its edge
 LEAST_CORRELATION = 0.1  # worth a line
-MOST_NAMED = 20
+LEAST_MODE = 0.1  # share of a posterior
 
 
 @dataclass
@@ -187,6 +187,12 @@ def calibration_data(observables: Sequence[Observable], samples: Sequence[Any], 
     return Data(inputs, draws, Values(draw, np.hstack(columns)), np.hstack(read), seen, np.hstack(bound), path, experiments, left_out, notes)
 
 
+def emulator_of(data: Data) -> Emulator:
+    basis = Basis(data.inputs, data.draws)
+    values = imputed(basis, data.values, data.is_bound) if data.is_bound is not None else data.values
+    return Emulator(basis, values).with_slopes(UNEVEN)
+
+
 # What follows
 
 
@@ -204,10 +210,12 @@ def spread(values: np.ndarray, weight: Optional[np.ndarray] = None) -> Spread:
     """@param weight sum 1"""
     weight = np.full(len(values), 1 / len(values)) if weight is None else weight
     mean = float(weight @ values)
+    return Spread(mean, float(np.sqrt(weight @ (values - mean)**2)), *_quantiles(values, weight, (1 - LEVEL) / 2, (1 + LEVEL) / 2))
+
+
+def _quantiles(values: np.ndarray, weight: np.ndarray, *shares: float) -> list[float]:
     order = np.argsort(values, kind="stable")
-    cumulated = np.cumsum(weight[order])
-    ends = (float(values[order[min(np.searchsorted(cumulated, share), len(values) - 1)]]) for share in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
-    return Spread(mean, float(np.sqrt(weight @ (values - mean)**2)), *ends)
+    return values[order[np.minimum(np.searchsorted(np.cumsum(weight[order]), shares), len(values) - 1)]].tolist()
 
 
 def spread_of(distribution: Any) -> Spread:
@@ -283,12 +291,9 @@ class Calibration:
         self.data, self.terms, self.names = data, terms, list(names)
         self._about = {"planned": len(data.values.draw), "failed": [], "undecided": [], "missing": [], "base": "own", "has_points": False, **(about or {})}
         self._require_draws(0)
-        basis = Basis(data.inputs, data.draws)
-        values = imputed(basis, data.values, data.is_bound) if data.is_bound is not None else data.values
-        self.emulator = Emulator(basis, values)
+        self.emulator = emulator_of(data)
         self._require_draws(LEAST_DEGREES - (self.emulator.degrees_of_freedom - self.emulator.n + 1))
         self.evenness = self.emulator.evenness()
-        self.emulator = self.emulator.with_slopes(UNEVEN)
         self.likelihood = Likelihood(self.emulator, data.seen, terms)
         self.points = sample(self.likelihood, self.likelihood.n_variables, FULL, random_numbers(0))
         self._add_posterior()
@@ -327,7 +332,7 @@ class Calibration:
             block = self.data.seen.blocks[k % n]
             kind = "discrepancy" if self.terms.discrepancy and k < n else "between_specimens"
             self.scales.append(Scale(block.name, block.unit, kind, spread(self.likelihood.scale(k, points.x[:, len(inputs) + k]), points.weight)))
-        medians = [_weighted_median(column, points.weight) for column in values.T]
+        medians = [_quantiles(column, points.weight, 0.5)[0] for column in values.T]
         shares = [float(one.cdf(np.array([median]))[0]) for one, median in zip(inputs.distributions, medians)]
         self.edges = [{"key": key, "share_below": share} for key, share in zip(inputs.keys, shares) if max(share, 1 - share) >= EDGE]
         sampled = values[points.resampled(2000, random_numbers(2))]
@@ -369,8 +374,9 @@ class Calibration:
             likelihood = Likelihood(self.emulator.refitted(self.emulator.values, columns), self.data.seen.only(columns, own), self.terms)
             points = sample(likelihood, likelihood.n_variables, PART, random_numbers(5, number))
             return Information(points.bits, self._spreads(points))
-        return [Contribution(block.name, of([block], 2 * k), of([other for other in blocks if other is not block], 2 * k + 1) if len(blocks) > 1 else None)
-                for k, block in enumerate(blocks)]
+        if len(blocks) == 1:
+            return [Contribution(blocks[0].name, Information(self.points.bits, self.posterior), None)]
+        return [Contribution(block.name, of([block], 2 * k), of([other for other in blocks if other is not block], 2 * k + 1)) for k, block in enumerate(blocks)]
 
     def _check(self) -> None:
         data, seen = self.data, self.data.seen
@@ -419,7 +425,7 @@ class Calibration:
         warnings = []
         for one in self.contradictions:
             if one.p_value <= SIGNIFICANT / len(self.contradictions) and not self.terms.between_specimens:
-                warnings.append(f"the experiments contradict each other: {_scatter(one)}; the posterior is too narrow, leave out --equal-specimens")
+                warnings.append(f"the experiments contradict each other: in {_scatter(one)}; the posterior is too narrow, leave out --equal-specimens")
         for key, share in ((edge["key"], edge["share_below"]) for edge in self.edges):
             warnings.append(f"{key} lies at the {'upper' if share > 0.5 else 'lower'} edge of its prior ({percent(max(share, 1 - share))} of that on one side): widen it")
         for one in self.modes:
@@ -445,7 +451,7 @@ class Calibration:
         return warnings
 
     def _remarks(self) -> list[str]:
-        notes = [f"specimens differ: {_scatter(one)}; this is allowed for" for one in self.contradictions
+        notes = [f"specimens differ by more than meshes and reading: in {_scatter(one)}; this is allowed for" for one in self.contradictions
                  if one.p_value <= SIGNIFICANT / len(self.contradictions) and self.terms.between_specimens]
         notes += [f"the scatter of {one['quantity']} between meshes depends on the inputs (p = {one['even_scatter_p_value']:.2g}): it is taken as an exponential function of them"
                   for one, slopes in zip(self.components, self.emulator.slopes) if slopes.any()]
@@ -520,7 +526,7 @@ class Calibration:
     def __str__(self) -> str:
         lines = [self._used()] + [f"warning: {one}\n" for one in self.warnings] + [f"note: {one}\n" for one in self.notes]
         level = f"{100 * LEVEL:.4g} %"
-        rows = [["input", "prior", level, "posterior", level, "deviation, of the prior's"]]
+        rows = [["input", "prior", level, "posterior", level, "deviation, posterior over prior"]]
         for random, prior, posterior, ratio in zip(self.data.inputs.random, self.prior, self.posterior, self.ratios):
             rows.append([random["key"], *_mean_and_range(prior, random["unit"]), *_mean_and_range(posterior, random["unit"]), f"{ratio:.2f}"])
         lines += ["\n", aligned(rows, 2, True)]
@@ -530,7 +536,7 @@ class Calibration:
         rows = [["from", "bits", "deviations", "without: bits", "deviations"]]
         for each in self.contributions:
             rows.append([readable(each.quantity), *self._bits(each.alone), *self._bits(each.without)])
-        lines += ["\n", aligned(rows, 2, True), f"All together {self.points.bits:.2f} bits. Deviations of the inputs, of the prior's, in their order.\n"]
+        lines += ["\n", aligned(rows, 2, True), f"All together {self.points.bits:.1f} bits{', those on the scales included' if self.scales else ''}. Deviations: of the inputs in their order, posterior over prior.\n"]
         rows = [["prediction", "observed", "mean", level, "below the observed"]]
         for one in self.predictions:
             rows.append([readable(one.name), quantity(one.observed, one.unit, 4, _size(one.predicted)), *_mean_and_range(one.predicted, one.unit), percent(one.place)])
@@ -542,24 +548,23 @@ class Calibration:
         rows += [[readable(one["quantity"]), str(one["degree"]), percent(one["predicted"]), percent(one["mesh"]), probability(one["lack_of_fit_p_value"]),
                   probability(one["even_scatter_p_value"])] for one in self.components]
         lines += [aligned(rows, 2, True), "Shares of the variance; that of the meshes is known with replicates only.\n"]
-        lines += [f"Scatter of the experiments in {_scatter(one)}.\n" for one in self.contradictions]
+        lines += [f"In {_scatter(one)}.\n" for one in self.contradictions]
         if not np.isnan(self.distance):
-            lines.append(f"Observations and model: {self.distance:.2f} standard deviations apart at least, in {count(self.emulator.n, 'number')}; p: {probability(self.distance_p)} "
-                         f"({self.least_p:.2g} at least), ranked among left-out draws.\n")
+            lines.append(f"Observations and model: {self.distance:.2f} standard deviations apart at least, in {count(self.emulator.n, 'number')}; {p_is(self.distance_p)} "
+                         f"({self.least_p:.2g} at least), ranked among left-out draws. A small p says that no inputs explain them, a large one little.\n")
         if self.data.path:
-            lines.append(f"Shape of the paths beyond their components, p: {probability(self.data.path.shape_p_value)}.\n")
+            lines.append(f"Shape of the paths beyond their components: {p_is(self.data.path.shape_p_value)}.\n")
         return "".join(lines) + f"Effective size of the posterior: {self.points.effective_size:.0f} points.\n"
 
     def _bits(self, one: Optional[Information]) -> list[str]:
         if one is None:
             return ["-", "-"]
-        return [f"{one.bits:.2f}", ", ".join(f"{each.standard_deviation / prior.standard_deviation:.2f}" for each, prior in zip(one.inputs, self.prior))]
+        return [f"{one.bits:.1f}", ", ".join(f"{each.standard_deviation / prior.standard_deviation:.2f}" for each, prior in zip(one.inputs, self.prior))]
 
     def _used(self) -> str:
         about = self._about
-        parts = [f"{len(numbers)} {what} ({', '.join(map(str, numbers[:MOST_NAMED]))}{', ...' if len(numbers) > MOST_NAMED else ''})"
-                 for numbers, what in ((about["failed"], "failed"), (about["undecided"], "undecided"), (about["missing"], "missing"),
-                                       (self.data.left_out, "without all that is compared")) if numbers]
+        parts = [named(numbers, what) for numbers, what in ((about["failed"], "failed"), (about["undecided"], "undecided"), (about["missing"], "missing"),
+                                                            (self.data.left_out, "without all that is compared")) if numbers]
         return (f"{len(self.data.values.draw)} of {about['planned']} samples, {len(self.data.draws)} draws; {count(len(self.names), 'experiment')}"
                 f"{'; left out: ' if parts else ''}{', '.join(parts)}\n")
 
@@ -589,8 +594,8 @@ def _mean_and_range(one: Spread, unit: str) -> list[str]:
 
 
 def _scatter(one: Contradiction) -> str:
-    return (f"{readable(one.quantity)}: {quantity(one.scatter, one.unit, 3)} over {one.n} of them, {one.ratio:.2g} times what meshes and reading explain, "
-            f"{quantity(one.explained, one.unit, 3)}; p: {probability(one.p_value)}")
+    return (f"{readable(one.quantity)} the {one.n} experiments scatter by {quantity(one.scatter, one.unit, 3)}, {one.ratio:.2g} times the "
+            f"{quantity(one.explained, one.unit, 3)} that meshes and reading explain ({p_is(one.p_value)})")
 
 
 def _contradictions(seen: Observed, emulator: Emulator, at: np.ndarray) -> list[Contradiction]:
@@ -616,33 +621,17 @@ def _contradictions(seen: Observed, emulator: Emulator, at: np.ndarray) -> list[
     return found
 
 
-def _weighted_median(values: np.ndarray, weight: np.ndarray) -> float:
-    order = np.argsort(values)
-    return float(values[order][min(np.searchsorted(np.cumsum(weight[order]), 0.5), len(values) - 1)])
-
-
 def _modes(values: np.ndarray) -> list[dict[str, float]]:
     """Where a kernel estimate of the density has maxima with less than half of it between them and a tenth of all on either side."""
     if np.ptp(values) <= 0:
         return []
     grid = np.linspace(values.min(), values.max(), 256)
     density = stats.gaussian_kde(values, lambda of: 0.6 * of.scotts_factor())(grid)
-    cuts: list[int] = []
-    padded = np.concatenate([[0.0], density, [0.0]])
-    peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]))
-    left = peaks[0]
-    for right in peaks[1:]:
-        low = left + int(np.argmin(density[left:right + 1]))
-        since = cuts[-1] if cuts else 0
-        is_apart = density[low] < 0.5 * min(density[left], density[right])
-        if is_apart and np.mean((values >= grid[since]) & (values < grid[low])) >= 0.1 and np.mean(values >= grid[low]) >= 0.1:
-            cuts.append(low)
-            left = right
-        elif density[right] > density[left]:
-            left = right
-    ends = [0, *cuts, 255]
-    parts = [(a, b) for a, b in zip(ends, ends[1:])]
-    return [{"at": float(grid[a + int(np.argmax(density[a:b + 1]))]), "share": float(np.mean((values >= grid[a]) & ((values < grid[b]) | (b == 255))))} for a, b in parts]
+    peaks, found = signal.find_peaks(np.pad(density, 1), prominence=0)
+    peaks = peaks[found["prominences"] > 0.5 * density[peaks - 1]] - 1
+    ends = [values.min(), *(grid[a + int(np.argmin(density[a:b + 1]))] for a, b in zip(peaks, peaks[1:])), np.inf]
+    shares = [float(np.mean((values >= a) & (values < b))) for a, b in zip(ends, ends[1:])]
+    return [{"at": float(grid[peak]), "share": share} for peak, share in zip(peaks, shares) if share >= LEAST_MODE]
 
 
 def _table(random: dict[str, Any], posterior: Spread) -> str:
@@ -656,8 +645,7 @@ def _table(random: dict[str, Any], posterior: Spread) -> str:
         found |= {"lower": min(random["values"]), "upper": max(random["values"])}
     elif kind == "weibull":
         start = of["lower"] or 0.0
-        from scipy.optimize import brentq
-        shape = brentq(lambda k: (posterior.mean - start) / posterior.standard_deviation - 1 / np.sqrt(np.expm1(special.gammaln(1 + 2 / k) - 2 * special.gammaln(1 + 1 / k))), 0.2, 1000)
+        shape = optimize.brentq(lambda k: (posterior.mean - start) / posterior.standard_deviation - 1 / np.sqrt(np.expm1(special.gammaln(1 + 2 / k) - 2 * special.gammaln(1 + 1 / k))), 0.2, 1000)
         found |= {"mean": None, "standard_deviation": None, "shape": shape, "scale": (posterior.mean - start) / special.gamma(1 + 1 / shape)}
     elif kind == "truncated":
         found |= _one_sided(posterior, of["lower"] if of["upper"] is None else of["upper"], 1 if of["upper"] is None else -1)
@@ -672,8 +660,6 @@ def _table(random: dict[str, Any], posterior: Spread) -> str:
 
 def _one_sided(posterior: Spread, bound: float, side: int) -> dict[str, float]:
     """The normal distribution that has a mean and a standard deviation when it is cut off. @param side of the mean from the bound: 1 above, -1 below"""
-    from scipy.optimize import brentq
-
     def deviation(a: float) -> float:
         hazard = np.exp(-a * a / 2) / np.sqrt(2 * np.pi) / special.ndtr(a)
         return np.sqrt(1 - hazard * (hazard + a))
@@ -681,7 +667,7 @@ def _one_sided(posterior: Spread, bound: float, side: int) -> dict[str, float]:
     def excess(a: float) -> float:
         return (a + np.exp(-a * a / 2) / np.sqrt(2 * np.pi) / special.ndtr(a)) / deviation(a) - wanted
     wanted = side * (posterior.mean - bound) / posterior.standard_deviation
-    a = brentq(excess, -10, max(10.0, 2 * wanted)) if wanted > 1.02 else -10.0
+    a = optimize.brentq(excess, -10, max(10.0, 2 * wanted)) if wanted > 1.02 else -10.0
     own = posterior.standard_deviation / deviation(a)
     return {"mean": bound + side * a * own, "standard_deviation": own}
 

@@ -31,7 +31,7 @@ def compare(*ensembles: Any, confidence: float = 0.95, program: str | Path | Non
     names = [str(getattr(one, "folder", one)) for one in ensembles]
     if len(names) < 2:
         raise ResultsError("give two ensembles or more")
-    compared = [_Ensemble(name, program) for name in names]
+    compared = [Rows(name, statistics_of(Path(name), program, sensitivities=False)) for name in names]
     return Comparisons(names, compared[0].sections, [_Comparison(compared[0], other, confidence) for other in compared[1:]])
 
 
@@ -86,11 +86,10 @@ class Comparisons:
         return axes
 
 
-class _Ensemble:
-    """The samples of an ensemble that count, from `crackle stats --json`."""
+class Rows:
+    """The samples of an ensemble that count. @param found: what `crackle stats --json` says of it"""
 
-    def __init__(self, name: str, program: str | Path | None) -> None:
-        found = statistics_of(Path(name), program, sensitivities=False)
+    def __init__(self, name: str, found: dict[str, Any]) -> None:
         if "sampling" not in found:
             raise ResultsError(f"'{name}' holds a sweep; give the folder of one of its cases, such as {Path(name) / 'case-0'}")
         if not found["n_done"]:
@@ -181,8 +180,8 @@ class _Paths:
 
 @dataclass
 class _Comparison:
-    first: _Ensemble
-    second: _Ensemble
+    first: Rows
+    second: Rows
     confidence: float
     note: str = ""
     remarks: list[str] = field(default_factory=list)

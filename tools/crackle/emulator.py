@@ -75,21 +75,12 @@ class _Values:
 
     def __init__(self, values: np.ndarray, weights: np.ndarray) -> None:
         self.values, which = np.unique(values, return_inverse=True)
-        self._sum = np.cumsum(np.bincount(which, weights)) / weights.sum()
-
-    def ppf(self, p: np.ndarray) -> np.ndarray:
-        return self.values[np.minimum(np.searchsorted(self._sum, p), self.values.size - 1)]
+        self._of = stats.rv_discrete(values=(self.values, np.bincount(which, weights) / weights.sum()))
+        self.ppf, self.mean, self.std = self._of.ppf, self._of.mean, self._of.std
 
     def cdf(self, x: np.ndarray) -> np.ndarray:
         """In the middle of each value's step."""
-        above = np.concatenate([[0.0], self._sum])
-        return (above[np.searchsorted(self.values, x, "left")] + above[np.searchsorted(self.values, x, "right")]) / 2
-
-    def mean(self) -> float:
-        return float(self.values @ np.diff(self._sum, prepend=0))
-
-    def std(self) -> float:
-        return float(np.sqrt((self.values - self.mean())**2 @ np.diff(self._sum, prepend=0)))
+        return self._of.cdf(x) - self._of.pmf(x) / 2
 
 
 class Inputs:
@@ -98,7 +89,7 @@ class Inputs:
     def __init__(self, random: Sequence[dict[str, Any]], correlation: Sequence[Sequence[float]] | None = None) -> None:
         self.random = list(random)
         self.distributions = [distribution(one) for one in random]
-        self._factor = np.linalg.cholesky(np.array(correlation, float)) if correlation is not None else np.eye(len(self.random))
+        self.factor = np.linalg.cholesky(np.array(correlation, float)) if correlation is not None else np.eye(len(self.random))
         self._ends = [one.ppf(special.ndtr(np.array([-3.5, 3.5]))) for one in self.distributions]
         self._tables = [None if isinstance(one, _Values) else one.ppf(special.ndtr(NODES)) for one in self.distributions]
 
@@ -111,7 +102,7 @@ class Inputs:
 
     def values(self, w: np.ndarray) -> np.ndarray:
         """Points x inputs [SI]."""
-        return self._of_normal(w @ self._factor.T)
+        return self._of_normal(w @ self.factor.T)
 
     def _of_normal(self, z: np.ndarray) -> np.ndarray:
         return np.stack([one.ppf(special.ndtr(z[:, k])) if table is None else np.interp(z[:, k], NODES, table)
@@ -120,11 +111,11 @@ class Inputs:
     def variables(self, values: np.ndarray) -> np.ndarray:
         """The `w` of values."""
         normal = np.stack([special.ndtri(np.clip(one.cdf(values[:, k]), 1e-15, 1 - 1e-15)) for k, one in enumerate(self.distributions)], axis=1)
-        return linalg.solve_triangular(self._factor, normal.T, lower=True).T
+        return linalg.solve_triangular(self.factor, normal.T, lower=True).T
 
     def polynomials(self, w: np.ndarray, degree: int, values: np.ndarray | None = None) -> np.ndarray:
         """Of each input: inputs x points x degrees. Their span is all that matters. @param values at `w`, where they are known"""
-        z = w @ self._factor.T
+        z = w @ self.factor.T
         values = self._of_normal(z) if values is None and not all(one["kind"] in HERMITE for one in self.random) else values
         tables = []
         for k, (random, ends) in enumerate(zip(self.random, self._ends)):

@@ -2,6 +2,7 @@
 """Experiments: a TOML file, and the CSV files and pictures that it names."""
 from __future__ import annotations
 
+import difflib
 import math
 import re
 import textwrap
@@ -365,20 +366,6 @@ def _lines_of(text: str) -> dict[str, int]:
     return lines
 
 
-def nearest(word: str, known: list[str]) -> Optional[str]:
-    """The known name with the fewest letters changed, which is probably meant: the first of at most two, or a third of the word."""
-    def changes(other: str) -> int:
-        row = list(range(len(other) + 1))
-        for i, a in enumerate(word, 1):
-            last, row[0] = row[0], i
-            for k, b in enumerate(other, 1):
-                last, row[k] = row[k], min(last + (a != b), row[k] + 1, row[k - 1] + 1)
-        return row[-1]
-
-    fewest, name = min(((changes(name), k, name) for k, name in enumerate(known)), default=(9, 0, ""))[::2]
-    return name if fewest <= max(2, len(word) // 3) and fewest < len(word) else None
-
-
 def _report_unknown(table: dict, path: str, key: str, findings: _Findings) -> None:
     known = [one.name for one in TABLES[path]] + [name.split(".")[-1] for name in LISTS if name.rpartition(".")[0] == path]
     for name, value in table.items():
@@ -390,7 +377,7 @@ def _report_unknown(table: dict, path: str, key: str, findings: _Findings) -> No
             for i, one in enumerate(value):
                 _report_unknown(one, its_path, f"{its_key}[{i}]", findings)
         elif name not in known:
-            meant = nearest(name, known)
+            meant = next(iter(difflib.get_close_matches(name, known, 1, 0.5)), None)
             elsewhere = next((f"{other}.{name}" for other, keys in TABLES.items() if other and name in [one.name for one in keys]), None)
             is_table = isinstance(value, dict) or (isinstance(value, list) and value and isinstance(value[0], dict))
             findings.report(its_key, f"unknown {'table' if is_table else 'key'}; "
@@ -682,44 +669,16 @@ def read_experiments(file: str | Path) -> list[Experiment]:
 
 def picture_size(file: Path) -> tuple[int, int]:
     """Width and height of a PNG or JPEG file in pixels. Raises ValueError that says what it is instead."""
+    from PIL import Image
     try:
         if kind := other_kind(file):
             raise ValueError(f"is {kind}")
-        data = file.read_bytes()
-    except OSError as error:
-        raise ValueError("there is no such file" if isinstance(error, FileNotFoundError) else "cannot be read") from None
-    try:
-        if data.startswith(b"\x89PNG\r\n\x1a\n"):
-            if data[12:16] != b"IHDR"[:len(data[12:16])]:
-                raise ValueError("is a damaged PNG")
-            size = int.from_bytes(data[16:20], "big") + 0 * data[19], int.from_bytes(data[20:24], "big") + 0 * data[23]
-        elif data.startswith(b"\xff\xd8"):
-            size = _jpeg_size(data)
-        else:
-            raise ValueError("is neither PNG nor JPEG")
-    except IndexError:
-        raise ValueError("ends in its header") from None
-    if min(size) <= 0:
-        raise ValueError("has no pixels")
-    return size
-
-
-def _jpeg_size(data: bytes) -> tuple[int, int]:
-    at = 2
-    while True:
-        if data[at] != 0xff:
-            raise ValueError("is a damaged JPEG")
-        while data[at] == 0xff:
-            at += 1
-        marker = data[at]
-        if marker in (0xda, 0xd9):
-            raise ValueError("is a JPEG without a size")
-        if marker == 0x01 or 0xd0 <= marker <= 0xd7:  # without a segment
-            at += 1
-        elif 0xc0 <= marker <= 0xcf and marker not in (0xc4, 0xc8, 0xcc):  # a frame
-            return data[at + 6] << 8 | data[at + 7], data[at + 4] << 8 | data[at + 5]
-        else:
-            at += 1 + (data[at + 1] << 8 | data[at + 2])
+        with Image.open(file, formats=("PNG", "JPEG")) as image:
+            return image.size
+    except FileNotFoundError:
+        raise ValueError("there is no such file") from None
+    except (OSError, Image.DecompressionBombError):
+        raise ValueError("cannot be read as PNG or JPEG") from None
 
 
 def explained_keys(skipped: tuple[str, ...]) -> str:

@@ -6,28 +6,10 @@ import math
 from typing import Any, Callable, Iterator, Optional, Sequence
 
 from .rank_tests import LEVEL, ROUNDING, least_p_value
-from .text import aligned, count, percent, readable
-from .text import probability as shown_probability
-from .text import quantity as shown_quantity
+from .text import aligned, count, named, p_is, percent, probability, quantity, readable
 
-MOST_NAMED = 20  # samples in a sentence; more are counted
 ENOUGH = 0.8  # power below which a test that finds nothing cannot tell
 Document = dict[str, Any]
-
-
-def quantity(value: Optional[float], unit: str, largest: Optional[float] = None, digits: int = 3) -> str:
-    """In the unit that suits the largest of those beside it; "-" for none."""
-    if value is None or unit == "1":
-        return "-" if value is None else f"{value:.2f}"
-    return shown_quantity(value, unit, digits, largest)
-
-
-def probability(p: Optional[float]) -> str:
-    return "-" if p is None else shown_probability(p)
-
-
-def named(numbers: Sequence[int], what: str) -> str:
-    return f"{len(numbers)} {what} ({', '.join(map(str, numbers[:MOST_NAMED]))}{', ...' if len(numbers) > MOST_NAMED else ''})"
 
 
 def text(document: Document) -> str:
@@ -38,9 +20,9 @@ def text(document: Document) -> str:
              *(f"warning: {warning}\n" for warning in document["warnings"]), _table(document), *_remarks(document)]
     tests = [by for one in document["experiments"] for by in one["by"].values() if by["p_value"] is not None]
     if tests:
-        parts.append(f"p: the share of samples and experiment that lie at least as far from the others; {least_p_value(samples['used']):.2g} at "
-                     "least. It ranks the smaller of two: by the mean distance, and by that to the k-th nearest, k = "
-                     f"{tests[0]['n_neighbours']}. It is not the probability that the model is right. Usual: the samples' median distance. Offset: mean "
+        parts.append(f"p: the share of samples and experiment that are at least as unusual; {least_p_value(samples['used']):.2g} at least. Unusual: a small "
+                     "share lies as far from the others on average (p of mean), or from the k-th nearest of them (p of nearest, k = "
+                     f"{tests[0]['n_neighbours']}). p is not the probability that the model is right. Usual: the samples' median distance. Offset: mean "
                      "signed distance from the samples' mean; std: its standard deviation over samples.\n")
     if document["set"]:
         parts += ["\n", *_set(document["set"])]
@@ -52,39 +34,50 @@ def _table(document: Document) -> str:
     for one in document["experiments"]:
         name = one["name"]
         for by_name, by in one["by"].items():
-            largest = max((abs(by[key]) for key in ("mean_distance", "usual_distance", "offset") if by[key] is not None), default=None)
             rows.append([name, readable(by_name), *(probability(by.get(key)) for key in ("p_value", "p_value_of_mean", "p_value_of_neighbours")),
-                         *(quantity(by[key], by["unit"], largest) for key in ("mean_distance", "usual_distance", "offset", "standard_deviation")),
-                         ", ".join(f"{each['sample']} ({quantity(each['distance'], by['unit'], by['mean_distance'])})" for each in by["nearest"])])
+                         *quantities_of(by)])
             name = ""
     return "\n" + aligned(rows, 2, True) if len(rows) > 1 else ""
 
 
+def quantities_of(by: Document) -> list[str]:
+    """Distance, usual distance, offset and its standard deviation, all in one unit, and the nearest samples."""
+    sizes = [by.get(key) for key in ("mean_distance", "usual_distance", "offset", "standard_deviation")]
+    largest = max((abs(size) for size in sizes[:3] if size is not None), default=None)
+    return [*(quantity(size, by["unit"], 3, largest) for size in sizes),
+            ", ".join(f"{each['sample']} ({quantity(each['distance'], by['unit'], 3, by.get('mean_distance'))})" for each in by["nearest"])]
+
+
 def _place(point: Sequence[float]) -> str:
-    return f"({', '.join(quantity(value, 'm', digits=4) for value in point)})"
+    return f"({', '.join(quantity(value, 'm') for value in point)})"
 
 
 def _departures(path: Document) -> str:
     axis = "y" if path["is_along_y"] else "z"
     return "; ".join(f"from {_place(part['from'])} to {_place(part['to'])}, " + (
         "where it has ended" if part["is_missing"] else "where none of them goes on" if part["beyond"] is None else
-        f"by up to {quantity(part['beyond'], 'm')} in {axis}") for part in path["departures"])
+        f"by up to {quantity(abs(part['beyond']), 'm', 3)} towards {'larger' if part['beyond'] > 0 else 'smaller'} {axis}") for part in path["departures"])
 
 
-def way_text(way: Document) -> str:
-    """Which way, and how many samples took it; empty where all took the same."""
+def way_text(way: Document, p_value: Optional[float]) -> str:
+    """Which way, and how many samples took it; empty where all took the same. @param p_value by the way and what is compared within it"""
     n = sum(each["n_samples"] for each in way["ways"])
     others = ", ".join(f"{each['n_samples']} {each['name']}" for each in way["ways"] if each["name"] != way["name"])
     if not others:
         return ""
     whose = f"{way['n_samples']} of {n} samples" if way["n_samples"] else "no sample"
-    return f"it went {way['name']}, as {whose} ({others}), p = {probability(way['p_value'])}"
+    if way["n_samples"]:
+        more = f"; with what is compared within it {p_is(p_value)}"
+    else:
+        alone = sum(each["n_samples"] == 1 for each in way["ways"])
+        more = f", no less as {count(alone, 'sample')} went alone, too" if alone else ""
+    return f"it went {way['name']}, as {whose} ({others}), {p_is(way['p_value'])}{more}"
 
 
 def path_text(one: Document) -> str:
     """Whether its path lies in the band of the samples that took its way."""
     path, n = one["path"], len(one["path"]["samples"])
-    far = f"{quantity(path['farthest']['distance'], 'm')} from the nearest, sample {path['farthest']['sample']}, at its farthest"
+    far = f"{quantity(path['farthest']['distance'], 'm', 3)} from the nearest, sample {path['farthest']['sample']}, at its farthest"
     if one["way"]["n_samples"] == 0:
         return f"it lies outside the samples, {far}"
     whose = f"the band of {count(n, 'sample')}"
@@ -93,14 +86,14 @@ def path_text(one: Document) -> str:
     p, k = path["band_p_value"], round(path["band_p_value"] * (n + 1)) - 1
     is_outside = p <= max(LEVEL, least_p_value(n)) + ROUNDING
     verdict = (f"leaves {whose} {_departures(path)}; {'none' if k == 0 else k} of these samples {'leave' if k > 1 or k == 0 else 'leaves'} that of "
-               f"the others by as much (p = {probability(p)})")
+               f"the others by as much ({p_is(p)})")
     return f"its path {verdict}: {'outside' if is_outside else 'as samples do'}; {far}"
 
 
 def sentences(one: Document) -> list[str]:
     """What is said of an experiment, without its name and the last full stop."""
     has_path = one["path"] and not one["note"].startswith("its path does not")
-    return [sentence for sentence in (way_text(one["way"]) if one["way"] else "", path_text(one) if has_path else "", one["note"]) if sentence]
+    return [sentence for sentence in (way_text(one["way"], one["p_value"]) if one["way"] else "", path_text(one) if has_path else "", one["note"]) if sentence]
 
 
 def _remarks(document: Document) -> Iterator[str]:
@@ -119,7 +112,7 @@ def _remarks(document: Document) -> Iterator[str]:
                 yield f"Left out by {readable(name)}, which they lack: {named(by['left_out'], 'sample' if len(by['left_out']) == 1 else 'samples')}.\n"
             if by["limit"] is not None and (name, "limit") not in told:
                 told.append((name, "limit"))
-                yield (f"By {readable(name)} all count up to {quantity(by['limit'], 'N', digits=4)}, the least that something bore without breaking: "
+                yield (f"By {readable(name)} all count up to {quantity(by['limit'], 'N')}, the least that something bore without breaking: "
                        "no test sees what lies above.\n")
 
 
@@ -137,15 +130,19 @@ def _times(value: float) -> str:
 
 def _shift(by: Document) -> Callable[[float], str]:
     largest = max((abs(value) for value in by["shift"].values() if value is not None and not math.isnan(value)), default=None)
-    return lambda value: quantity(value, by["unit"], largest)
+    return lambda value: quantity(value, by["unit"], 3, largest)
+
+
+def interval_cells(by: Document) -> list[str]:
+    """Of the shift and of the ratio of scatters."""
+    return [_interval(by["shift"], _shift(by)), _interval(by["scatter_ratio"], _times)] if "shift" in by else ["-", "-"]
 
 
 def _set(found: Document) -> Iterator[str]:
     rows = [["together by", "experiments", "p", "of energy", "of depth", "shift", "scatter, ratio"]]
     for name, by in found["by"].items():
-        has_moments = "shift" in by
         rows.append([readable(name), str(by["n_experiments"]), *(probability(by[key]) for key in ("p_value", "energy_p_value", "depth_p_value")),
-                     _interval(by["shift"], _shift(by)) if has_moments else "-", _interval(by["scatter_ratio"], _times) if has_moments else "-"])
+                     *interval_cells(by)])
     if found["by"]:
         yield aligned(rows, 2, True)
     for one in found["left_out"]:
@@ -153,7 +150,7 @@ def _set(found: Document) -> Iterator[str]:
     if found["ways"] and len(found["ways"]["ways"]) > 1:
         shares = "; ".join(f"{each['name']}: {count(each['n_experiments'], 'experiment')}, {count(each['n_samples'], 'sample')}"
                            for each in found["ways"]["ways"])
-        yield f"Ways: {shares}; p = {probability(found['ways']['p_value'])} of shares as different, were there no difference.\n"
+        yield f"Ways: {shares}; {p_is(found['ways']['p_value'])} of shares as different, were there no difference.\n"
     for name, by in found["by"].items():
         if by.get("advice"):
             yield f"By {readable(name)}: {by['advice']}\n"
@@ -179,13 +176,13 @@ def power_text(by: Document) -> str:
 
 def weibull_text(fit: Document) -> str:
     sizes = [f"Weibull's modulus {_interval(fit['modulus'], lambda value: f'{value:.3g}')}",
-             f"scale {_interval(fit['scale'], lambda value: quantity(value, 'N'))}"]
+             f"scale {_interval(fit['scale'], lambda value: quantity(value, 'N', 3))}"]
     counts = f"{fit['n_broken']} broken" + (f", {fit['n_run_out']} not" if fit["n_run_out"] else "")
     more = fit["with_threshold"]
     if more:
-        sizes.append(f"with a threshold of {_interval(more['threshold'], lambda value: quantity(value, 'N'))} (p = {probability(more['p_value'])} of none): "
-                     f"modulus {more['modulus']:.3g}, scale {quantity(more['scale'], 'N')}")
-    return f"{', '.join(sizes)} ({counts})"
+        threshold = _interval(more['threshold'], lambda value: quantity(value, 'N', 3))
+        sizes.append(f"with a threshold {threshold}, modulus {more['modulus']:.3g}, scale {quantity(more['scale'], 'N', 3)} ({p_is(more['p_value'])} were there none)")
+    return f"{counts}: {', '.join(sizes)}"
 
 
 def advice(by: Document, is_shared: bool = False) -> str:
@@ -225,7 +222,7 @@ def held_out_text(found: dict[int, float], of: str = "") -> str:
     for level in (0.05, 0.1, 0.25, 0.5, 0.75):
         n = sum(p <= level + ROUNDING for p in p_values)
         lines.append(f"p <= {level:<4}  {100 * n / max(1, len(p_values)):5.1f} % of them")
-    lines.append("Both ensembles would be of one distribution if these shares are near the levels." if of else
+    lines.append("Were both ensembles of one distribution, these shares would be near the levels." if of else
                  "This checks the code only: each is ranked among the same samples, whatever they are. --of OTHER takes the samples of another "
                  "ensemble, such as one of the same input with another seed.")
     return "\n".join(lines) + "\n"

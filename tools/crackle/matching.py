@@ -14,6 +14,7 @@ import pandas as pd
 from . import match_text, weibull
 from .experiments import Experiment, read_experiments
 from .files import ResultsError
+from .inference import Difference
 from .observations import (Observable, ObservedSamples, SeenPaths, check_places, distinct, needs_arms, observe_load, observe_path,
                            observe_tips, observed_samples, seen_paths, start_of)
 from .path_frame import N_STATIONS, length_of
@@ -364,14 +365,18 @@ def _match_set_by(observables: Sequence[Observable], experiments: Sequence[Exper
                       "twice_the_scatter": strength.of_scatter / strength.n_trials if strength else math.nan,
                       "n_trials": strength.n_trials if strength else 0}
     differ = scatter(only.of_experiments, only.of_samples, only.error) if only.limit is None else Scatter()
-    found.update(shift=differ.shift.document(), shift_axis=("y" if only.frame.is_along_y else "z") if only.frame else "",
-                 scatter_ratio=differ.ratio.document(), degrees_of_freedom=differ.degrees, n_complete_samples=differ.n_samples)
+    found.update(shift=_interval(differ.shift), shift_axis=("y" if only.frame.is_along_y else "z") if only.frame else "",
+                 scatter_ratio=_interval(differ.ratio), degrees_of_freedom=differ.degrees, n_complete_samples=differ.n_samples)
     if only.unit == "N":
         loads = only.unclipped or only
         found["weibull"] = {whose: weibull.document(values[:, 0], ~unbroken) for whose, values, unbroken in (
             ("experiments", loads.of_experiments, loads.unbroken_experiments), ("samples", loads.of_samples, loads.unbroken_samples))}
     found["advice"] = match_text.advice(found, is_shared=samples.document["base"] == "shared" or samples.document["has_points"])
     return found
+
+
+def _interval(found: Difference) -> dict[str, float]:
+    return {"value": found.value, "lower": found.lower, "upper": found.upper}
 
 
 def _warnings(experiments: Sequence[Experiment], samples: ObservedSamples) -> Iterator[str]:

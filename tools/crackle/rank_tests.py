@@ -13,6 +13,8 @@ from typing import Optional, Sequence
 import numpy as np
 from scipy import stats
 
+from .inference import Difference, TwoSamples, difference_of_means
+
 ROUNDING = 1e-9  # statistics that differ by less, relatively, are equal
 LEVEL = 0.05
 MOST_EXACT, N_RANDOM = 20_000, 9_999  # permutations: all of them up to so many, else so many at random
@@ -204,19 +206,6 @@ def power(samples: np.ndarray, n_experiments: int) -> Optional[Power]:
 
 
 @dataclass
-class Interval:
-    value: float = math.nan
-    lower: float = math.nan
-    upper: float = math.nan
-
-    def holds(self, value: float) -> bool:
-        return self.lower <= value <= self.upper
-
-    def document(self) -> dict[str, float]:
-        return {"value": self.value, "lower": self.lower, "upper": self.upper}
-
-
-@dataclass
 class Scatter:
     """How experiments differ from samples: by a shift, and in scatter.
 
@@ -228,11 +217,8 @@ class Scatter:
     n_samples: int = 0  # with a value in all columns that count
     n_columns: int = 0
     degrees: float = math.nan
-    shift: Interval = None  # type: ignore[assignment]
-    ratio: Interval = None  # type: ignore[assignment]
-
-    def __post_init__(self) -> None:
-        self.shift, self.ratio = self.shift or Interval(), self.ratio or Interval()
+    shift: Difference = Difference()
+    ratio: Difference = Difference()
 
 
 def box_degrees(table: np.ndarray) -> float:
@@ -241,17 +227,6 @@ def box_degrees(table: np.ndarray) -> float:
     product = centred @ centred.T
     square = (product ** 2).sum()
     return float(np.trace(product) ** 2 / square) if square > 0 else 1.0
-
-
-def welch(samples: np.ndarray, experiments: np.ndarray, confidence: float) -> Interval:
-    """The difference of means, experiments less samples."""
-    value = float(experiments.mean() - samples.mean())
-    errors = [values.var(ddof=1) / len(values) for values in (samples, experiments)]
-    if not sum(errors) > 0:
-        return Interval(value)
-    degrees = sum(errors) ** 2 / sum(error ** 2 / (len(values) - 1) for error, values in zip(errors, (samples, experiments)))
-    half = stats.t.ppf((1 + confidence) / 2, degrees) * math.sqrt(sum(errors))
-    return Interval(value, value - half, value + half)
 
 
 def scatter(experiments: np.ndarray, samples: np.ndarray, error: float, confidence: float = 1 - LEVEL) -> Scatter:
@@ -265,12 +240,12 @@ def scatter(experiments: np.ndarray, samples: np.ndarray, error: float, confiden
     found = Scatter(len(experiments), len(samples), int(columns.sum()))
     if not columns.any() or min(len(experiments), len(samples)) < 2:
         return found
-    found.shift = welch(samples.mean(axis=1), experiments.mean(axis=1), confidence)
+    found.shift = difference_of_means(TwoSamples(samples.mean(axis=1), experiments.mean(axis=1)), confidence)
     of_samples, variance = mean_variance(samples), mean_variance(experiments)
     if not of_samples > 0:
         return found
     found.degrees = box_degrees(samples)
     f = stats.f((len(experiments) - 1) * found.degrees, (len(samples) - 1) * found.degrees)
     factors = (1.0, *(1 / f.ppf((1 + sign * confidence) / 2) for sign in (1, -1)))
-    found.ratio = Interval(*(math.sqrt(max(0.0, factor * variance - error ** 2) / of_samples) for factor in factors))
+    found.ratio = Difference(*(math.sqrt(max(0.0, factor * variance - error ** 2) / of_samples) for factor in factors))
     return found

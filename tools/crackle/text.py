@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any, Sequence
+from typing import Any, Optional, Sequence
 
 GREATEST, LEAST = 1e6, 0.01  # of values in the usual unit of a column; beyond them it has a prefix
+MOST_NAMED = 20  # samples in a sentence; more are counted
 PREFIXES = {"p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
 
 
@@ -30,12 +31,21 @@ def percent(share: float) -> str:
     return "-" if math.isnan(share) else f"{100 * share:.0f} %"
 
 
-def probability(p: float) -> str:
-    return "-" if math.isnan(p) else "< 0.001" if p < 0.001 else f"{p:.3f}"
+def probability(p: Optional[float]) -> str:
+    return "-" if p is None or math.isnan(p) else "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def p_is(p: Optional[float]) -> str:
+    """For sentences: "p = 0.020"."""
+    return "p " + ("= " * (not probability(p).startswith("<"))) + probability(p)
 
 
 def count(n: int, noun: str) -> str:
     return f"{n} {noun}{'' if n == 1 else 's'}"
+
+
+def named(numbers: Sequence[int], what: str) -> str:
+    return f"{len(numbers)} {what} ({', '.join(map(str, numbers[:MOST_NAMED]))}{', ...' if len(numbers) > MOST_NAMED else ''})"
 
 
 def readable(name: str) -> str:
@@ -49,16 +59,18 @@ def unit_for(usual: str, factor: float, si: str, largest: float) -> tuple[str, f
     return _prefixed(si, largest)
 
 
-def quantity(value: float, si: str, digits: int = 4, beside: float | None = None) -> str:
-    """Such as "78.2 N": a value with a prefix that fits it, or the largest of those that it is compared with."""
-    if math.isnan(value):
+def quantity(value: Optional[float], si: str, digits: int = 4, beside: Optional[float] = None) -> str:
+    """Such as "78.2 N": a value with a prefix that fits it, or the largest of those that it is compared with; "-" for none."""
+    if value is None or math.isnan(value):
         return "-"
+    if si == "1":
+        return f"{value:.2f}"
     if not si:
         return f"{value:.{digits}g}"
     size = abs(value if beside is None else beside)
     if si == "m" and (size == 0 or 1e-5 <= size < 1):
         unit, factor = "mm", 1e3
-    elif not _has_size(size) or 0.1 <= size < 1e4:
+    elif not _has_size(size) or 0.1 <= size < min(1e4, 10**digits):  # no exponent is shown
         unit, factor = si, 1.0
     else:
         unit, factor = _prefixed(si, size)

@@ -11,7 +11,7 @@ import numpy as np
 from crackle.files import DONE, PENDING
 from crackle.units import US, Unit, fitting
 
-from .fields import Places
+from .fields import CrackSurface, Places
 from .mesh import Regions
 from .plate import Plate
 from .sample_files import SampleFiles
@@ -250,6 +250,13 @@ class Ensemble:
         table = self.samples
         broke = (table.status == DONE) & (table.outcome != UNBROKEN)
         return np.where(broke, table.numbers[self.headline], np.nan)
+
+    def shown_z(self, crack: CrackSurface) -> np.ndarray:
+        """z of the facets that a panel has to show [m]: of cracks that start at notches and holes, or lead. What breaks elsewhere, as
+        at supports, would stretch it."""
+        starts = [start for start in range(self.n_notches) if self.plate.name_of(start) != "free surface" or start in self.leading]
+        chosen = np.isin(crack.notch, starts)
+        return crack.corner[chosen if chosen.any() else slice(None), :, 2]
 
     @property
     def tinted(self) -> str:

@@ -10,7 +10,8 @@ from typing import Any, Callable, Iterable, Iterator, Optional, Union
 
 import numpy as np
 from crackle.files import DONE, FAILED
-from crackle.units import MM, MM2, NEWTON, US, Unit, fitting, named
+from crackle.text import probability, readable
+from crackle.units import MM2, NEWTON, Unit, fitting, named
 
 from . import style
 from .results import Ensemble, Paths, Ranks, Result, Samples
@@ -180,19 +181,17 @@ def experiments(match: dict[str, Any]) -> str:
     """Each experiment, and all together, as `crackle match` has them."""
     titles = (("experiment", ""), ("by", ""), ("p", "rank among the samples"), ("samples", ""), ("distance", "mean to the samples"),
               ("usual distance", "median of the samples"), ("offset", "from the samples' mean"), ("nearest samples", "and their distances"))
-    rows = [[experiment["name"], name.replace("_", " "), _number(by["p_value"], ".3f"), str(by["n_samples"]),
-             *(_size(by.get(what), by["unit"]) for what in ("mean_distance", "usual_distance", "offset")),
-             ", ".join(f"{one['sample']} ({_size(one['distance'], by['unit'])})" for one in by["nearest"])]
-            for experiment in match["experiments"] for name, by in experiment["by"].items()]
+    from crackle.match_text import interval_cells, quantities_of  # with SciPy
+    rows = [[experiment["name"], readable(name), probability(by["p_value"]), str(by["n_samples"]), *sizes[:3], nearest]
+            for experiment in match["experiments"] for name, by in experiment["by"].items() for *sizes, nearest in [quantities_of(by)]]
     table = _table(titles, rows)
     if match["set"] is None:
         return table
     titles = (("together by", ""), ("experiments", ""), ("p", "of a difference as large"), ("p of energy", ""), ("p of depth", ""), ("shift", ""),
               ("scatter", "of experiments over samples"))
     return table + _table(titles, [
-        [name.replace("_", " "), str(by["n_experiments"]),
-         *(_number(_known(by[p]), ".3f") for p in ("p_value", "energy_p_value", "depth_p_value")),
-         _interval(by.get("shift"), by["unit"]), _interval(by.get("scatter_ratio"), "1")] for name, by in match["set"]["by"].items()])
+        [readable(name), str(by["n_experiments"]), *(probability(by[p]) for p in ("p_value", "energy_p_value", "depth_p_value")),
+         *interval_cells(by)] for name, by in match["set"]["by"].items()])
 
 
 def advice(match: dict[str, Any]) -> str:
@@ -200,28 +199,9 @@ def advice(match: dict[str, Any]) -> str:
     from crackle import match_text  # with SciPy
 
     words = [f"{experiment['name']}: {sentence}." for experiment in match["experiments"] for sentence in match_text.sentences(experiment)]
-    words += [f"{one['name']} is left out by {one['by'].replace('_', ' ')}: {one['reason']}." for one in (match["set"] or {"left_out": []})["left_out"]]
-    words += [f"By {name.replace('_', ' ')}: {by['advice']}" for name, by in (match["set"] or {"by": {}})["by"].items() if by.get("advice")]
+    words += [f"{one['name']} is left out by {readable(one['by'])}: {one['reason']}." for one in (match["set"] or {"left_out": []})["left_out"]]
+    words += [f"By {readable(name)}: {by['advice']}" for name, by in (match["set"] or {"by": {}})["by"].items() if by.get("advice")]
     return " ".join(words)
-
-
-def _known(value: Optional[float]) -> float:
-    return math.nan if value is None else value
-
-
-def _size(value: Optional[float], unit: str) -> str:
-    """A value in SI units as people read it."""
-    if not math.isfinite(_known(value)):
-        return MISSING
-    shown = fitting(value, {"m": MM, "s": US, "N": NEWTON}.get(unit, Unit("", 1.0)), least=1e-3)
-    return f"{shown.of(value):.3g} {shown.name}".strip()
-
-
-def _interval(found: Optional[dict[str, Any]], unit: str) -> str:
-    if found is None or found["value"] is None:
-        return MISSING
-    ends = "" if found["lower"] is None else f" ({_size(found['lower'], unit)} to {_size(found['upper'], unit)})"
-    return _size(found["value"], unit) + ends
 
 
 def tiles(ensemble: Ensemble) -> str:

@@ -65,7 +65,10 @@ def _section(ensemble: Ensemble, title: str, text: str, sheets: list[list[int]])
     cracks = {i: crack for i, crack in cracks.items() if crack is not None and crack.time.size}
     latest = max((crack.last_opening for crack in cracks.values()), default=0.0)
     colours = time_colours(latest, ensemble.times)
-    z_range = window(ensemble.plate, (crack.corner[:, :, 2] for crack in cracks.values()))
+    z_range = window(ensemble.plate, (ensemble.shown_z(crack) for crack in cracks.values()))
+    low, high = (end * ensemble.plate.lengths.size for end in z_range)
+    if any(crack.corner[..., 2].min() < low or crack.corner[..., 2].max() > high for crack in cracks.values()):
+        result.text += " What opened far from the cracks, as at supports, lies outside the panels."
     for sheet in sheets:
         name = "crack-paths" if len(sheets) == 1 else f"crack-paths-{sheet[0]:04d}-{sheet[-1]:04d}"
         result.pictures.append(Picture(

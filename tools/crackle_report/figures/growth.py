@@ -101,7 +101,7 @@ class _View:
         self._regions = ensemble.files.regions(number)
         self._onset = float(ensemble.samples.onset_time[number])
         left, right = ensemble.plate.ends(1)
-        self._z = self._shown_length()
+        self._z = self._shown_length(ensemble.shown_z(crack))
         pixel = max((right - left) / PIXELS_ACROSS, (self._z[1] - self._z[0]) / PIXELS_ALONG)
         self._grid = Grid.over((left, right), self._z, pixel)
         self._lengths, self._times = ensemble.plate.lengths, ensemble.times
@@ -121,14 +121,14 @@ class _View:
     def unknown_note(self) -> str:
         return " Materials stiffer than 10 GPa show no fringes, as their coefficient is not known." if self._unknown.polygons else ""
 
-    def _shown_length(self) -> tuple[float, float]:
-        """The range of z [m] round all notches and cracks, stray breaks far away left out."""
+    def _shown_length(self, z: np.ndarray) -> tuple[float, float]:
+        """The range of z [m] round all notches and cracks, stray breaks far away left out. @param z of the cracks' facets"""
         width = self._plate.size[1]
         bottom, top = self._plate.ends(2)
         ends = [end + side * 0.6 * width for low_and_high in self._plate.notch_slot[:, 1]
                 for end, side in zip(low_and_high, (-1, 1))]
-        if self._crack.time.size:
-            low, high = np.percentile(self._crack.corner[:, :, 2], (2, 98))
+        if z.size:
+            low, high = np.percentile(z, (2, 98))
             ends += [float(low) - 0.2 * width, float(high) + 0.2 * width]
         ends = ends or [bottom, top]
         return max(bottom, min(ends)), min(top, max(ends))

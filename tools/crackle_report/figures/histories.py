@@ -52,7 +52,7 @@ def _explain(histories: dict[int, History], has_cracks: bool) -> str:
                      "unchanged load or displacement.")
     if has_cracks:
         words.append("The length of a crack is taken along its path, the speed of a tip as the through-thickness mean "
-                     "over a tenth of the ligament.")
+                     "over a tenth of the ligament, but over four mean spacings of the mesh at least.")
     return " ".join(words)
 
 
