@@ -4,11 +4,14 @@
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 
-#include "composite_body.h"
-#include "imprinted_body.h"
+#include "imprint.h"
+#include "plate.h"
+#include "regions.h"
+#include "tolerances.h"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -135,24 +138,34 @@ std::vector<ConditionRegion> condition_regions(const Body& body,
   return regions;
 }
 
+std::unique_ptr<const Body> make_body(const input::Specimen& specimen) {
+  return std::make_unique<Body>(plate(specimen));
+}
+
 std::unique_ptr<const Body> make_composite_body(const input::Parameters& parameters) {
-  auto plain = make_body(parameters.specimen);
-  if (parameters.specimen.regions.empty()) return plain;
-  return std::make_unique<CompositeBody>(std::move(plain), parameters.specimen, parameters.interface_pairs());
+  Complex complex = plate(parameters.specimen);
+  if (!parameters.specimen.regions.empty())
+    divide(complex, parameters.specimen, parameters.interface_pairs());
+  return std::make_unique<Body>(std::move(complex));
 }
 
 std::unique_ptr<const Body> make_body(const input::Parameters& parameters) {
   auto plain = make_composite_body(parameters);
-  auto regions = condition_regions(*plain, parameters.boundaries);
-  if (!ImprintedBody::is_needed(*plain, regions)) return plain;
-  return std::make_unique<ImprintedBody>(std::move(plain), regions);
+  const auto regions = condition_regions(*plain, parameters.boundaries);
+  if (!has_borders(*plain, regions)) return plain;
+  return std::make_unique<Body>(imprint(*plain, regions));
 }
 
 std::vector<RegionRefinement> region_refinements(const input::Parameters& parameters) {
-  auto plain = make_composite_body(parameters);
-  auto regions = condition_regions(*plain, parameters.boundaries);
-  if (!ImprintedBody::is_needed(*plain, regions)) return {};
-  return ImprintedBody(std::move(plain), regions).refinements(parameters.mesh);
+  std::map<int, double> finest;
+  for (const SpacingSource& source : make_body(parameters)->spacing_sources(parameters.mesh)) {
+    if (source.condition < 0) continue;
+    const auto [entry, is_new] = finest.emplace(source.condition, source.spacing);
+    entry->second = std::min(entry->second, source.spacing);
+  }
+  std::vector<RegionRefinement> result;
+  for (const auto& [condition, spacing] : finest) result.push_back({index(condition), spacing});
+  return result;
 }
 
 }  // namespace crackle::geometry

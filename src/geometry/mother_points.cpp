@@ -114,12 +114,17 @@ enum Stream : std::uint64_t { on_edges, in_faces, in_interior, improving, choosi
 struct Collection {
   const Body& body;
   const SpacingField& spacing;
-  MotherPoints points;
+  MotherPoints points = {};
+  std::vector<std::vector<std::int32_t>> of_face =
+      std::vector<std::vector<std::int32_t>>(body.n_meshed_faces());
 
   void add(const Point& p) {
+    const PlaceId place = body.place_of(p);
+    for (const FaceId face : body.faces_at(place))
+      if (body.in_face(face, p)) of_face[index(face)].push_back(static_cast<std::int32_t>(points.size()));
     points.position.push_back(p);
     points.spacing.push_back(spacing(p));
-    points.movable.push_back(body.movable(p));
+    points.movable.push_back(body.directions(place).mask());
   }
   SpacedPoints all() const { return {points.position, points.spacing}; }
 };
@@ -169,10 +174,9 @@ Room room_inside(const Body& body) {
 void place_in_face(Collection& collection, FaceId id, RandomStream stream) {
   const Body& body = collection.body;
   SpacedPoints fixed;
-  for (std::size_t i = 0; i < collection.points.size(); ++i) {
-    if (!body.in_face(id, collection.points.position[i])) continue;
-    fixed.position.push_back(collection.points.position[i]);
-    fixed.spacing.push_back(collection.points.spacing[i]);
+  for (const std::int32_t i : collection.of_face[index(id)]) {
+    fixed.position.push_back(collection.points.position[index(i)]);
+    fixed.spacing.push_back(collection.points.spacing[index(i)]);
   }
   const Patch& patch = body.meshed_face(id).patch;
   for (const Point& p : blue_noise(collection.spacing, patch, room_in_face(body, id), fixed, stream))
@@ -196,10 +200,11 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
   if (bad.size() > points.size()) return bad;
   tessellation.set_min_quality(goal);
   const std::vector<Point> centre = points.position;
+  const std::vector<PlaceId> place = body.places_of(centre);
   std::uint64_t pass = 0;
   const Draw draw = [&](std::int32_t node, std::int32_t number, double amplitude) {
     const auto i = static_cast<std::size_t>(node);
-    return displaced(body, centre[i], points.movable[i], amplitude * improving_radius * points.spacing[i],
+    return displaced(body, centre[i], place[i], amplitude * improving_radius * points.spacing[i],
                      stream.substream(pass).substream(i).substream(static_cast<std::uint64_t>(number)));
   };
   redraw(tessellation, points.movable, draw, stream.substream(choosing),
@@ -317,7 +322,7 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
       mesh.base == input::Base::shared
           ? RandomStream(seed, 0, "mother points")
           : RandomStream(seed, sample, fmt::format("own mother points, attempt {}", attempt));
-  Collection collection{body, spacing, {}};
+  Collection collection{body, spacing};
   if (mesh.points) {
     for (const Point& p : read_points(*mesh.points, body)) collection.add(p);
   } else {

@@ -123,8 +123,9 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
                              std::uint64_t seed, std::uint64_t sample, int attempt) {
   const std::string suffix = attempt == 0 ? "" : fmt::format(", attempt {}", attempt);
   const RandomStream stream(seed, sample, "disturbance" + suffix);
+  const std::vector<PlaceId> place = body.places_of(base.position);
   const auto draw = [&](std::size_t i, std::int32_t number, double amplitude) {
-    return displaced(body, base.position[i], base.movable[i], amplitude * mesh.perturbation * base.spacing[i],
+    return displaced(body, base.position[i], place[i], amplitude * mesh.perturbation * base.spacing[i],
                      stream.substream(i).substream(static_cast<std::uint64_t>(number)));
   };
   Realization realization;

@@ -159,10 +159,9 @@ RedrawOutcome redraw(Tessellation& tessellation, std::span<const std::uint8_t> m
   return Redrawing(tessellation, movable, draw, choice, rules).run();
 }
 
-Point displaced(const Body& body, const Point& centre, std::uint8_t movable, double radius,
-                RandomStream stream) {
-  if (movable == 0 || radius == 0) return centre;
-  const Directions directions = body.directions(centre, movable);
+Point displaced(const Body& body, const Point& centre, PlaceId place, double radius, RandomStream stream) {
+  const Directions directions = body.directions(place);
+  if (directions.n == 0 || radius == 0) return centre;
   // The centre is in the body, so at least an eighth of the ball is too: this many draws all fail with
   // probability below 1e-30.
   for (int draw = 0; draw < 1000; ++draw) {
@@ -173,7 +172,7 @@ Point displaced(const Body& body, const Point& centre, std::uint8_t movable, dou
       squared += offset * offset;
       p = p + radius * offset * directions.vector[index(k)];
     }
-    if (squared <= 1 && body.contains(p) && body.movable(p) == movable) return p;
+    if (squared <= 1 && body.place_of(p) == place) return p;
   }
   return centre;
 }

@@ -14,10 +14,9 @@
 
 namespace crackle::geometry {
 
-/// A random point, uniform within `radius` of `centre` in its movable directions: in a ball, a disc or a
-/// segment. Positions outside the body or on another face are redrawn.
-Point displaced(const Body& body, const Point& centre, std::uint8_t movable, double radius,
-                RandomStream stream);
+/// A random point, uniform within `radius` of `centre` at its place: in a ball, a disc or a segment.
+/// Positions at another place are redrawn.
+Point displaced(const Body& body, const Point& centre, PlaceId place, double radius, RandomStream stream);
 
 /// Another position for a point.
 /// @param draw 1 for the first redraw of this point, 2 for the second, ...

@@ -52,10 +52,13 @@ std::vector<SpacingSource> region_sources(const input::Mesh& mesh, const Box& bo
 }
 
 SpacingField::SpacingField(const Body& body, const input::Mesh& mesh)
-    : sources_(region_sources(mesh, body.bounds())) {
-  const Point size = body.size();
-  far_ = std::min(mesh.spacing, *std::ranges::min_element(size));
-  for (SpacingSource& source : body.spacing_sources(mesh)) sources_.push_back(std::move(source));
+    : SpacingField(body.bounds(), mesh, body.spacing_sources(mesh)) {}
+
+SpacingField::SpacingField(const Box& bounds, const input::Mesh& mesh,
+                           const std::vector<SpacingSource>& sources)
+    : far_(std::min(mesh.spacing, std::ranges::min(bounds.upper - bounds.lower))),
+      sources_(region_sources(mesh, bounds)) {
+  sources_.insert(sources_.end(), sources.begin(), sources.end());
   std::erase_if(sources_, [&](const SpacingSource& source) { return !(source.spacing < far_); });
 }
 

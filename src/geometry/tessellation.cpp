@@ -153,7 +153,7 @@ Tessellation::Tessellation(const Body& body, std::span<const Point> points, doub
     throw std::runtime_error("mother points: two points coincide, or all lie in one plane");
   for (const VertexHandle vertex : data_->delaunay.finite_vertex_handles())
     data_->vertices[index(vertex->info())] = vertex;
-  for (std::size_t i = 0; i < points.size(); ++i) data_->on_surface[i] = body.movable(points[i]) != 7;
+  for (std::size_t i = 0; i < points.size(); ++i) data_->on_surface[i] = body.place_of(points[i]) >= 0;
   for (const CellHandle cell : data_->delaunay.finite_cell_handles()) data_->enter(cell, nullptr);
 }
 

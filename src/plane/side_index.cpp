@@ -10,7 +10,8 @@ namespace crackle::plane {
 namespace {
 
 constexpr double cells_per_side = 16;
-constexpr double fewest_cells = 1024;
+constexpr double fewest_cells = 1024;  ///< but of a few sides, all in one
+constexpr std::size_t few_sides = 4;
 constexpr double most_cells = 1 << 18;
 
 /// True if a segment intersects a square.
@@ -46,7 +47,9 @@ SideIndex::SideIndex(std::vector<Side> sides, const Bounds& bounds, double toler
     : sides_(std::move(sides)), tolerance_(tolerance), bounds_(bounds) {
   const Point size = bounds_.upper - bounds_.lower;
   const double n_cells =
-      std::clamp(cells_per_side * static_cast<double>(sides_.size()), fewest_cells, most_cells);
+      sides_.size() <= few_sides
+          ? 1
+          : std::clamp(cells_per_side * static_cast<double>(sides_.size()), fewest_cells, most_cells);
   cell_size_ = std::sqrt(size[0] * size[1] / n_cells);
   for (std::size_t i = 0; i < 2; ++i)
     n_[i] = static_cast<std::size_t>(std::clamp(std::ceil(size[i] / cell_size_), 1.0, n_cells));

@@ -4,11 +4,11 @@
 //
 //   benchmark_numbering INPUT [options of Google Benchmark]
 #include "crackle/common/random.h"
+#include "crackle/geometry/body.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/reader.h"
 #include "crackle/mechanics/internal_force.h"
-#include "geometry/extruded_plate.h"
 
 #include "plain_delaunay.h"
 
@@ -98,7 +98,7 @@ void evaluate_forces(benchmark::State& state, const Numbering& numbering, const 
 
 void register_benchmarks(const char* input) {
   const input::Parameters parameters = input::read(input);
-  const geometry::ExtrudedPlate body(parameters.specimen);
+  const geometry::Body body = *geometry::make_body(parameters.specimen);
   const std::uint64_t seed = parameters.ensemble.seed;
   const Realization realization = geometry::make_realization(
       body, geometry::make_mother_points(body, parameters.mesh, seed), parameters.mesh, seed, 0);

@@ -21,7 +21,7 @@
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/sleeping_wait.h"
 
-#include "geometry/extruded_plate.h"
+#include "crackle/geometry/body.h"
 #include "mechanics/fixed_point_force.h"
 
 #include "plain_delaunay.h"
@@ -67,7 +67,7 @@ private:
 struct Sample {
   parallel::Communicator self{MPI_COMM_SELF};
   input::Parameters parameters;
-  geometry::ExtrudedPlate geometry;
+  geometry::Body geometry;
   geometry::MotherPoints base;
   geometry::Realization realization;
   geometry::Subdomain subdomain;
@@ -76,7 +76,7 @@ struct Sample {
 
   explicit Sample(const input::Parameters& input)
       : parameters(input),
-        geometry(input.specimen),
+        geometry(*geometry::make_body(input.specimen)),
         base(geometry::make_mother_points(geometry, input.mesh, input.ensemble.seed)),
         realization(geometry::make_realization(geometry, base, input.mesh, input.ensemble.seed, 0)),
         subdomain(geometry::split(realization, geometry::partition(realization, 1)).front()),

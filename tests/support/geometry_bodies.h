@@ -2,9 +2,9 @@
 // Small bodies and spacings for tests of the geometry.
 #pragma once
 
+#include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/parameters.h"
-#include "geometry/extruded_plate.h"
 
 #include <string>
 #include <utility>
@@ -18,8 +18,9 @@ inline input::Notch notch(input::Face face, double at_mm, double depth_mm, doubl
   return {.face = face, .at = at_mm * mm, .depth = depth_mm * mm, .height = height_mm * mm};
 }
 
-inline geometry::ExtrudedPlate body(const Vector& size_mm, std::vector<input::Notch> notches = {}) {
-  return geometry::ExtrudedPlate({{size_mm[0] * mm, size_mm[1] * mm, size_mm[2] * mm}, std::move(notches)});
+inline geometry::Body body(const Vector& size_mm, std::vector<input::Notch> notches = {}) {
+  return *geometry::make_body(
+      input::Specimen{{size_mm[0] * mm, size_mm[1] * mm, size_mm[2] * mm}, std::move(notches)});
 }
 
 inline input::Mesh mesh(double spacing_mm, double notch_spacing_mm, double growth = 0.1) {
@@ -44,7 +45,7 @@ inline input::MeshRegion region(input::Region box_mm, double spacing_mm) {
 
 /// The plate of the paper, shortened, with its two anti-symmetric notches: about 6,000 nodes with
 /// plate_mesh().
-inline geometry::ExtrudedPlate short_plate() {
+inline geometry::Body short_plate() {
   return body({3, 16, 24}, {notch(input::Face::y_min, 9, 4, 0.6), notch(input::Face::y_max, 15, 4, 0.6)});
 }
 inline input::Mesh plate_mesh() {
@@ -71,7 +72,7 @@ inline SlotFaces slot_faces(const geometry::Body& body, int i) {
 }
 
 /// A notch in each of the four possible faces.
-inline geometry::ExtrudedPlate four_notches() {
+inline geometry::Body four_notches() {
   return body({2, 10, 12}, {notch(input::Face::y_min, 6, 2, 0.5), notch(input::Face::y_max, 5, 3, 0.8),
                             notch(input::Face::z_min, 5, 2, 0.4), notch(input::Face::z_max, 4, 1, 1.5)});
 }

@@ -5,7 +5,6 @@
 #include "crackle/fracture/break_record.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/realization.h"
-#include "geometry/extruded_plate.h"
 
 #include <algorithm>
 #include <array>
@@ -24,7 +23,7 @@ public:
   /// @param keep selects cubes of the box by their centre; all without it
   explicit StructuredMesh(input::Specimen specimen,
                           const std::function<bool(const geometry::Point&)>& keep = {})
-      : specimen_(specimen), body_(specimen) {
+      : specimen_(specimen), body_(*geometry::make_body(specimen)) {
     for (std::size_t i = 0; i < 3; ++i) n_[i] = static_cast<int>(specimen.size[i] + 0.5);
     for (int k = 0; k <= n_[2]; ++k) {
       for (int j = 0; j <= n_[1]; ++j) {
@@ -157,7 +156,7 @@ private:
   }
 
   input::Specimen specimen_;
-  geometry::ExtrudedPlate body_;
+  geometry::Body body_;
   std::array<int, 3> n_{};
   geometry::Realization realization_;
   std::vector<geometry::Point> reference_;

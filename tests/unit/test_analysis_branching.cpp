@@ -6,7 +6,7 @@
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 
-#include "geometry/extruded_plate.h"
+#include "crackle/geometry/body.h"
 #include "support/cut_realization.h"
 
 #include <gmock/gmock.h>
@@ -94,7 +94,7 @@ protected:
     mesh.notch_spacing = of_points;
     mesh.perturbation = 0.2;
     mesh.min_quality = 0.1;
-    body = std::make_unique<geometry::ExtrudedPlate>(specimen);
+    body = geometry::make_body(specimen);
     const auto base = geometry::make_mother_points(*body, mesh, 1);
     for (int i = 0; i < n_realizations; ++i)
       realizations.push_back(geometry::make_realization(*body, base, mesh, 1, static_cast<std::uint64_t>(i)));
@@ -212,7 +212,7 @@ protected:
     std::printf("%-52s | %3s | %5s %5s | %5s %5s\n", "", "", "proj.", "space", "proj.", "space");
   }
 
-  static inline std::unique_ptr<geometry::ExtrudedPlate> body;
+  static inline std::unique_ptr<const geometry::Body> body;
   static inline std::vector<geometry::Realization> realizations;
 };
 

@@ -10,7 +10,6 @@
 #include "crackle/cracks/front_trajectory.h"
 #include "crackle/cracks/section_crossings.h"
 #include "crackle/geometry/outline.h"
-#include "support/body_of_shape.h"
 #include "support/flat_cracks.h"
 #include "support/structured_mesh.h"
 
@@ -42,19 +41,19 @@ enum : std::int32_t { slot, round_hole, surface_start };
 
 /// The analysis data of a plate with a slanted slot, of which only the tip matters, an octagonal hole and a
 /// free surface.
-class PlateWithHole : public test::BodyOfShape {
+class PlateWithHole : public geometry::Complex {
 public:
   PlateWithHole() {
-    shape_.bounds = {{0, 0, 0}, {thickness, width, length}};
+    bounds = {{0, 0, 0}, {thickness, width, length}};
     add_side({0, 0, length / 2}, {0, -1, 0}, length);
     add_side({0, width, length / 2}, {0, 1, 0}, length);
     add_side({0, width / 2, 0}, {0, 0, -1}, width);
     add_side({0, width / 2, length}, {0, 0, 1}, width);
     for (const double x : {0.0, thickness})
-      shape_.faces.push_back({{"x"},
-                              1,
-                              {x > 0 ? 1.0 : -1.0, 0, 0},
-                              {{{x, 0, 0}, {x, width, length}}, {}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}}});
+      faces.push_back({{"x"},
+                       1,
+                       {x > 0 ? 1.0 : -1.0, 0, 0},
+                       {{{x, 0, 0}, {x, width, length}}, {}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}}});
 
     CrackStart slanted{};
     slanted.name = "slot";
@@ -71,7 +70,7 @@ public:
     geometry::Polygon octagon;
     for (int i = 0; i < 8; ++i) {
       const Vector outward = direction(45 * i);
-      around.faces.push_back(static_cast<geometry::FaceId>(shape_.faces.size()));
+      around.faces.push_back(static_cast<geometry::FaceId>(faces.size()));
       const Vector corner = hole + hole_radius / std::cos(std::numbers::pi / 8) * direction(45 * i + 22.5);
       add_side({0, hole[1] + hole_radius * outward[1], hole[2] + hole_radius * outward[2]}, -1 * outward,
                2 * hole_radius * std::tan(std::numbers::pi / 8));
@@ -82,15 +81,15 @@ public:
     anywhere.name = "free surface";
     anywhere.is_straight = false;
     anywhere.is_free_surface = true;
-    shape_.crack_starts = {slanted, around, anywhere};
-    shape_.outline = {{{0, 0}, {width, 0}, {width, length}, {0, length}}, octagon};
+    crack_starts = {slanted, around, anywhere};
+    outline = {{{0, 0}, {width, 0}, {width, length}, {0, length}}, octagon};
   }
 
 private:
   /// Adds a rectangle through the thickness with this centre.
   void add_side(const Point& middle, const Vector& outward, double extent) {
     const Vector along{0, -outward[2], outward[1]};
-    shape_.faces.push_back(
+    faces.push_back(
         {{"side"},
          1,
          outward,
@@ -116,13 +115,13 @@ input::SectionLine line_across(const Point& place, double degrees) {
 }
 
 std::vector<SectionCrossing> crossings_of(const CrackSurface& surface, const input::Sections& sections,
-                                          const PlateWithHole& plate) {
+                                          const geometry::Body& plate) {
   return section_crossings(plate, surface, find_branches(plate, surface), sections);
 }
 
 class CrackLigaments : public testing::Test {
 protected:
-  PlateWithHole plate;
+  geometry::Body plate{PlateWithHole()};
   test::FlatCracks made{thickness};
 };
 
@@ -356,10 +355,11 @@ TEST_F(CrackLigaments, TheOutlineHasNoDirectionWhereThereIsNone) {
   EXPECT_EQ(outline.tips[2], hole[1]);
 }
 
-class BodyWithStarts final : public PlateWithHole {
-public:
-  explicit BodyWithStarts(std::vector<CrackStart> starts) { shape_.crack_starts = std::move(starts); }
-};
+geometry::Body body_with_starts(std::vector<CrackStart> starts) {
+  geometry::Complex complex = PlateWithHole();
+  complex.crack_starts = std::move(starts);
+  return geometry::Body(std::move(complex));
+}
 
 TEST(CrackStarts, TheFreeSurfaceHasWhatTouchesNoOtherOne) {
   const test::StructuredMesh mesh(test::notched_plate());
@@ -374,7 +374,7 @@ TEST(CrackStarts, TheFreeSurfaceHasWhatTouchesNoOtherOne) {
   const auto owners = [&](const std::vector<CrackStart>& starts) {
     std::vector<std::int32_t> found;
     for (const Crack& crack :
-         make_crack_surface(BodyWithStarts(starts), mesh.realization(), breaks, 0).cracks)
+         make_crack_surface(body_with_starts(starts), mesh.realization(), breaks, 0).cracks)
       found.push_back(crack.start);
     return found;
   };

@@ -2,7 +2,6 @@
 #include "crackle/common/index.h"
 #include "crackle/cracks/crack_surface.h"
 
-#include "support/body_of_shape.h"
 #include "support/structured_mesh.h"
 
 #include <gmock/gmock.h>
@@ -26,8 +25,8 @@ geometry::Realization one_tetrahedron(const std::array<Point, 4>& p) {
   return realization;
 }
 
-geometry::ExtrudedPlate plain_box() {
-  return geometry::ExtrudedPlate(input::Specimen{{1, 1, 1}, {}});
+geometry::Body plain_box() {
+  return *geometry::make_body(input::Specimen{{1, 1, 1}, {}});
 }
 
 TEST(CrackSurface, RegularTetrahedronHasThreeOrFourEqualFacets) {
@@ -248,16 +247,15 @@ TEST_F(CrackOrigin, CracksOfTwoNotchesStayApartAndTheRunningOneTakesTheMeetingPl
 }
 
 /// The starts of the notched plate, the second as if it were a hole.
-class HoleForNotch : public test::BodyOfShape {
-public:
-  explicit HoleForNotch(const geometry::Body& plate) {
-    shape_.crack_starts = plate.crack_starts();
-    shape_.crack_starts[1].is_hole = true;
-  }
-};
+geometry::Complex hole_for_notch(const geometry::Body& plate) {
+  geometry::Complex complex;
+  complex.crack_starts = plate.crack_starts();
+  complex.crack_starts[1].is_hole = true;
+  return complex;
+}
 
 TEST_F(CrackOrigin, CracksFromAHoleContinueTheOneThatMeetsThemWhicheverCameFirst) {
-  const HoleForNotch plate(mesh.body());
+  const geometry::Body plate(hole_for_notch(mesh.body()));
   for (const bool hole_first : {false, true}) {
     std::vector<std::int64_t> from_notch = row(4, 8, 8);
     for (int z = 9; z < 15; ++z)

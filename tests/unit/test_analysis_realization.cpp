@@ -6,7 +6,7 @@
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 
-#include "geometry/extruded_plate.h"
+#include "crackle/geometry/body.h"
 #include "support/cut_realization.h"
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ protected:
     mesh.growth = 0.04;
     mesh.perturbation = 0.2;
     mesh.min_quality = 0.1;
-    body = std::make_unique<geometry::ExtrudedPlate>(specimen);
+    body = geometry::make_body(specimen);
     realization = std::make_unique<geometry::Realization>(
         geometry::make_realization(*body, geometry::make_mother_points(*body, mesh, 3), mesh, 3, 0));
     std::printf("%zu nodes, %zu tetrahedra\n", realization->nodes.size(), realization->tetrahedra.size());
@@ -59,7 +59,7 @@ protected:
                      RandomStream(7, 0, "crack"));
   }
 
-  static inline std::unique_ptr<geometry::ExtrudedPlate> body;
+  static inline std::unique_ptr<const geometry::Body> body;
   static inline std::unique_ptr<geometry::Realization> realization;
 };
 

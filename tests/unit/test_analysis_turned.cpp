@@ -6,7 +6,6 @@
 #include "crackle/cracks/crack_speed.h"
 #include "crackle/cracks/front_trajectory.h"
 #include "crackle/cracks/section_crossings.h"
-#include "support/body_of_shape.h"
 #include "support/structured_mesh.h"
 
 #include <gtest/gtest.h>
@@ -33,19 +32,18 @@ Point moved(const Point& p) {
 }
 
 /// The analysis data of a body, rotated.
-class TurnedBody final : public test::BodyOfShape {
-public:
-  explicit TurnedBody(const geometry::Body& body) {
-    shape_.bounds = {{0, 0, 0}, {body.size()[0], 60, 60}};
-    shape_.crack_starts = body.crack_starts();
-    for (geometry::CrackStart& start : shape_.crack_starts) {
-      start.tip = moved(start.tip);
-      start.end = moved(start.end);
-      start.along = turned(start.along);
-      start.across = turned(start.across);
-    }
+geometry::Complex turned_body(const geometry::Body& body) {
+  geometry::Complex complex;
+  complex.bounds = {{0, 0, 0}, {body.size()[0], 60, 60}};
+  complex.crack_starts = body.crack_starts();
+  for (geometry::CrackStart& start : complex.crack_starts) {
+    start.tip = moved(start.tip);
+    start.end = moved(start.end);
+    start.along = turned(start.along);
+    start.across = turned(start.across);
   }
-};
+  return complex;
+}
 
 class Turned : public ::testing::Test {
 protected:
@@ -68,7 +66,7 @@ protected:
   }
 
   test::StructuredMesh mesh{test::notched_plate()};
-  TurnedBody body{mesh.body()};
+  geometry::Body body{turned_body(mesh.body())};
 };
 
 TEST_F(Turned, CracksComeAsFar) {

@@ -2,8 +2,8 @@
 // Memory left by a node and its control groups, from mock trees of /proc and /sys.
 #include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/realization_queue.h"
+#include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
-#include "geometry/extruded_plate.h"
 #include "support/temporary_folder.h"
 
 #include <gmock/gmock.h>
@@ -78,7 +78,7 @@ TEST(MemoryDemand, MakingAMeshTakesNoFramesAndNoOtherRanks) {
   input::Parameters parameters;
   parameters.specimen.size = {0.005, 0.0245, 0.14};
   parameters.mesh.spacing = parameters.mesh.notch_spacing = 0.0005;
-  const geometry::ExtrudedPlate body(parameters.specimen);
+  const geometry::Body body = *geometry::make_body(parameters.specimen);
   parameters.output.frames = 100000;
   const double mesh = expected_mesh_memory(parameters, body);
   EXPECT_LT(mesh, 1e-3 * expected_memory_demand(parameters, body, one_group(1)).root);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/base_points.h"
-#include "geometry/extruded_plate.h"
+#include "crackle/geometry/body.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ input::Parameters small_plate(input::Base base) {
 TEST(BasePoints, AreSharedOrEachSamplesOwn) {
   const auto nodes = [](input::Base base, std::uint64_t sample, int attempt = 0) {
     const auto parameters = small_plate(base);  // unperturbed: the nodes are the base points
-    const geometry::ExtrudedPlate body(parameters.specimen);
+    const geometry::Body body = *geometry::make_body(parameters.specimen);
     const auto shared = make_shared_points(body, parameters);
     EXPECT_EQ(shared.size() == 0, base == input::Base::own);
     return make_sample_mesh(body, shared, parameters, sample, attempt).nodes;

@@ -81,7 +81,7 @@ constexpr double fourth_order_bound = 0.02;
 /// lattices have 3 to 8 times as much in the fourth order.
 constexpr double mean_bound = 0.01;
 
-const ExtrudedPlate box = testing::body({5, 5, 5});
+const Body box = testing::body({5, 5, 5});
 const Box interior{{0.8 * mm, 0.8 * mm, 0.8 * mm}, {4.2 * mm, 4.2 * mm, 4.2 * mm}};
 
 /// A cubic or body-centred lattice with as many points as the blue noise.
@@ -190,7 +190,7 @@ TEST(Bias, MomentsOfKnownFacets) {
 }
 
 TEST(DualFacets, SurfaceSharesItsPoints) {
-  const ExtrudedPlate small = testing::body({1, 1, 1});
+  const Body small = testing::body({1, 1, 1});
   const input::Mesh parameters = testing::mesh(0.5, 0.5);
   const Realization made =
       make_realization(small, make_mother_points(small, parameters, 1), parameters, 1, 0);

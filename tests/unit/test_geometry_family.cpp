@@ -10,7 +10,7 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
-#include "geometry/extruded_plate.h"
+#include "crackle/geometry/body.h"
 
 #include <gtest/gtest.h>
 
@@ -157,7 +157,7 @@ MeshProblem draw(std::uint64_t number, double max_points) {
       continue;
     }
     try {
-      const double n_points = estimate_n_points(ExtrudedPlate(problem.specimen), problem.mesh);
+      const double n_points = estimate_n_points(*make_body(problem.specimen), problem.mesh);
       if (absurd ? n_points > input::max_mother_points : n_points <= max_points) return problem;
     } catch (const std::runtime_error&) {
       return problem;  // make_mother_points must refuse it for the same reason
@@ -169,10 +169,10 @@ MeshProblem draw(std::uint64_t number, double max_points) {
 Verdict mesh(const MeshProblem& problem, std::uint64_t seed) {
   constexpr std::uint64_t n_samples = 2;
   Verdict verdict;
-  std::optional<ExtrudedPlate> body;
+  std::optional<Body> body;
   MotherPoints base;
   try {
-    body.emplace(problem.specimen);
+    body = *make_body(problem.specimen);
     base = make_mother_points(*body, problem.mesh, seed);
   } catch (const std::runtime_error& refusal) {
     verdict.refusal = refusal.what();

@@ -34,7 +34,7 @@ double squared_distance(const Point& a, const Point& b) {
 }
 
 TEST(SpacingField, GrowsFromTheTip) {
-  const ExtrudedPlate notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
+  const Body notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
   const SpacingField spacing(notched, mesh(4, 0.5, 0.1));
   EXPECT_DOUBLE_EQ(spacing({mm, 10 * mm, 40.5 * mm}), 0.5 * mm);
   EXPECT_DOUBLE_EQ(spacing({mm, 15 * mm, 40 * mm}), 1.0 * mm);
@@ -44,10 +44,9 @@ TEST(SpacingField, GrowsFromTheTip) {
 
 TEST(SpacingField, FollowsTheBodyWhereThatIsFiner) {
   // A thin slot, and two slots 0.4 mm apart.
-  const ExtrudedPlate thin = body({10, 60, 80}, {notch(Face::y_min, 40, 30, 0.2)});
+  const Body thin = body({10, 60, 80}, {notch(Face::y_min, 40, 30, 0.2)});
   EXPECT_LE(SpacingField(thin, mesh(4, 0.5, 0.1))({mm, 1 * mm, 40.1 * mm}), (1 + 1e-12) * 0.2 * mm);
-  const ExtrudedPlate close =
-      body({10, 60, 80}, {notch(Face::y_min, 40, 30, 3), notch(Face::y_min, 43.4, 30, 3)});
+  const Body close = body({10, 60, 80}, {notch(Face::y_min, 40, 30, 3), notch(Face::y_min, 43.4, 30, 3)});
   const SpacingField between(close, mesh(4, 3, 0.1));
   for (const double y : {0.0, 20.0, 30.0})
     for (const double wall : {41.5, 41.9})
@@ -57,7 +56,7 @@ TEST(SpacingField, FollowsTheBodyWhereThatIsFiner) {
 }
 
 TEST(SpacingField, IsFineInRegionsAndGrowsFromThem) {
-  const ExtrudedPlate notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
+  const Body notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
   input::Mesh parameters = mesh(4, 0.5, 0.1);
   parameters.regions = {testing::region({input::unbounded, {10, 50}, {30, 50}}, 1),
                         testing::region({input::unbounded, input::unbounded, {70, 200}}, 2),
@@ -72,7 +71,7 @@ TEST(SpacingField, IsFineInRegionsAndGrowsFromThem) {
 }
 
 TEST(SpacingField, ChangesNoFasterThanItsLargestGrowth) {
-  const ExtrudedPlate notched = testing::four_notches();
+  const Body notched = testing::four_notches();
   const SpacingField spacing(notched, mesh(1.5, 0.2, 0.3));
   RandomStream stream(1, 1, "points");
   const auto point = [&] {
@@ -96,7 +95,7 @@ protected:
     points_ = new MotherPoints(make_mother_points(testing::short_plate(), testing::plate_mesh(), 2012));
   }
   static void TearDownTestSuite() { delete points_; }
-  const ExtrudedPlate plate = testing::short_plate();
+  const Body plate = testing::short_plate();
   const MotherPoints& points() const { return *points_; }
 
 private:
@@ -139,7 +138,7 @@ TEST_F(Plate, TwoCellsOverTheNotchHeight) {
 
 TEST(MotherPoints, CellsOverTheNotchHeight) {
   for (const auto& [spacing, cells] : {std::pair{0.9, 1}, std::pair{0.55, 1}, std::pair{0.25, 3}}) {
-    const ExtrudedPlate notched = body({2, 8, 8}, {notch(Face::y_min, 4, 2, 0.8)});
+    const Body notched = body({2, 8, 8}, {notch(Face::y_min, 4, 2, 0.8)});
     const MotherPoints points = make_mother_points(notched, mesh(1, spacing), 1);
     const testing::SlotFaces slot = testing::slot_faces(notched, 0);
     const auto on_edge = std::count_if(points.position.begin(), points.position.end(), [&](const Point& p) {
@@ -246,7 +245,7 @@ double nearest_neighbour(const MotherPoints& points, std::size_t i) {
 }
 
 TEST(MotherPoints, KeepTheSpacingOfARegion) {
-  const ExtrudedPlate plate = testing::short_plate();
+  const Body plate = testing::short_plate();
   input::Mesh parameters = mesh(1.5, 0.3, 0.2);
   parameters.regions = {testing::region({input::unbounded, input::unbounded, {17, 20}}, 0.5)};
   const MotherPoints points = make_mother_points(plate, parameters, 2012);
@@ -305,7 +304,7 @@ protected:
   void write(const std::string& text) { std::ofstream(file_) << text; }
   std::string corners() const { return "0 0 0\n2 0 0\n0 3 0\n2 3 0\n0 0 4\n2 0 4\n0 3 4\n2 3 4\n"; }
   std::filesystem::path file_;
-  const ExtrudedPlate box = body({2, 3, 4});
+  const Body box = body({2, 3, 4});
 };
 
 TEST_F(PointFile, SnapsPointsOntoPlanes) {
@@ -320,7 +319,7 @@ TEST_F(PointFile, SnapsPointsOntoPlanes) {
 }
 
 TEST_F(PointFile, SnapsOntoWallsOnlyWhereTheyAre) {
-  const ExtrudedPlate notched = body({2, 3, 4}, {notch(Face::y_min, 2, 1, 0.4)});
+  const Body notched = body({2, 3, 4}, {notch(Face::y_min, 2, 1, 0.4)});
   std::string text = corners();
   for (const char* x : {"0", "2"})
     for (const char* y : {"0", "1"})

@@ -25,7 +25,7 @@ std::size_t index(std::int64_t i) {
 
 const Realization& plate() {
   static const Realization made = [] {
-    const ExtrudedPlate body = testing::short_plate();
+    const Body body = testing::short_plate();
     const MotherPoints base = make_mother_points(body, testing::plate_mesh(), 2012);
     return make_realization(body, base, testing::plate_mesh(), 2012, 0);
   }();
@@ -34,7 +34,7 @@ const Realization& plate() {
 
 const Realization& few() {
   static const Realization made = [] {
-    const ExtrudedPlate body = testing::body({1, 1, 2});
+    const Body body = testing::body({1, 1, 2});
     const input::Mesh mesh = testing::mesh(1, 1);
     return make_realization(body, make_mother_points(body, mesh, 1), mesh, 1, 0);
   }();

@@ -30,7 +30,7 @@ std::size_t index(std::int32_t i) {
 
 struct Case {
   const char* name;
-  ExtrudedPlate body;
+  Body body;
   input::Mesh mesh;
 };
 
@@ -99,7 +99,7 @@ protected:
     return make_realization(plate, *base_, parameters, seed, sample);
   }
   const MotherPoints& base() const { return *base_; }
-  const ExtrudedPlate plate = testing::short_plate();
+  const Body plate = testing::short_plate();
 
 private:
   static inline MotherPoints* base_ = nullptr;
@@ -242,9 +242,8 @@ TEST(Symmetry, IsThatOfTheNotches) {
 
 TEST(Symmetry, OfAMeshIsThatOfItsRegionsToo) {
   using List = std::vector<std::uint8_t>;
-  const ExtrudedPlate plate =
-      testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.5, 0.6),
-                                     testing::notch(input::Face::y_max, 72.7, 5.5, 0.6)});
+  const Body plate = testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.5, 0.6),
+                                                    testing::notch(input::Face::y_max, 72.7, 5.5, 0.6)});
   input::Mesh mesh = testing::mesh(1, 0.3);
   const auto with = [&](std::vector<input::MeshRegion> regions) {
     mesh.regions = std::move(regions);
@@ -260,7 +259,7 @@ TEST(Symmetry, OfAMeshIsThatOfItsRegionsToo) {
   EXPECT_EQ(with({testing::region(low, 0.3), testing::region(high, 0.4)}), (List{0, 1}));
 
   // Thus a sample's refined mesh regions always stay in place.
-  const ExtrudedPlate small = testing::short_plate();
+  const Body small = testing::short_plate();
   input::Mesh fine = testing::mesh(1.5, 0.5, 0.3);
   fine.regions = {testing::region({input::unbounded, input::unbounded, {18, 24}}, 0.5)};
   const MotherPoints base = make_mother_points(small, fine, 1);
@@ -271,7 +270,7 @@ TEST(Symmetry, OfAMeshIsThatOfItsRegionsToo) {
 }
 
 TEST(Symmetry, MapsCrackStarts) {
-  const ExtrudedPlate plate = testing::short_plate();
+  const Body plate = testing::short_plate();
   const std::vector<Symmetry> all = plate.symmetries();
   EXPECT_EQ(all[1].crack_start, (std::vector<std::int32_t>{0, 1}));
   EXPECT_EQ(all[2].crack_start, (std::vector<std::int32_t>{1, 0}));
@@ -285,9 +284,8 @@ TEST(Symmetry, MapsCrackStarts) {
 
 // Walls whose coordinates are not exact in binary: points on a wall stay exactly on its image.
 TEST(Symmetry, MapsPlanesExactly) {
-  const ExtrudedPlate plate =
-      testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.3, 0.7),
-                                     testing::notch(input::Face::y_max, 72.7, 5.3, 0.7)});
+  const Body plate = testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.3, 0.7),
+                                                    testing::notch(input::Face::y_max, 72.7, 5.3, 0.7)});
   for (const Symmetry& symmetry : plate.symmetries())
     for (const Point& corner : plate.corners()) {
       const Point q = symmetry.image(corner);

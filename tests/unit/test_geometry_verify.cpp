@@ -23,7 +23,7 @@ std::size_t index(std::int32_t i) {
 class Verify : public ::testing::Test {
 protected:
   static void SetUpTestSuite() {
-    const ExtrudedPlate plate = testing::short_plate();
+    const Body plate = testing::short_plate();
     const MotherPoints base = make_mother_points(plate, testing::plate_mesh(), 2012);
     whole_ = new Realization(make_realization(plate, base, testing::plate_mesh(), 2012, 0));
   }
@@ -52,7 +52,7 @@ protected:
     return static_cast<std::size_t>(found - broken.tetrahedra.begin());
   }
 
-  const ExtrudedPlate plate = testing::short_plate();
+  const Body plate = testing::short_plate();
   Realization broken;
 
 private:
@@ -154,11 +154,10 @@ TEST_F(Verify, BoundaryList) {
 
 // A body of another size: right nodes for the wrong body.
 TEST_F(Verify, AnotherBody) {
-  const ExtrudedPlate longer = testing::body(
-      {3, 16, 24.000001},
-      {testing::notch(input::Face::y_min, 9, 4, 0.6), testing::notch(input::Face::y_max, 15, 4, 0.6)});
+  const Body longer = testing::body({3, 16, 24.000001}, {testing::notch(input::Face::y_min, 9, 4, 0.6),
+                                                         testing::notch(input::Face::y_max, 15, 4, 0.6)});
   EXPECT_THAT([&] { verify(broken, longer, 0.2); }, ThrowsMessage<std::runtime_error>(HasSubstr("volume")));
-  const ExtrudedPlate without = testing::body({3, 16, 24});
+  const Body without = testing::body({3, 16, 24});
   EXPECT_THROW(verify(broken, without, 0.2), std::runtime_error);
 }
 

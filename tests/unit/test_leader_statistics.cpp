@@ -33,8 +33,8 @@ constexpr double none = std::numeric_limits<double>::quiet_NaN();
 const input::Specimen specimen{{5 * mm, 24.5 * mm, 140 * mm},
                                {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.5, 0.6)}};
 
-geometry::ExtrudedPlate plate() {
-  return geometry::ExtrudedPlate(specimen);
+geometry::Body plate() {
+  return *geometry::make_body(specimen);
 }
 
 /// 7 and 17.5 mm are images of each other, 12.25 mm is its own, 9 mm has none.

@@ -61,7 +61,7 @@ TEST(ToughnessFactor, OfAnAverageIsThatOfALengthOfItsOwn) {
 }
 
 Range along_ligaments(const input::Parameters& parameters) {
-  return toughness_along_ligaments(parameters, geometry::ExtrudedPlate(parameters.specimen),
+  return toughness_along_ligaments(parameters, *geometry::make_body(parameters.specimen),
                                    parameters.fracture.strength)
       .value();
 }
@@ -93,7 +93,7 @@ TEST(LigamentToughness, EndsAtTheNextNotch) {
   EXPECT_NEAR(range.greatest / range.least, 1 + 0.03 * 2.25 / 0.3, 0.01);
   parameters.specimen.notches.clear();
   EXPECT_FALSE(
-      toughness_along_ligaments(parameters, geometry::ExtrudedPlate(parameters.specimen), 35e6).has_value());
+      toughness_along_ligaments(parameters, *geometry::make_body(parameters.specimen), 35e6).has_value());
 }
 
 }  // namespace CRACKLE_TEST_FILE

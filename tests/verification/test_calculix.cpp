@@ -7,7 +7,7 @@
 #include "crackle/fracture/material_field.h"
 #include "crackle/geometry/mother_points.h"
 
-#include "geometry/extruded_plate.h"
+#include "crackle/geometry/body.h"
 #include "support/box_mesh.h"
 #include "support/temporary_folder.h"
 
@@ -103,7 +103,7 @@ bool run_calculix(const std::filesystem::path& folder) {
 }
 
 void compare_static(const input::Parameters& parameters, bool is_mixed) {
-  const geometry::ExtrudedPlate plate(parameters.specimen);
+  const geometry::Body plate = *geometry::make_body(parameters.specimen);
   const auto base = geometry::make_mother_points(plate, parameters.mesh, 1);
   const auto mesh = geometry::make_realization(plate, base, parameters.mesh, 1, 0);
   auto subdomain = test::whole(mesh);
@@ -175,7 +175,7 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 100});
   parameters.boundaries.back().history = {{0, 0}, {30e-6, 1}};
   parameters.mesh.notch_spacing = 0.001;
-  const geometry::ExtrudedPlate plate(parameters.specimen);
+  const geometry::Body plate = *geometry::make_body(parameters.specimen);
   const auto base = geometry::make_mother_points(plate, parameters.mesh, 1);
   const auto mesh = geometry::make_realization(plate, base, parameters.mesh, 1, 0);
   const auto subdomain = test::whole(mesh);

@@ -27,7 +27,7 @@ struct FacePart {
 };
 
 /// The region of a boundary condition: equal in every realization, since the borders of its parts are edges
-/// of the mesh (ImprintedBody).
+/// of the mesh (imprint.h).
 struct ConditionRegion {
   std::vector<FacePart> parts;  ///< by ascending face, all of the same dimension
   int n_dimensions = 2;         ///< 2: areas, 1: lines, 0: points

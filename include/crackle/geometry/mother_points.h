@@ -27,6 +27,8 @@ std::vector<SpacingSource> region_sources(const input::Mesh& mesh, const Box& bo
 class SpacingField {
 public:
   SpacingField(const Body& body, const input::Mesh& mesh);
+  /// @param sources in addition to the regions of the mesh
+  SpacingField(const Box& bounds, const input::Mesh& mesh, const std::vector<SpacingSource>& sources);
 
   double operator()(const Point& p) const;      ///< [m]
   double lower_bound(const Box& region) const;  ///< a bound over a box, sharp for small ones [m]

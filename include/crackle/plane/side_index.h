@@ -32,6 +32,11 @@ enum class Cover {
   crossing,  ///< neither
 };
 
+/// The point that divides a segment in this share of its length.
+inline Point between(const Point& from, const Point& to, double share) {
+  return from + share * (to - from);
+}
+
 Side side_between(const Point& from, const Point& to, int part);
 
 /// The sides of a shape, loop by loop.

@@ -66,7 +66,7 @@ height = "1 mm")"};
   return {compact, triangle, disk, box};
 }
 
-TEST(ExtrudedPlate, SurfacesEncloseTheVolume) {
+TEST(Plate, SurfacesEncloseTheVolume) {
   for (const PlateText& plate : some_plates()) {
     const auto body = make_body(parsed(plate).specimen);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -92,7 +92,7 @@ TEST(ExtrudedPlate, SurfacesEncloseTheVolume) {
       ASSERT_TRUE(body->contains(p));
       const auto movable = body->movable(p);
       EXPECT_EQ(std::popcount(movable), 1);
-      const Directions along = body->directions(p, movable);
+      const Directions along = body->directions(body->place_of(p));
       ASSERT_EQ(along.n, 1);
       EXPECT_NEAR(std::abs(dot(along.vector[0], edge.to() - edge.from())), edge.length(),
                   1e-12 * edge.length());
@@ -100,7 +100,7 @@ TEST(ExtrudedPlate, SurfacesEncloseTheVolume) {
   }
 }
 
-TEST(ExtrudedPlate, PointsOnWallsStayThere) {
+TEST(Plate, PointsOnWallsStayThere) {
   for (const PlateText& plate : some_plates()) {
     const auto body = make_body(parsed(plate).specimen);
     for (std::size_t id = 0; id < body->faces().size(); ++id) {
@@ -112,7 +112,7 @@ TEST(ExtrudedPlate, PointsOnWallsStayThere) {
       EXPECT_TRUE(body->in_face(static_cast<FaceId>(id), p));
       const auto movable = body->movable(p);
       EXPECT_EQ(std::popcount(movable), 2) << face.names[0];
-      const Directions directions = body->directions(p, movable);
+      const Directions directions = body->directions(body->place_of(p));
       for (int k = 0; k < directions.n; ++k) {
         EXPECT_NEAR(dot(directions.vector[index(k)], face.outward), 0, 1e-15);
         const Point q = p + patch.domain.upper[1] / 7 * directions.vector[index(k)];
@@ -134,7 +134,7 @@ TEST(ExtrudedPlate, PointsOnWallsStayThere) {
   }
 }
 
-TEST(ExtrudedPlate, NamesOfFaces) {
+TEST(Plate, NamesOfFaces) {
   const auto body = make_body(parsed(some_plates()[0]).specimen);
   EXPECT_EQ(body->faces_named("edge-0").size(), 1u);
   EXPECT_EQ(body->faces_named("edge-0"), body->faces_named("z-min"));
@@ -155,7 +155,7 @@ TEST(ExtrudedPlate, NamesOfFaces) {
 }
 
 // A clockwise outline keeps the names of its edges.
-TEST(ExtrudedPlate, NumberOfCrackStartsFollowsFromTheInput) {
+TEST(Plate, NumberOfCrackStartsFollowsFromTheInput) {
   std::vector<input::Specimen> specimens{
       {{1, 2, 3}, {}}, {{1, 20, 30}, {{input::Face::z_max, 5, 2, 1}, {input::Face::y_min, 9, 2, 1}}}};
   for (const PlateText& plate : some_plates()) specimens.push_back(parsed(plate).specimen);
@@ -163,7 +163,7 @@ TEST(ExtrudedPlate, NumberOfCrackStartsFollowsFromTheInput) {
     EXPECT_EQ(n_crack_starts(specimen), make_body(specimen)->crack_starts().size());
 }
 
-TEST(ExtrudedPlate, OutlineInEitherDirection) {
+TEST(Plate, OutlineInEitherDirection) {
   PlateText forwards{R"(thickness = "1 mm"
 outline = [["0 mm", "0 mm"], ["9 mm", "1 mm"], ["8 mm", "9 mm"], ["1 mm", "7 mm"]])"};
   PlateText backwards{R"(thickness = "1 mm"
@@ -177,7 +177,7 @@ outline = [["0 mm", "0 mm"], ["1 mm", "7 mm"], ["8 mm", "9 mm"], ["9 mm", "1 mm"
               other->faces()[index(other->faces_named(same).at(0))].outward);
 }
 
-TEST(ExtrudedPlate, Symmetries) {
+TEST(Plate, Symmetries) {
   const auto codes = [](const PlateText& plate) {
     const auto body = make_body(parsed(plate).specimen);
     std::vector<int> found;
@@ -199,7 +199,7 @@ TEST(ExtrudedPlate, Symmetries) {
   EXPECT_EQ(body->symmetries()[2].crack_start, (std::vector<std::int32_t>{0, 2, 1, 3}));
 }
 
-TEST(ExtrudedPlate, ASlotThatIsTheNewEndHasItsPlaceInTheSymmetries) {
+TEST(Plate, ASlotThatIsTheNewEndHasItsPlaceInTheSymmetries) {
   // A disk with a flat at the top: the slot's wall is z-max as well.
   PlateText disk{R"(thickness = "3 mm"
 outline = "circle"
@@ -215,7 +215,7 @@ height = "4 mm")"};
     EXPECT_EQ(symmetry.crack_start, (std::vector<std::int32_t>{0, 1}));
 }
 
-TEST(ExtrudedPlate, RealizationsConform) {
+TEST(Plate, RealizationsConform) {
   for (const PlateText& plate : some_plates()) {
     const input::Parameters parameters = parsed(plate);
     const auto body = make_body(parameters.specimen);

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/complex.h"
+#include "crackle/input/material_layout.h"
+#include "crackle/plane/side_index.h"
+
+#include <array>
+#include <vector>
+
+namespace crackle::geometry {
+
+/// Divides a plate into materials. Its layers are parted by walls along x, and by caps normal to x between
+/// them; both are inner faces. An inner wall is a rectangle through one layer. All caps at one x are one
+/// face, with gaps.
+/// @param complex the plate of the specimen
+/// @param interfaces pairs of materials
+/// @throws std::runtime_error as input::material_layout
+void divide(Complex& complex, const input::Specimen& specimen, std::vector<std::array<int, 2>> interfaces);
+
+/// True if materials change at a level of x, beside a line.
+bool is_in_cap(const input::MaterialLayout& layout, const input::MaterialLayout::Line& line,
+               std::size_t level, bool on_left);
+
+plane::Side side_of(const input::MaterialLayout& layout, const input::MaterialLayout::Line& line);
+
+/// The lengths of inner walls, their distances, and the thicknesses of layers.
+/// @param layout of the specimen
+SpacingRule region_spacing(const input::Specimen& specimen, const input::MaterialLayout& layout);
+
+}  // namespace crackle::geometry
