@@ -253,6 +253,16 @@ class Made:
 
 
 class Matches(unittest.TestCase):
+    def test_stiffness_is_a_quantity(self):
+        made = Made(5, 30)
+        for i, sample in enumerate(made.samples.samples):
+            sample.stiffness = np.nan if i == 3 else 1e6 + 1e3 * i
+        by = made.one(Experiment("soft", stiffness=9e5, stiffness_error=100.0))["by"]["stiffness"]
+        self.assertEqual((by["p_value"], by["unit"], by["left_out"], by["nearest"][0]["sample"]), (1 / 30, "N/m", [3], 0))
+        found = made.match(Experiment("a", stiffness=1.01e6), Experiment("b", stiffness=1.02e6), Experiment("c", peak_load=1.0))
+        self.assertEqual(found["set"]["by"]["stiffness"]["n_experiments"], 2)
+        self.assertIn("Left out by stiffness: c, no stiffness.", match_text.text(found))
+
     def test_finds_the_sample_that_is_the_experiment(self):
         made = Made(4, 30)
         same = made.samples.samples[17]
@@ -610,6 +620,19 @@ run_out = true
         np.testing.assert_allclose((one.corner, one.right, one.down), ((8.275e-3, 20.6e-3), (0, -0.05e-3), (0.05e-3, 0)), atol=1e-15)
         self.assertEqual((other.width, other.height, other.light_field, other.reversed), (513, 256, True, True))
         self.assertEqual((second.peak_load, second.run_out), (7, True))
+
+    def test_initial_slopes(self):
+        # 0.5 um/N of specimen and machine, 0.1 of the machine; a soft start and a bend near the peak do not count.
+        text = '[[experiment]]\nname = "a"\ncurve = "c.csv"\nmachine_compliance = "0.1 um/N"\n'
+        loads = np.array([0, 5, 10, 20, 30, 50, 80, 100, 40])
+        rows = "".join(f"{0.5 * load + 3 + extra},{load}\n" for load, extra in zip(loads, (-2, -1, 0, 0, 0, 0, 4, 9, 30)))
+        one, = self.read(text, c__csv="displacement_um,load_N\n" + rows)
+        self.assertAlmostEqual(one.stiffness * 0.4e-6, 1, places=9)
+        self.assertLess(one.stiffness_error, 1e-6 * one.stiffness)
+        self.assertIsNone(self.read(text.replace("machine", "#machine"))[0].stiffness)
+        for wrong, part in ((text.replace("0.1", "0.6"), "is stiffer than the machine"), (text.replace("curve", "#curve") + "peak_load = '3 N'\n", "is for curve")):
+            self.assertIn(part, self.errors(wrong)[0])
+        self.assertIn("fewer than three points", self.errors(text, c__csv="displacement_um,load_N\n0,0\n5,10\n")[0])
 
     def test_paths_in_pixels(self):
         one, = self.read('[[experiment]]\nname = "a"\npath = "p.csv"\nscale = "0.1 mm"\npixel_origin = [10, 50]\norigin = ["0 mm", "5 mm"]\n',

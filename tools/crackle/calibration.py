@@ -13,7 +13,7 @@ from scipy import optimize, signal, special, stats
 from .emulator import Basis, Emulator, Inputs, Values, imputed
 from .files import ResultsError
 from .inference import wilson
-from .observations import Observable, check_places, is_same_load, needs_arms, observe, observed_samples
+from .observations import Observable, check_places, is_same_load, needs_files, observe, observed_samples
 from .path_frame import PathFrame
 from .posterior import FULL, PART, SMALL, Block, Likelihood, Observed, Points, Terms, observed, random_numbers, sample
 from .text import aligned, count, json_text, named, p_is, percent, plain, probability, quantity, readable
@@ -682,7 +682,7 @@ def calibrate(folder: str | Path, experiments: str | Path, discrepancy: bool = F
     """
     from .experiments import read_experiments
     given = read_experiments(Path(experiments))
-    samples = observed_samples(Path(folder), needs_arms(given), Path(program) if program else None)
+    samples = observed_samples(Path(folder), needs_files(given), Path(program) if program else None)
     about = samples.document
     if not about["random"]:
         raise ResultsError("the ensemble has no random inputs; only those, [[random]] in its input, can be calibrated")

@@ -339,7 +339,7 @@ class _Comparison:
             table += [[f"  mean {coordinate} at {name} [mm]", "", "", "", shown(one.value, ".3f", 1e3), _interval(one, ".3f", 1e3), "", ""]
                       for (name, coordinate), one in zip(sections, paths.of_means)]
         return "\n".join(lines) + "\n" + aligned(table) + (
-            f"p: by permutations, of a difference as large were there none. Of all {self._joint.n_looks} comparisons: Westfall and Young's step-down max-T, so that one "
+            f"p: by permutations, of a difference of means or shares as large were there none. Of all {self._joint.n_looks} comparisons: Westfall and Young's step-down max-T, so that one "
             f"below 0.05 is by chance in 5 % of such tables at most; least p possible: {probability(self._joint.least)}. Intervals hold each for itself.\n")
 
     def document(self, second: str) -> dict[str, Any]:
@@ -355,12 +355,19 @@ def _interval(difference: Difference, form: str, factor: float) -> str:
     return "all equal" if difference.has_no_width else shown_range(difference.lower, difference.upper, form, factor)
 
 
+def _decimals(form: str, width: float) -> str:
+    """A format such as ".6f" with no more decimals than an interval of this width makes known."""
+    if not form.endswith("f") or not 0 < width < np.inf:
+        return form
+    return f".{min(int(form[1:-1]), max(0, 2 - int(np.floor(np.log10(width)))))}f"
+
+
 def _rows_of(one: _Result) -> list[list[str]]:
     info = one.info
     unit, factor, form = "%", 100.0, ".0f"
     if not one.share_of:
         unit, factor = unit_for(info["shown_units"], info["shown_factor"], info["units"], np.fmax(*np.abs(one.centres)))
-        form = info["format_of_any"]
+        form = _decimals(info["format_of_any"], factor * (one.main.upper - one.main.lower))
     label = one.name + (f" [{unit}]" if unit else "")
 
     def row(name: str, shown_centres: list[str], difference: Difference, *p: str) -> list[str]:

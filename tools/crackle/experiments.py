@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Callable, Iterator, Optional
 
 import numpy as np
+from scipy import stats
 
 try:
     import tomllib
@@ -23,6 +24,7 @@ from .files import ResultsError
 MOST_ERRORS = 10  # of a CSV file; the rest is probably of the same kind
 MOST_BYTES = 1 << 27  # of a CSV file
 MOST_TEXT = 1 << 17  # of the TOML file
+SLOPE_RANGE = (0.1, 0.5)  # of the peak load, in which a curve counts as straight
 
 
 class ExperimentsError(ResultsError):
@@ -66,6 +68,8 @@ class Experiment:
     time_error: float = 0.0  # standard deviation [s]
     pictures: list[Picture] = field(default_factory=list)
     curve: Optional[tuple[np.ndarray, np.ndarray]] = None  # displacement [m] and load [N]
+    stiffness: Optional[float] = None  # of the specimen, from the curve's initial slope [N/m]
+    stiffness_error: float = 0.0  # standard deviation [N/m]
 
 
 @dataclass
@@ -78,6 +82,7 @@ class _Draft:
     scale: float = 0.0  # of a pixel [m]
     pixel_origin: np.ndarray = field(default_factory=lambda: np.zeros(2))
     load_per_strength: float = 0.0
+    machine_compliance: Optional[float] = None
     path: str = ""
     tips: str = ""
     curve: str = ""
@@ -101,6 +106,7 @@ class Dimension:
 
 LENGTH, TIME = Dimension("a length", "m", "1.0 mm"), Dimension("a time", "s", "5 ns")
 FORCE, STRESS = Dimension("a force", "N", "135 N"), Dimension("a stress", "Pa", "35 MPa")
+COMPLIANCE = Dimension("a compliance", "m/N", "0.2 um/N")
 AREA, ANGLE = Dimension("an area", "m^2", "2.5 mm^2"), Dimension("an angle", "radian", "30 degree")
 PLACE = 'two lengths, y and z, such as ["12.25 mm", "70 mm"]'
 PIXELS = "two numbers of pixels, from the left and from the top, such as [120, 480]"
@@ -301,6 +307,8 @@ TABLES: dict[str, tuple[Key, ...]] = {
         _flag("run_out", "true if the specimen bore peak_load without breaking", _of("run_out"), "it broke"),
         _LOADS[1],
         _file("curve", "displacement_mm,load_N", "load over displacement", "not measured"),
+        _quantity("machine_compliance", COMPLIANCE, 0, 1, "from 0 to 1 m/N", "0.2 um/N", "of the machine, 0 where the displacement is the specimen's; "
+                  "the initial slope of curve is then compared", _to("machine_compliance"), unset="the slope is not compared"),
         _LOADS[0], _LOADS[2],
         _file("tips", "time_us,y_mm,z_mm", "places of the crack's tip at times since it began to run", "not observed"),
         _quantity("time_error", TIME, 0, 1e3, "from 0 to 1000 s", "1 us", "standard deviation of the times", _of("time_error"),
@@ -532,6 +540,22 @@ def _add_curve(draft: _Draft, table: _Csv) -> None:
         draft.experiment.curve = (columns[0], columns[1])
         if draft.experiment.peak_load is None:
             draft.experiment.peak_load = float(columns[1].max())
+        if draft.machine_compliance is not None:
+            _add_stiffness(draft, table, *columns)
+
+
+def _add_stiffness(draft: _Draft, table: _Csv, displacement: np.ndarray, load: np.ndarray) -> None:
+    """By regression over SLOPE_RANGE of the peak load, on the way to it."""
+    rising = slice(int(load.argmax()) + 1)
+    low, high = (share * load.max() for share in SLOPE_RANGE)
+    chosen = (load[rising] >= low) & (load[rising] <= high)
+    if chosen.sum() < 3:
+        return table.add(f"has fewer than three points from {100 * SLOPE_RANGE[0]:.0f} to {100 * SLOPE_RANGE[1]:.0f} % of the peak load, which machine_compliance needs")
+    found = stats.linregress(load[rising][chosen], displacement[rising][chosen])
+    compliance = found.slope - (draft.machine_compliance or 0.0)
+    if not compliance > 0:
+        return table.add("is stiffer than the machine by machine_compliance")
+    draft.experiment.stiffness, draft.experiment.stiffness_error = 1 / compliance, float(found.stderr) / compliance ** 2
 
 
 def _rows_of_loads(draft: _Draft, table: _Csv) -> list[Experiment]:
@@ -578,7 +602,7 @@ def _check_companions(table: dict, key: str, findings: _Findings) -> None:
     for name, has, wanted in (("path_error", "path" in table, "path"), ("path_error_length", "path_error" in table, "path_error"),
                               ("arrested", "path" in table, "path"), ("scale", "path" in table, "path"),
                               ("pixel_origin", "scale" in table, "scale"), ("load_error", has_load, "a load"),
-                              ("run_out", bool({"peak_load", "curve"} & table.keys()), "peak_load"),
+                              ("machine_compliance", "curve" in table, "curve"), ("run_out", bool({"peak_load", "curve"} & table.keys()), "peak_load"),
                               ("load_per_strength", "loads" in table, "loads"), ("time_error", has_tip, "tip or tips")):
         if name in table and not has:
             findings.report(f"{key}.{name}", f"is for {wanted}; give that, or leave it out")

@@ -15,8 +15,8 @@ from . import match_text, weibull
 from .experiments import Experiment, read_experiments
 from .files import ResultsError
 from .inference import Difference
-from .observations import (Observable, ObservedSamples, SeenPaths, check_places, distinct, needs_arms, observe_load, observe_path,
-                           observe_tips, observed_samples, seen_paths, start_of)
+from .observations import (Observable, ObservedSamples, SeenPaths, check_places, distinct, needs_arms, needs_files, observe_load, observe_path,
+                           observe_stiffness, observe_tips, observed_samples, seen_paths, start_of)
 from .path_frame import N_STATIONS, length_of
 from .rank_tests import (LEVEL, ROUNDING, Scatter, distances_of, group_test, joint_distances, least_p_value, power, random_stream, rank_test,
                          samples_needed, scatter)
@@ -94,7 +94,7 @@ class Match:
 def match(folder: Path, experiments: Path, program: Optional[Path] = None) -> Match:
     """Experiments (a TOML file) beside the samples of an ensemble's folder. Raises ResultsError."""
     given = read_experiments(experiments)
-    samples = observed_samples(folder, needs_arms(given), program)
+    samples = observed_samples(folder, needs_files(given), program)
     check_places(experiments, given, samples)
     return match_with(given, samples)
 
@@ -121,7 +121,7 @@ def _match_one(experiment: Experiment, samples: ObservedSamples) -> dict[str, An
     taken = ways.members(ways.of_experiments[0]) if ways else []
     # Of a way that no sample took, beside all of them.
     path = observe_path([experiment], samples, seen, taken or [i for i, arm in enumerate(seen.arms) if arm]) if seen and any(seen.arms) else None
-    found = [path, *(observe_load([experiment], samples, load) for load in ("onset_load", "peak_load")), observe_tips(experiment, samples)]
+    found = [path, *(observe_load([experiment], samples, load) for load in ("onset_load", "peak_load")), observe_tips(experiment, samples), observe_stiffness([experiment], samples)]
     observables = [_clipped(each) for each in found if each is not None and len(each.samples)]
     by = {each.quantity: _match_by([each], samples) for each in observables}
     if len(jointly := distinct(observables)) > 1:
@@ -333,6 +333,8 @@ def _match_set(experiments: Sequence[Experiment], samples: ObservedSamples) -> O
         if observable := observe_load(experiments, samples, load):
             used.append(_Together(_clipped(observable), {i: f"no {load.replace('_', ' ')}" for i in range(len(experiments))
                                                          if i not in observable.experiments}))
+    if observable := observe_stiffness(experiments, samples):
+        used.append(_Together(observable, {i: "no stiffness" for i in range(len(experiments)) if i not in observable.experiments}))
     left_out = [{"name": experiments[i].name, "by": each.observable.quantity, "reason": why} for each in used for i, why in sorted(each.left_out.items())]
     used = [each for each in used if min(len(each.observable.experiments), len(each.observable.samples)) > 1]
     if not used:

@@ -22,7 +22,7 @@ DRAWN_OUT = 1.5  # arms are drawn out by this, in mean distances of their points
 SAME_ROOT = 3  # lines that begin within this distance begin at one place [slabs]
 AT_HOLE = 0.2  # a crack ends at a hole within this share of the hole's size
 N_PIECES = 100  # into which an arm is cut to measure how much of it is in a box
-QUANTITIES = ("path", "onset_load", "peak_load", "tip_times")
+QUANTITIES = ("path", "onset_load", "peak_load", "tip_times", "stiffness")
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,7 @@ class ObservedSample:
     is_unbroken: bool = False  # peak_load is what it bore
     inputs: tuple[float, ...] = ()  # random ones [SI]
     arms: list[list[Arm]] = field(default_factory=list)
+    stiffness: float = np.nan  # load over displacement of the first equilibrium under load [N/m]; NaN from rest, or where not needed
 
 
 @dataclass
@@ -141,7 +142,7 @@ def observed_samples(folder: Path, with_arms: bool, program: Optional[Path] = No
                 missing.append(sample.number)
                 continue
             try:
-                lines = _main_lines(file)
+                lines, sample.stiffness = _main_lines(file), _stiffness(file)
             except ResultsError as error:
                 print(f"sample {sample.number} is left out: {error}", file=sys.stderr)
                 missing.append(sample.number)
@@ -150,7 +151,7 @@ def observed_samples(folder: Path, with_arms: bool, program: Optional[Path] = No
                 sample.arms = _arms(lines, sample.leading_start, starts, own)
         samples = [sample for sample in samples if sample.arms]
         if not samples:
-            raise ResultsError(f"'{folder}' holds no sample files; paths and tips are compared with the cracks in these, loads alone "
+            raise ResultsError(f"'{folder}' holds no sample files; paths, tips and slopes are compared with what is in these, loads alone "
                                "with ensemble.h5, too")
     return ObservedSamples(samples, starts, symmetries, np.array(document["lower"]), np.array(document["upper"]), document, sorted(missing))
 
@@ -166,6 +167,15 @@ def _main_lines(file: Path) -> list[tuple[int, Arm]]:
         return [(int(start), Arm(points[first:first + count], time[first:first + count]))
                 for first, count, start, parent in zip(*(table[name][...] for name in ("first", "count", "notch", "parent")))
                 if parent < 0 and count >= 2]
+
+
+def _stiffness(file: Path) -> float:
+    with results(file, SAMPLE_KIND) as root:
+        if "history" not in root:
+            return np.nan
+        phase, load, displacement = (root["history"][name][...] for name in ("phase", "governing_load", "governing_displacement"))
+    loaded = np.flatnonzero((phase == 0) & (load > 0) & (displacement > 0))
+    return float(load[loaded[0]] / displacement[loaded[0]]) if loaded.size else np.nan
 
 
 def symmetry_to(symmetries: Sequence[Symmetry], start: int, wanted: int) -> Optional[Symmetry]:
@@ -230,6 +240,10 @@ def _slab(arm: Arm) -> float:
 
 def needs_arms(experiments: Iterable[Experiment]) -> bool:
     return any(each.lines or len(each.tip_times) for each in experiments)
+
+
+def needs_files(experiments: Sequence[Experiment]) -> bool:
+    return needs_arms(experiments) or any(each.stiffness is not None for each in experiments)
 
 
 def _seen_points(experiment: Experiment) -> np.ndarray:
@@ -383,6 +397,17 @@ def observe_load(experiments: Sequence[Experiment], samples: ObservedSamples, qu
                       unbroken_samples=np.array([samples.samples[i].is_unbroken for i in numbers], bool))
 
 
+def observe_stiffness(experiments: Sequence[Experiment], samples: ObservedSamples) -> Optional[Observable]:
+    having = [i for i, one in enumerate(experiments) if one.stiffness is not None]
+    numbers = [i for i, one in enumerate(samples.samples) if not np.isnan(one.stiffness)]
+    if not having or not numbers:
+        return None
+    error = _root_mean_square(experiments[i].stiffness_error for i in having)
+    exact = np.array([[samples.samples[i].stiffness] for i in numbers])
+    drawn = np.array([[errors_of(samples, samples.samples[i], "stiffness").standard_normal()] for i in numbers])
+    return Observable("stiffness", "N/m", error, having, numbers, np.array([[experiments[i].stiffness] for i in having]), exact, exact + error * drawn)
+
+
 @dataclass
 class SeenPaths:
     """The paths of experiments that are compared, all on the crack start of the first one, and those of samples."""
@@ -479,5 +504,5 @@ def observe(experiments: Sequence[Experiment], samples: ObservedSamples) -> list
     errors of the same size. Times of tips only of a single experiment, since others have their own places. Paths from other crack
     starts than the first experiment's are turned onto that by a symmetry of the body, or left out if it has none."""
     found = [observe_path(experiments, samples), *(observe_load(experiments, samples, load) for load in ("onset_load", "peak_load")),
-             observe_tips(experiments[0], samples) if len(experiments) == 1 else None]
+             observe_tips(experiments[0], samples) if len(experiments) == 1 else None, observe_stiffness(experiments, samples)]
     return [each for each in found if each is not None]

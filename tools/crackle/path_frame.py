@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Iterable, Optional, Sequence
 
 import numpy as np
+from scipy import signal
 
 N_STATIONS = 50
 N_COARSE = 21  # points at which curves are compared with each other
@@ -77,10 +78,8 @@ def with_reading_error(line: np.ndarray, deviation: float, correlation: float, r
     step = length / n_steps
     memory = np.exp(-step / correlation) if correlation > 0 else 0.0
     drawn = deviation * random.standard_normal(n_steps + 1)
-    error = np.empty(n_steps + 1)
-    error[0] = drawn[0]
-    for i in range(n_steps):
-        error[i + 1] = memory * error[i] + np.sqrt(1 - memory ** 2) * drawn[i + 1]
+    drawn[1:] *= np.sqrt(1 - memory ** 2)
+    error = signal.lfilter([1], [1, -memory], drawn)
     at = step * np.arange(n_steps + 1)
     return point_at(line, at) + error[:, None] * left_of(chords(line, at, step))
 

@@ -20,7 +20,8 @@ def aligned(rows: Sequence[Sequence[str]], n_left: int = 1, is_last_left: bool =
 
 
 def shown(value: float, form: str, factor: float = 1.0) -> str:
-    return "-" if math.isnan(value) else format(factor * value, form)
+    found = format(factor * value, form)
+    return "-" if math.isnan(value) else found.lstrip("-") if math.isfinite(value) and float(found) == 0 else found
 
 
 def shown_range(lower: float, upper: float, form: str, factor: float = 1.0) -> str:
