@@ -97,7 +97,7 @@ plane::Shape shape_of_box(const Specimen& specimen) {
 }  // namespace
 
 bool is_box(const Specimen& specimen) {
-  return !specimen.outline && specimen.holes.empty() &&
+  return !specimen.outline && !specimen.shape && specimen.holes.empty() &&
          std::ranges::none_of(specimen.notches, [](const Notch& notch) { return notch.slot.has_value(); });
 }
 

@@ -197,15 +197,6 @@ void check_specimen(const Parameters& parameters, Findings& findings) {
   for (std::size_t i = 0; i < notches.size(); ++i) {
     if (findings.faulty(notch_key(i) + ".face")) continue;
     check_notch_in_body(notches[i], notch_key(i), size, findings);
-    if (findings.faulty(notch_key(i))) continue;
-    for (std::size_t j = 0; j < i; ++j) {
-      if (findings.faulty(notch_key(j))) continue;
-      if (meet(slot_of(notches[i], size), slot_of(notches[j], size), touching * size)) {
-        findings.report(notch_key(i), "touches or overlaps {}; leave material between the notches",
-                        notch_key(j));
-        break;
-      }
-    }
   }
 }
 

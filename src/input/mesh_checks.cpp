@@ -3,6 +3,7 @@
 #include "crackle/input/parameters.h"
 #include "crackle/input/poisson_limits.h"
 #include "crackle/input/softening_limits.h"
+#include "crackle/plane/subdivision.h"
 #include "dimension.h"
 
 #include <fmt/format.h>
@@ -37,10 +38,7 @@ double common_area(const plane::Shape& shape, const Region& box) {
     upper[i] = std::min(bounds.upper[i], box[i + 1].second);
     if (!(lower[i] < upper[i])) return 0;
   }
-  const plane::Loop cutter{{lower, {upper[0], lower[1]}, upper, {lower[0], upper[1]}}, {0, 0, 0, 0}};
-  double common = plane::area(shape);
-  for (const plane::Shape& rest : plane::difference(shape, cutter)) common -= plane::area(rest);
-  return common;
+  return plane::common_area(shape, {lower, {upper[0], lower[1]}, upper, {lower[0], upper[1]}});
 }
 
 /// Volume of the body in a box [m^3].

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The shape of the body in the plane of the plate.
 #include "consistency.h"
+#include "crackle/plane/subdivision.h"
 #include "dimension.h"
 #include "figures.h"
 
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +23,8 @@ namespace {
 
 /// Points this close to the surface, relative to the body's size, are on it.
 constexpr double on_surface = 1e-9;
+/// Coordinates this close, relative to the body's size, are equal up to rounding.
+constexpr double rounding = 1e-13;
 
 using plane::Point;
 using plane::Polygon;
@@ -32,6 +36,8 @@ using plane::operator*;
 struct Cutter {
   std::string key;  ///< in the input
   plane::Loop loop;
+  bool is_curve = false;
+  bool meets = false;  ///< one of those before it
 };
 
 class ShapeMaker {
@@ -45,18 +51,24 @@ public:
     size_ = 0;
     for (const Point& p : shape_.loops.front().corners)
       for (const Point& q : shape_.loops.front().corners) size_ = std::max(size_, plane::norm(p - q));
+    outline_ = shape_.loops.front().corners;
     std::vector<Cutter> cutters;
     for (std::size_t i = 0; i < specimen_.holes.size(); ++i)
-      if (auto loop = hole(i)) cutters.push_back({fmt::format("specimen.hole[{}]", i), std::move(*loop)});
+      if (auto loop = hole(i))
+        cutters.push_back(
+            {fmt::format("specimen.hole[{}]", i), std::move(*loop), specimen_.holes[i].polygon.empty()});
     for (std::size_t i = 0; i < specimen_.notches.size(); ++i)
       if (auto loop = notch(i)) cutters.push_back({fmt::format("specimen.notch[{}]", i), std::move(*loop)});
+    for (Cutter& cutter : cutters)
+      if (cutter.is_curve) end_chords_at(cutters, cutter);
     for (std::size_t i = 0; i < cutters.size(); ++i) {
       if (!check_chords(cutters[i].key, cutters[i].loop.corners, findings_)) return {};
-      if (!is_apart(cutters, i)) return {};
+      if (!can_meet(cutters, i)) return {};
       if (!cut(cutters[i])) return {};
     }
     if (findings_.faulty("specimen")) return {};
-    if (!check_gaps() || !check_corners()) return {};
+    if (std::ranges::any_of(cutters, &Cutter::meets)) align_corners();
+    if (!check_walls(cutters) || !check_gaps() || !check_corners()) return {};
     return std::move(shape_);
   }
 
@@ -141,28 +153,53 @@ private:
     return polygon;
   }
 
-  bool is_in_body(const Point& p) const {
-    const Polygon& outline = shape_.loops.front().corners;
-    for (std::size_t i = 0; i < outline.size(); ++i)
-      if (plane::distance(p, outline[i], outline[(i + 1) % outline.size()]) <= on_surface * size_)
-        return false;
-    return plane::holds(outline, p);
+  static double distance_to(const Polygon& polygon, const Point& p) {
+    double nearest = infinity;
+    for (std::size_t i = 0; i < polygon.size(); ++i)
+      nearest = std::min(nearest, plane::distance(p, polygon[i], polygon[(i + 1) % polygon.size()]));
+    return nearest;
   }
+
+  /// True in a hole and on its border.
+  bool is_in_hole(const Point& p) const {
+    return std::ranges::any_of(specimen_.holes, [&](const Hole& hole) {
+      if (!hole.polygon.empty())
+        return plane::holds(hole.polygon, p) || distance_to(hole.polygon, p) <= on_surface * size_;
+      const Point along{std::cos(hole.angle), std::sin(hole.angle)};
+      const Point offset = p - hole.center;
+      return plane::norm({plane::dot(offset, along) / hole.semi_axes[0],
+                          plane::cross(along, offset) / hole.semi_axes[1]}) <= 1 + on_surface;
+    });
+  }
+
+  bool is_in_outline(const Point& p) const {
+    return plane::holds(outline_, p) && distance_to(outline_, p) > on_surface * size_;
+  }
+  bool is_in_body(const Point& p) const { return is_in_outline(p) && !is_in_hole(p); }
 
   /// The corners at one end of a slot, from the right of its direction to the left.
   /// @param direction unit vector out of the slot
   Polygon slot_end(const Notch& given, Point end, const Point& direction) const {
     const Point left = given.height / 2 * left_of(direction);
-    if (is_in_body(end)) {
+    if (is_in_outline(end)) {
+      if (const auto open = end_in_hole(given, end, direction)) return *open;
       if (given.slot->end == SlotEnd::square) return {end - left, end + left};
       return plane::arc(end - given.height / 2 * direction, -1.0 * left, given.height / 2 * direction, 2,
                         figures_.spacing());
     }
     // An open end is extended until it is outside over its whole height, and slightly beyond.
     const Point step = given.height / 8 * direction;
-    for (int i = 0; i < 64 && (is_in_body(end - left) || is_in_body(end + left)); ++i) end = end + step;
+    for (int i = 0; i < 64 && (is_in_outline(end - left) || is_in_outline(end + left)); ++i) end = end + step;
     end = end + step;
     return {end - left, end + left};
+  }
+
+  /// The same of an end in a hole: it is extended until it is in the hole over its whole height.
+  std::optional<Polygon> end_in_hole(const Notch& given, Point end, const Point& direction) const {
+    const Point left = given.height / 2 * left_of(direction);
+    for (; is_in_hole(end); end = end + given.height / 8 * direction)
+      if (is_in_hole(end - left) && is_in_hole(end + left)) return Polygon{end - left, end + left};
+    return {};
   }
 
   std::optional<Polygon> between_points(const Notch& given, const std::string& key) {
@@ -187,20 +224,67 @@ private:
     return polygon;
   }
 
-  bool is_apart(const std::vector<Cutter>& cutters, std::size_t i) {
+  /// Makes chords of a curve end where it meets other figures, so that none is short.
+  static void end_chords_at(const std::vector<Cutter>& cutters, Cutter& curve) {
+    Polygon stays;
+    for (const Cutter& other : cutters) {
+      if (&other == &curve) continue;
+      for (const Point& place : intersections(curve.loop.corners, other.loop.corners)) {
+        insert_vertex(curve.loop.corners, place, stays);
+        stays.push_back(place);
+      }
+    }
+    curve.loop.part.resize(curve.loop.size(), curve.loop.part.front());
+  }
+
+  /// Figures may overlap, but not just touch.
+  bool can_meet(std::vector<Cutter>& cutters, std::size_t i) {
     const Polygon& a = cutters[i].loop.corners;
     for (std::size_t j = 0; j < i; ++j) {
       const Polygon& b = cutters[j].loop.corners;
       if (!plane::come_near(a, b, touching * size_) && !plane::holds(a, b[0]) && !plane::holds(b, a[0]))
         continue;
-      findings_.report(cutters[i].key, "touches or overlaps {}; leave material between them", cutters[j].key);
+      cutters[i].meets = true;
+      if (plane::common_area({{{a, cutters[i].loop.part}}, {}}, b) > touching * size_ * size_) continue;
+      findings_.report(cutters[i].key, "touches {}; let them overlap, or leave material between them",
+                       cutters[j].key);
       return false;
     }
     return true;
   }
 
+  /// Makes coordinates equal that differ by rounding, so that walls of several figures in one plane are so.
+  void align_corners() {
+    std::array<std::set<double>, 2> known;
+    for (const Point& p : outline_)
+      for (std::size_t i = 0; i < 2; ++i) known[i].insert(p[i]);
+    const double near = rounding * size_;
+    for (plane::Loop& loop : shape_.loops)
+      for (Point& p : loop.corners)
+        for (std::size_t i = 0; i < 2; ++i) {
+          const auto other = known[i].lower_bound(p[i] - near);
+          if (other != known[i].end() && *other <= p[i] + near)
+            p[i] = *other;
+          else
+            known[i].insert(p[i]);
+        }
+  }
+
+  /// Every figure has a wall, which its name stands for.
+  bool check_walls(const std::vector<Cutter>& cutters) {
+    for (const Cutter& cutter : cutters)
+      if (std::ranges::none_of(shape_.loops, [&](const plane::Loop& loop) {
+            return std::ranges::find(loop.part, cutter.loop.part.front()) != loop.part.end();
+          })) {
+        findings_.report(cutter.key, "lies in other holes or notches; leave it out");
+        return false;
+      }
+    return true;
+  }
+
   /// Cuts out a figure inside the outline and separate from all others, which needs no set operation.
   bool cut_hole(const Cutter& cutter) {
+    if (cutter.meets) return false;
     const Polygon& corners = cutter.loop.corners;
     const Polygon& outline = shape_.loops.front().corners;
     if (plane::come_near(corners, outline, touching * size_) || !plane::holds(outline, corners[0]))
@@ -224,11 +308,13 @@ private:
     } else if (pieces.size() > 1) {
       findings_.report(cutter.key, "cuts the body into {} pieces; leave it in one piece",
                        pieces.size() == 2 ? "two" : fmt::format("{}", pieces.size()));
+    } else if (cutter.meets && plane::area(pieces[0]) >= before * (1 - touching * touching)) {
+      findings_.report(cutter.key, "lies in other holes or notches; leave it out");
     } else if (plane::area(pieces[0]) >= before * (1 - touching * touching)) {
       findings_.report(cutter.key, "lies outside the body; give positions between {} and {}",
                        show_place(plane::bounds_of(shape_.loops.front().corners).lower),
                        show_place(plane::bounds_of(shape_.loops.front().corners).upper));
-    } else if (is_hole && pieces[0].loops.size() != shape_.loops.size() + 1) {
+    } else if (is_hole && plane::come_near(cutter.loop.corners, outline_, touching * size_)) {
       findings_.report(
           cutter.key,
           "crosses the edge of the body; leave material around it, or make it part of the outline");
@@ -271,6 +357,7 @@ private:
   Findings& findings_;
   ShapeBuilder figures_;
   plane::Shape shape_;
+  Polygon outline_;  ///< before anything is cut out
   double size_ = 0;  ///< largest distance of two corners [m]
 };
 
@@ -323,6 +410,16 @@ void check_outline(const Parameters& parameters, Findings& findings) {
     findings.report("specimen.radius", "applies to outline = \"circle\" only; leave it out");
 }
 
+/// @pre is_box(specimen)
+bool has_meeting_notches(const Specimen& specimen) {
+  const Vector& size = specimen.size;
+  const Vector near{touching * size[0], touching * size[1], touching * size[2]};
+  for (std::size_t i = 0; i < specimen.notches.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (meet(slot_of(specimen.notches[i], size), slot_of(specimen.notches[j], size), near)) return true;
+  return false;
+}
+
 }  // namespace
 
 bool size_is_known(const Findings& findings) {
@@ -356,7 +453,9 @@ void complete_specimen(Parameters& parameters, Findings& findings) {
     for (std::size_t i = 1; i < 3; ++i) specimen.size[i] = bounds[i].second - bounds[i].first;
   }
   make_region_outlines(parameters, findings);
-  if (is_box(specimen) || !has_spacing(parameters, findings) || findings.faulty("specimen")) return;
+  specimen.shape.reset();
+  if (!has_spacing(parameters, findings) || findings.faulty("specimen")) return;
+  if (is_box(specimen) && !has_meeting_notches(specimen)) return;
   specimen.shape = ShapeMaker(parameters, findings).make();
 }
 

@@ -133,4 +133,11 @@ std::vector<Shape> difference(const Shape& shape, const Loop& cutter) {
   return pieces;
 }
 
+double common_area(const Shape& shape, const Polygon& other) {
+  double common = area(shape);
+  for (const Shape& rest : difference(shape, {other, std::vector<int>(other.size(), 0)}))
+    common -= area(rest);
+  return common;
+}
+
 }  // namespace crackle::plane

@@ -272,18 +272,18 @@ CASES = [
          "specimen.notch[1].at", "does not fit inside the body"),
     Case("notch at the end of the body", lambda t: t.set("specimen.notch", "at", '"0.3 mm"'),
          "specimen.notch[0].at", "does not fit inside the body"),
-    Case("overlapping notches",
-         lambda t: t.set("specimen.notch", "face", '"y-min"', 1).set("specimen.notch", "at", '"65.2 mm"', 1)
+    Case("notch in a notch",
+         lambda t: t.set("specimen.notch", "face", '"y-min"', 1).set("specimen.notch", "at", '"65 mm"', 1)
          .at("specimen.notch", number=1),
-         "specimen.notch[1]", "touches or overlaps specimen.notch[0]"),
+         "specimen.notch[1]", "lies in other holes or notches"),
     Case("touching notches",
          lambda t: t.set("specimen.notch", "face", '"y-min"', 1).set("specimen.notch", "at", '"65.6 mm"', 1)
          .at("specimen.notch", number=1),
-         "specimen.notch[1]", "touches or overlaps"),
+         "specimen.notch[1]", "touches specimen.notch[0]; let them overlap"),
     Case("facing notches that meet",
          lambda t: t.set("specimen.notch", "depth", '"13 mm"').set("specimen.notch", "depth", '"13 mm"', 1)
          .set("specimen.notch", "at", '"65 mm"', 1).at("specimen.notch", number=1),
-         "specimen.notch[1]", "touches or overlaps"),
+         "specimen.notch[1]", "cuts the body into two"),
     Case("coarser at the notch", lambda t: t.set("mesh", "notch_spacing", '"4 mm"'), "mesh.notch_spacing",
          "4 mm exceeds mesh.spacing", "at most 3 mm"),
     Case("coarser than the body", lambda t: t.set("mesh", "spacing", '"6 mm"'), "mesh.spacing",
@@ -333,7 +333,7 @@ CASES = [
     Case("notch in an end that meets the others",
          lambda t: t.set("specimen.notch", "face", '"z-min"', 1).set("specimen.notch", "at", '"3 mm"', 1)
          .set("specimen.notch", "depth", '"80 mm"', 1).at("specimen.notch", number=1),
-         "specimen.notch[1]", "touches or overlaps"),
+         "specimen.notch[1]", "cuts the body into two"),
     Case("section outside", lambda t: t.set("sections", "y", '["7 mm", "25 mm"]'), "sections.y[1]",
          "25 mm is not inside the width", "between 0 and 24.5 mm"),
     Case("section on the face", lambda t: t.set("sections", "y", '["0 mm", "7 mm"]'), "sections.y[0]",
@@ -580,7 +580,7 @@ CASES = [
     Case("holes that touch",
          lambda t: with_hole(with_hole(t, 'center = ["12 mm", "100 mm"]', 'radius = "2 mm"'),
                              'center = ["12 mm", "104 mm"]', 'radius = "2 mm"'),
-         "specimen.hole[1]", "touches or overlaps specimen.hole[0]"),
+         "specimen.hole[1]", "touches specimen.hole[0]; let them overlap"),
     Case("slot that cuts the body", lambda t: with_slot(t, '["0 mm", "100 mm"]', '["24.5 mm", "110 mm"]'),
          "specimen.notch[2]", "cuts the body into two"),
     Case("slot of one point", lambda t: with_slot(t, '["9 mm", "100 mm"]', '["9 mm", "100 mm"]', at=2),

@@ -170,6 +170,25 @@ struct RandomPlate : PlateText {
     return near;
   }
 
+  /// True if a cutter has no border that is the plate's.
+  bool cutter_is_hidden() const {
+    const auto n_outside = [this](const auto& cutter) {
+      int n = 0;
+      for (int i = 0; i < n_raster; ++i)
+        for (int j = 0; j < n_raster; ++j) {
+          const Place p = place(i, j);
+          const auto holds = [&](const auto& other) {
+            return static_cast<const void*>(&other) != &cutter && other.contains(p, cell);
+          };
+          n += cutter.contains(p) && in_outline(p) && std::ranges::none_of(ellipses, holds) &&
+               std::ranges::none_of(slots, holds);
+        }
+      return n;
+    };
+    return std::ranges::any_of(ellipses, [&](const auto& one) { return n_outside(one) == 0; }) ||
+           std::ranges::any_of(slots, [&](const auto& one) { return n_outside(one) == 0; });
+  }
+
   bool hole_leaves(double margin) const {
     for (int i = 0; i < n_raster; ++i)
       for (int j = 0; j < n_raster; ++j)
@@ -193,7 +212,6 @@ struct RandomPlate : PlateText {
     const std::vector<int> sizes = pieces();
     if (sizes.size() > 1 && sizes[1] > 12) return "in two pieces";
     // Chords deviate by up to a tenth of a curve's radius.
-    if (cutters_come_near(-0.3)) return "cutters overlap";
     if (hole_leaves(-0.3)) return "a hole crosses the edge";
     return "";
   }
@@ -202,7 +220,9 @@ struct RandomPlate : PlateText {
   std::string true_reason(const std::string& refusal) const {
     const auto says = [&](const char* words) { return refusal.find(words) != std::string::npos; };
     const double doubt = 2 * cell;
-    if (says("touches or overlaps") && cutters_come_near(doubt)) return "cutters overlap";
+    if (says("let them overlap") && cutters_come_near(doubt)) return "cutters touch";
+    if (says("lies in other holes or notches") && cutter_is_hidden()) return "a cutter in others";
+    if (says("leave more than") && cutters_come_near(doubt)) return "cutters leave a sliver";
     if (says("crosses the edge") && hole_leaves(doubt)) return "a hole crosses the edge";
     if (says("cuts the body in") && pieces().size() > 1) return "in two pieces";
     if (says("lies outside the body") && cutter_is_outside()) return "a hole or slot outside";
@@ -213,7 +233,7 @@ struct RandomPlate : PlateText {
 
   /// The sharpest angle of the outline, or between a slot and an edge that it cuts [degrees].
   double sharpest() const {
-    if (!slots.empty()) return 0;
+    if (!slots.empty() || cutters_come_near(2 * cell)) return 0;
     double least = 360;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Place& p = corners[i];

@@ -215,6 +215,80 @@ height = "4 mm")"};
     EXPECT_EQ(symmetry.crack_start, (std::vector<std::int32_t>{0, 1}));
 }
 
+/// Holes and slots that meet, their polygons known.
+struct MeetingPlate {
+  PlateText text;
+  double area;  ///< [mm^2]; 0: not known in closed form
+  double tip;   ///< y of the slot's end [mm]
+};
+
+std::vector<MeetingPlate> meeting_plates() {
+  const PlateText plain{R"(size = ["2 mm", "20 mm", "24 mm"])"};
+  PlateText keyhole = plain;  // a slot from the face to a hole, and one from the hole on
+  keyhole.holes = {R"(center = ["8 mm", "12 mm"]
+radius = "2 mm")"};
+  keyhole.notches = {R"(face = "y-min"
+at = "12 mm"
+depth = "8 mm"
+height = "1 mm")",
+                     R"(from = ["10 mm", "12 mm"]
+to = ["14 mm", "12 mm"]
+height = "0.5 mm")"};
+  PlateText cross = plain;
+  cross.notches = {R"(from = ["6 mm", "12 mm"]
+to = ["14 mm", "12 mm"]
+height = "1 mm")",
+                   R"(from = ["10 mm", "8 mm"]
+to = ["10 mm", "16 mm"]
+height = "1 mm")"};
+  PlateText stepped = plain;  // a wide shallow notch with a narrow deep one
+  stepped.notches = {R"(face = "y-min"
+at = "12 mm"
+depth = "4 mm"
+height = "2 mm")",
+                     R"(face = "y-min"
+at = "12 mm"
+depth = "7 mm"
+height = "0.6 mm")"};
+  PlateText square = plain;  // a slot from a corner of a square hole
+  square.holes = {
+      R"(polygon = [["6 mm", "10 mm"], ["10 mm", "10 mm"], ["10 mm", "14 mm"], ["6 mm", "14 mm"]])"};
+  square.notches = {R"(from = ["8 mm", "12 mm"]
+to = ["14 mm", "12 mm"]
+height = "1 mm")"};
+  return {{keyhole, 0, 14}, {cross, 480 - 15, 14}, {stepped, 480 - 8 - 1.8, 7}, {square, 480 - 16 - 4, 14}};
+}
+
+TEST(Plate, HolesAndSlotsMayMeet) {
+  for (const auto& [text, area, tip] : meeting_plates()) {
+    SCOPED_TRACE(text.text());
+    const input::Parameters parameters = parsed(text);
+    const auto body = make_body(parameters);
+    if (area > 0) EXPECT_NEAR(body->volume(), 2 * area * mm * mm * mm, 1e-12 * body->volume());
+    EXPECT_EQ(body->outline().size(), body->faces_named("y-min").size() == 1 ? 2u : 1u)
+        << "one hole, or none";
+    // Each part has its own name; cracks from the slot's tip start at the slot.
+    const std::size_t slot = text.notches.size() - (text.holes.empty() && area == 465 ? 2 : 1);
+    const std::vector<FaceId> walls = body->faces_named("notch-" + std::to_string(slot));
+    EXPECT_GE(walls.size(), 3u);
+    const CrackStart& start = body->crack_starts()[slot];
+    EXPECT_EQ(start.faces, walls);
+    const auto at_tip = std::ranges::find_if(walls, [&](FaceId face) {
+      const Box bounds = body->faces()[index(face)].patch.bounds();
+      return std::abs(bounds.lower[1] - tip * mm) < 1e-12 && std::abs(bounds.upper[1] - tip * mm) < 1e-12;
+    });
+    ASSERT_NE(at_tip, walls.end());
+    EXPECT_TRUE(start.claims(*at_tip, {mm, tip * mm, 12 * mm}));
+    const SpacingField spacing(*body, parameters.mesh);
+    EXPECT_LE(spacing({mm, tip * mm, 12 * mm}), parameters.mesh.notch_spacing * 1.0001);
+    const MotherPoints base = make_mother_points(*body, parameters.mesh, 7);
+    for (std::uint64_t sample = 0; sample < 2; ++sample)
+      make_realization(*body, base, parameters.mesh, 7, sample);  // verified
+    for (std::size_t i = 0; i < text.holes.size(); ++i)
+      EXPECT_GE(body->faces_named("hole-" + std::to_string(i)).size(), 4u);
+  }
+}
+
 TEST(Plate, RealizationsConform) {
   for (const PlateText& plate : some_plates()) {
     const input::Parameters parameters = parsed(plate);

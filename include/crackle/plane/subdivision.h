@@ -30,4 +30,8 @@ struct Subdivision {
 /// @throws std::runtime_error when figures are too small for the tolerance
 Subdivision subdivide(const Shape& plate, const std::vector<Polygon>& figures, double tolerance);
 
+/// The area that a figure has in common with another one [m^2].
+/// @param other simple, counter-clockwise
+double common_area(const Shape& shape, const Polygon& other);
+
 }  // namespace crackle::plane
