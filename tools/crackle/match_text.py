@@ -66,12 +66,7 @@ def way_text(way: Document, p_value: Optional[float]) -> str:
     if not others:
         return ""
     whose = f"{way['n_samples']} of {n} samples" if way["n_samples"] else "no sample"
-    if way["n_samples"]:
-        more = f"; with what is compared within it {p_is(p_value)}"
-    else:
-        alone = sum(each["n_samples"] == 1 for each in way["ways"])
-        more = f", no less as {count(alone, 'sample')} went alone, too" if alone else ""
-    return f"it went {way['name']}, as {whose} ({others}), {p_is(way['p_value'])}{more}"
+    return f"it went {way['name']}, as {whose} ({others}), {p_is(way['p_value'])}" + (f"; with what is compared within it {p_is(p_value)}" if way["n_samples"] else "")
 
 
 def path_text(one: Document) -> str:
