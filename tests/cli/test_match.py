@@ -275,6 +275,7 @@ origin = ["0 mm", "15 mm"]
         load = '[[experiment]]\nname = "a"\npeak_load = "90 N"\n'
         self.assertIn("not valid", self.json(load, out=shared.name)["warnings"][0])
         self.assertIn("warning: the samples share their base", self.match(load, out=shared.name))
+        self.assertIn("no conclusion follows", self.crackle("match", shared.name, "--held-out", "each").stdout)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from crackle import match_text, matching, weibull  # noqa: E402
 from crackle import path_frame as paths  # noqa: E402
 from crackle import rank_tests as tests  # noqa: E402
 from crackle.experiments import TABLES, Experiment, ExperimentsError, read_experiments  # noqa: E402
+from crackle.ways import Ways  # noqa: E402
 from crackle.observations import (Arm, ObservedSample, ObservedSamples, Start, Symmetry, arrival_at, check_places,  # noqa: E402
                                   crack_start_of, observe)
 
@@ -253,6 +254,16 @@ class Made:
 
 
 class Matches(unittest.TestCase):
+    def test_the_farther_of_two_that_are_alone_is_more_unusual(self):
+        places = np.array([*range(8), 20.0])  # of samples; the last one has a way of its own
+
+        def p_value(own: float, way: int = 2) -> float:
+            rows = np.abs(np.append(own, places)[:, None] - places)
+            return Ways(["most", "one", "new"], [way], np.array([0] * 8 + [1]), rows).p_value(0)
+
+        self.assertEqual([p_value(own) for own in (40, 20, 12)], [1 / 10, 2 / 10, 2 / 10])
+        self.assertEqual((p_value(3, 0), p_value(20, 1)), (1, 2 / 10))
+
     def test_stiffness_is_a_quantity(self):
         made = Made(5, 30)
         for i, sample in enumerate(made.samples.samples):

@@ -80,7 +80,7 @@ def _match(arguments: argparse.Namespace) -> str:
     rows = matching.p_values_of(observed_samples(arguments.of, True) if arguments.of else samples, samples)
     if arguments.json:
         return json_text([{"sample": number, "p_value": p} for number, p in rows.items()])
-    return match_text.held_out_text(rows, str(arguments.of or ""))
+    return match_text.held_out_text(rows, str(arguments.of or ""), samples.share_base)
 
 
 def _init(arguments: argparse.Namespace) -> str:

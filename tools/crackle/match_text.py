@@ -66,12 +66,7 @@ def way_text(way: Document, p_value: Optional[float]) -> str:
     if not others:
         return ""
     whose = f"{way['n_samples']} of {n} samples" if way["n_samples"] else "no sample"
-    if way["n_samples"]:
-        more = f"; with what is compared within it {p_is(p_value)}"
-    else:
-        alone = sum(each["n_samples"] == 1 for each in way["ways"])
-        more = f", no less as {count(alone, 'sample')} went alone, too" if alone else ""
-    return f"it went {way['name']}, as {whose} ({others}), {p_is(way['p_value'])}{more}"
+    return f"it went {way['name']}, as {whose} ({others}), {p_is(way['p_value'])}" + (f"; with what is compared within it {p_is(p_value)}" if way["n_samples"] else "")
 
 
 def path_text(one: Document) -> str:
@@ -186,7 +181,7 @@ def weibull_text(fit: Document) -> str:
 
 
 def advice(by: Document, is_shared: bool = False) -> str:
-    """Sentences on the shift and scatter of experiments: what they mean for the model. Only where the p-value is small."""
+    """Sentences on the shift and scatter of experiments: what they mean for the model."""
     if is_shared:
         return "No conclusion: the samples share their base."
     ratio, shift, p, n = by["scatter_ratio"], by["shift"], by["p_value"], by["n_experiments"]
@@ -202,8 +197,8 @@ def advice(by: Document, is_shared: bool = False) -> str:
             words.append(f"The experiments scatter {times}: "
                          f"{'more disturbance or a varying material' if ratio['lower'] > 1 else 'less disturbance or a finer mesh'}.")
         else:
-            words.append(f"The experiments scatter {times} if their distributions are normal, but so would others in {percent(p)} of cases; look at "
-                         f"{by['farthest']}, the farthest of the {n}, first.")
+            words.append(f"The experiments scatter {times} if their distributions are normal, but so would others in {percent(p)} of cases"
+                         + (f"; look at {by['farthest']}, the farthest of the {n}, first." if ratio["lower"] > 1 else "."))
     if not math.isnan(shift["lower"]):
         size = f"{_shift(by)(shift['value'])}{' in ' + by['shift_axis'] if by['shift_axis'] else ''} " + \
             "({} to {})".format(*map(_shift(by), (shift["lower"], shift["upper"])))
@@ -213,7 +208,7 @@ def advice(by: Document, is_shared: bool = False) -> str:
     return " ".join(words)
 
 
-def held_out_text(found: dict[int, float], of: str = "") -> str:
+def held_out_text(found: dict[int, float], of: str = "", is_shared: bool = False) -> str:
     """@param found: p-values by sample; @param of: the folder of the other ensemble, if any"""
     p_values = [p for p in found.values() if not math.isnan(p)]
     whose = f"{len(p_values)} samples of {of}, each as an experiment against these" if of else \
@@ -225,4 +220,6 @@ def held_out_text(found: dict[int, float], of: str = "") -> str:
     lines.append("Were both ensembles of one distribution, these shares would be near the levels." if of else
                  "This checks the code only: each is ranked among the same samples, whatever they are. --of OTHER takes the samples of another "
                  "ensemble, such as one of the same input with another seed.")
+    if is_shared:
+        lines.append("The samples share their base: p-values beside them are too small, and no conclusion follows.")
     return "\n".join(lines) + "\n"

@@ -373,7 +373,7 @@ def _match_set_by(observables: Sequence[Observable], experiments: Sequence[Exper
         loads = only.unclipped or only
         found["weibull"] = {whose: weibull.document(values[:, 0], ~unbroken) for whose, values, unbroken in (
             ("experiments", loads.of_experiments, loads.unbroken_experiments), ("samples", loads.of_samples, loads.unbroken_samples))}
-    found["advice"] = match_text.advice(found, is_shared=samples.document["base"] == "shared" or samples.document["has_points"])
+    found["advice"] = match_text.advice(found, samples.share_base)
     return found
 
 

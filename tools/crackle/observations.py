@@ -108,6 +108,10 @@ class ObservedSamples:
     paths: dict[tuple, Any] = field(default_factory=dict)  # of samples_paths, likewise
 
     @property
+    def share_base(self) -> bool:
+        return self.document["base"] == "shared" or self.document["has_points"]
+
+    @property
     def seed(self) -> int:
         return int(self.document["seed"])
 

@@ -242,7 +242,7 @@ def scatter(experiments: np.ndarray, samples: np.ndarray, error: float, confiden
         return found
     found.shift = difference_of_means(TwoSamples(samples.mean(axis=1), experiments.mean(axis=1)), confidence)
     of_samples, variance = mean_variance(samples), mean_variance(experiments)
-    if not of_samples > 0:
+    if not min(of_samples, variance) > 0:
         return found
     found.degrees = box_degrees(samples)
     f = stats.f((len(experiments) - 1) * found.degrees, (len(samples) - 1) * found.degrees)

@@ -26,6 +26,7 @@ class Ways:
     names: list[str]
     of_experiments: list[int]
     of_samples: np.ndarray
+    to_samples: np.ndarray  # distances of experiments, then of all samples, from each sample; NaN without a crack
 
     def members(self, way: int) -> list[int]:
         """Indices of the samples that took it."""
@@ -35,14 +36,21 @@ class Ways:
         return int((self.of_samples == way).sum())
 
     def p_value(self, experiment: int, within: float = 1.0) -> float:
-        """The share of the samples and this experiment that are on ways which fewer of them take or, on its own way, are as unusual.
+        """The share of the samples and this experiment that are on ways which fewer of them take or, on its own way, are as unusual. Of those that are
+        alone on their ways, the ones that lie as far from the others are.
 
         @param within: p-value among those of its own way
         """
         way = self.of_experiments[experiment]
         sizes = np.bincount(np.append(self.of_samples, way), minlength=len(self.names))
         others = np.delete(sizes, way)
-        return float((others[others <= sizes[way]].sum() + round(within * sizes[way])) / sizes.sum())
+        n_as_unusual = others[others <= sizes[way]].sum() + round(within * sizes[way])
+        if sizes[way] == 1:
+            of_samples, own = self.to_samples[len(self.of_experiments):].copy(), self.to_samples[experiment]
+            np.fill_diagonal(of_samples, np.nan)
+            is_as_far = np.isnan(own) | (np.nansum(of_samples, axis=1) + own >= np.nansum(own) * (1 - 1e-9))  # in sum; without a crack more than all
+            n_as_unusual = 1 + np.sum((sizes[self.of_samples] == 1) & is_as_far)
+        return float(n_as_unusual / sizes.sum())
 
 
 def ways_of(seen: SeenPaths, starts: Sequence[Start], gaps: Gaps) -> Ways:
@@ -81,7 +89,9 @@ def ways_of(seen: SeenPaths, starts: Sequence[Start], gaps: Gaps) -> Ways:
     of_samples[there] = number[n:]
     if len(there) < len(seen.arms):
         names.append(NO_CRACK)
-    return Ways(names, [int(way) for way in number[:n]], of_samples)
+    to_samples = np.full((n + len(seen.arms), len(seen.arms)), np.nan)
+    to_samples[np.ix_([*range(n), *(n + i for i in there)], there)] = apart[:, n:]
+    return Ways(names, [int(way) for way in number[:n]], of_samples, to_samples)
 
 
 def _passage(line: np.ndarray, number: int, starts: Sequence[Start]) -> Optional[str]:
