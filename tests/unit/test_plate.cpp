@@ -264,7 +264,9 @@ TEST(Plate, HolesAndSlotsMayMeet) {
     SCOPED_TRACE(text.text());
     const input::Parameters parameters = parsed(text);
     const auto body = make_body(parameters);
-    if (area > 0) EXPECT_NEAR(body->volume(), 2 * area * mm * mm * mm, 1e-12 * body->volume());
+    if (area > 0) {
+      EXPECT_NEAR(body->volume(), 2 * area * mm * mm * mm, 1e-12 * body->volume());
+    }
     EXPECT_EQ(body->outline().size(), body->faces_named("y-min").size() == 1 ? 2u : 1u)
         << "one hole, or none";
     // Each part has its own name; cracks from the slot's tip start at the slot.
