@@ -114,9 +114,10 @@ Containment ExtrudedPlate::classify(const std::array<Point, 4>& corners) const {
       return Containment::inside;
     case plane::Cover::outside:
       return Containment::outside;
-    default:
-      return Containment::straddling;
+    case plane::Cover::crossing:
+      break;
   }
+  return Containment::straddling;
 }
 
 }  // namespace crackle::geometry
