@@ -7,13 +7,13 @@
 #include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/common/text_table.h"
+#include "crackle/dynamics/resolution.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
-#include "crackle/fracture/criterion.h"
+#include "crackle/fracture/fracture_law.h"
 #include "crackle/fracture/material_field.h"
-#include "crackle/fracture/release.h"
-#include "crackle/fracture/resolution.h"
+#include "crackle/fracture/release_time.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/condition_region.h"
 #include "crackle/geometry/mesh_regions.h"
@@ -25,6 +25,8 @@
 #include "crackle/plane/shape.h"
 
 #include "commands.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -90,19 +92,16 @@ std::string spread(std::vector<double> values, double unit, const char* name) {
 }
 
 /// The criterion on this mesh: strength and toughness are related by the local spacing.
-void add_criterion(Rows& rows, const FirstSample& subject, const fracture::BreakableBody& body) {
+void add_criterion(Rows& rows, const FirstSample& subject, const fracture::BreakableBody& body,
+                   const fracture::FractureLaw& law) {
   const auto& parameters = subject.parameters;
   const parallel::Communicator self(MPI_COMM_SELF);
-  const auto initial = fracture::tetrahedron_strengths(self, parameters, 0, body);
-  const auto growth = fracture::growth_strengths(self, parameters, 0, body);
-  const auto criterion =
-      fracture::make_criterion(parameters, initial, subject.phase.grid.step,
-                               fracture::impulses(self, parameters, body, initial, growth));
-  const auto strengths = criterion->strengths();
+  const auto strengths = law.strengths();
+  const auto growth = law.growth_strengths();
   const char* const varied = parameters.fracture.variation ? ", with the variation of sample 0" : "";
-  if (parameters.fracture.release == input::Release::softening) {
+  if (parameters.fracture.softens()) {
     const double length = input::process_zone_length(parameters);
-    const auto spacing = fracture::crack_spacing(parameters, subject.body);
+    const auto spacing = dynamics::crack_spacing(parameters.mesh, subject.body);
     rows.emplace_back(
         "process zone",
         fmt::format("{}, E G / strength^2: {:.3g} to {:.3g} spacings where cracks run",
@@ -126,7 +125,7 @@ void add_criterion(Rows& rows, const FirstSample& subject, const fracture::Break
                                                               "at cracks is higher and holds everywhere",
                                                               100 * share)
                                                 : ""));
-    rows.emplace_back("strength at cracks", spread(growth, 1e6, "MPa") +
+    rows.emplace_back("strength at cracks", spread({growth.begin(), growth.end()}, 1e6, "MPa") +
                                                 fmt::format(", from the toughness and {}{}", from, varied));
     return;
   }
@@ -141,7 +140,7 @@ void add_criterion(Rows& rows, const FirstSample& subject, const fracture::Break
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") + varied);
   else if (is_step)
     rows.emplace_back("strength",
-                      fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
+                      fmt::format("{:.4g} MPa, which breaks in one step", strengths.front() / 1e6));
   rows.emplace_back("toughness",
                     spread(fracture::tetrahedron_toughness(self, parameters, body, strengths), 1, "J/m^2") +
                         fmt::format(", from the strength and {}{}", from, varied));
@@ -172,8 +171,8 @@ void add_release(Rows& rows, const FirstSample& subject, const fracture::Breakab
                     speed / rayleigh, fracture::driven_crack_speed(speed, rayleigh)));
   }
   if (!is_by_speed) return;
-  const auto times = fracture::release_times(parallel::Communicator(MPI_COMM_SELF), parameters, body);
-  rows.emplace_back("release time", spread(times.values(), 1e-6, "us") + ", from the local spacing");
+  rows.emplace_back("release time",
+                    spread(body.release_law().time().values(), 1e-6, "us") + ", from the local spacing");
 }
 
 void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::BreakableBody& body) {
@@ -225,9 +224,11 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
   add_regions(rows, subject);
   const auto subdomain =
       geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
-  const fracture::BreakableBody body(
-      subdomain, fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
-  add_criterion(rows, subject, body);
+  fracture::BreakableBody body(subdomain,
+                               fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const fracture::FractureLaw law(self, parameters, 0, body, {subject.phase.grid.step, subject.stable_step});
+  add_criterion(rows, subject, body, law);
   add_waves(rows, parameters, body);
   add_release(rows, subject, body, crack_speed);
   if (!subject.body.crack_starts().empty())
@@ -305,7 +306,7 @@ void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& 
   const auto& parameters = subject.parameters;
   fmt::print("{}{}", aligned(subject_rows(subject, available.bytes, crack_speed)),
              refining_regions_text(parameters));
-  for (const auto& warning : fracture::resolution_warnings(parameters, subject.body, subject.phase.grid.step))
+  for (const auto& warning : dynamics::resolution_warnings(parameters, subject.body, subject.phase.grid.step))
     fmt::print("\nWarning: {}\n", warning);
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);

@@ -7,7 +7,7 @@
 #include "crackle/common/quantity_text.h"
 #include "crackle/cracks/crack_pattern.h"
 #include "crackle/cracks/crack_speed.h"
-#include "crackle/fracture/resolution.h"
+#include "crackle/dynamics/resolution.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -144,7 +144,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
 double branch_length(const input::Parameters& parameters, const geometry::Body& body) {
   constexpr double n_spacings = 4;
   if (parameters.output.branch_length > 0) return parameters.output.branch_length;
-  return n_spacings * fracture::crack_spacing(parameters, body).greatest;
+  return n_spacings * dynamics::crack_spacing(parameters.mesh, body).greatest;
 }
 
 std::vector<std::string> crack_parts(const input::Parameters& parameters) {

@@ -30,9 +30,12 @@ std::string other_kind(const fs::path& file) {
     case fs::file_type::not_found:
     case fs::file_type::none:  // a loop of links
       return link == fs::file_type::symlink ? "a broken link" : std::string();
-    default:
-      return {};
+    case fs::file_type::regular:
+    case fs::file_type::symlink:
+    case fs::file_type::unknown:
+      break;
   }
+  return {};
 }
 
 bool is_taken(const fs::path& file) {

@@ -44,8 +44,8 @@ std::span<const std::int32_t> AveragedBreakingCheck::end_step(std::int64_t step)
     const std::int32_t t = context_->body->subdomain().local_number(number);
     if (t < 0) continue;
     const auto place = static_cast<std::size_t>(t);
-    const double strength = context_->criterion->strength(place);
-    if (context_->criterion->advance(place, load[2] * strength, load[1] * strength, load[0] * strength))
+    const double strength = context_->law->strength(place);
+    if (context_->law->advance(place, load[2] * strength, load[1] * strength, load[0] * strength))
       breaking_.push_back(t);
   }
   return breaking_;
@@ -78,14 +78,14 @@ std::vector<AveragedBreakingCheck::Claim> AveragedBreakingCheck::find_claims(std
     if (checks_warm) keep_if_over(hot_share, hot_);
     if (!reaches(steady_share, centre, fast)) continue;
     const double before = fast_load(centre, 1);
-    if (std::max(fast, before) < context_->screening_share - rounding) continue;
+    if (std::max(fast, before) < context_->law->screening_share() - rounding) continue;
     // A criterion looks ahead by half a step, along a parabola through the last loads.
     const double change = std::max(std::abs(fast - before), std::abs(before - fast_load(centre, 2)));
     if (std::max(fast, before) + look_ahead * change < 1 - rounding) continue;
     const std::array<double, 3> loads{load(centre, 0), load(centre, 1), load(centre, 2)};
-    if (std::max(loads[0], loads[1]) < context_->screening_share) continue;
-    const auto most = context_->average->most_stressed(
-        centre, context_->criterion->stress(), [&](std::int32_t t) -> const auto& { return stress(t, 0); });
+    if (std::max(loads[0], loads[1]) < context_->law->screening_share()) continue;
+    const auto most = context_->law->average()->most_stressed(
+        centre, context_->law->stress(), [&](std::int32_t t) -> const auto& { return stress(t, 0); });
     claims.push_back({context_->body->subdomain().tetrahedron_number[index(most)], loads});
   }
   return claims;
@@ -95,21 +95,21 @@ void AveragedBreakingCheck::find_candidates(std::span<const std::int32_t> tetrah
   candidates_.clear();
   for (const auto t : tetrahedra) {
     if (context_->body->is_broken(t)) continue;
-    const std::int32_t centre = context_->average->centre(t);
+    const std::int32_t centre = context_->law->average()->centre(t);
     if (context_->body->subdomain().owned[index(centre)] != 0) candidates_.push_back({centre, t});
   }
   std::ranges::sort(candidates_);
 }
 
 double AveragedBreakingCheck::load(std::int32_t centre, int n_steps) {
-  return context_->criterion->stress()((*context_->average)(
+  return context_->law->stress()((*context_->law->average())(
       centre, [&](std::int32_t t) -> const auto& { return stress(t, n_steps); }));
 }
 
 double AveragedBreakingCheck::fast_load(std::int32_t centre, int n_steps) {
   // The average over nodes is that of the strain.
   if (context_->material_varies) return load(centre, n_steps);
-  const auto& [nodes, gradients] = context_->average->node_shares(centre);
+  const auto& [nodes, gradients] = context_->law->average()->node_shares(centre);
   displacements_.resize(nodes.size());
   motion_->relative_displacements(nodes, n_steps, displacements_);
   mechanics::Symmetric sum{};
@@ -117,7 +117,7 @@ double AveragedBreakingCheck::fast_load(std::int32_t centre, int n_steps) {
     const auto product = mechanics::symmetric_product(gradients[n], displacements_[n]);
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += product[i];
   }
-  return context_->criterion->stress()(context_->body->intact_stress(centre, sum));
+  return context_->law->stress()(context_->body->intact_stress(centre, sum));
 }
 
 bool AveragedBreakingCheck::reaches(double share, std::int32_t centre, double fast) {

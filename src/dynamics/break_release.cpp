@@ -3,8 +3,6 @@
 
 #include "crackle/dynamics/checkpoint.h"
 
-#include <algorithm>
-
 namespace crackle::dynamics {
 
 std::span<const std::int32_t> BreakRelease::apply(std::span<const std::int32_t> breaking, double phase_time,
@@ -13,10 +11,8 @@ std::span<const std::int32_t> BreakRelease::apply(std::span<const std::int32_t> 
   const std::size_t n_changes = body.changes().size();
   failure.guard([&] {
     const auto strain = [&](std::int32_t t) { return motion_->strain(t); };
-    if (body.is_releasing())
-      body.continue_releases(
-          [&](std::int32_t t, double broke_at) { return remaining(t, phase_time - broke_at); }, strain);
-    for (const auto t : breaking) body.release(t, strain(t), load_time_, phase_time, remaining(t, 0));
+    if (body.is_releasing()) body.continue_releases(phase_time, strain);
+    for (const auto t : breaking) body.release(t, strain(t), load_time_, phase_time, true);
   });
   failure.guard_messages([&] {
     body.release_bridges(*context_.group, load_time_, phase_time,
@@ -25,7 +21,7 @@ std::span<const std::int32_t> BreakRelease::apply(std::span<const std::int32_t> 
   const auto changes = body.changes().subspan(n_changes);
   if (!changes.empty())
     failure.guard([&] {
-      fracture::update_strengths(*context_.criterion, body, changes);
+      context_.law->take_over(body, changes);
       motion_->release(changes);
     });
   failure.guard_messages([&] { update_strengths(phase_time); });
@@ -33,20 +29,11 @@ std::span<const std::int32_t> BreakRelease::apply(std::span<const std::int32_t> 
 }
 
 void BreakRelease::restore(const fracture::Releases& releases, double phase_time) {
-  motion_->release(
-      restore_releases(releases, *context_.body, *context_.criterion,
-                       [&](std::int32_t t, double broke_at) { return remaining(t, phase_time - broke_at); }));
+  motion_->release(context_.law->restore(releases, *context_.body, phase_time));
 }
 
 void BreakRelease::update_strengths(double phase_time) {
-  if (context_.vicinity == nullptr) return;
-  motion_->update_strengths(context_.vicinity->update(*context_.group, phase_time));
-}
-
-double BreakRelease::remaining(std::int32_t tetrahedron, double since_break) const {
-  const double release_time = release_time_ != nullptr ? (*release_time_)[tetrahedron] : 0;
-  if (release_time == 0) return 0;
-  return std::max(0.0, 1 - (since_break + time_step_ / 2) / release_time);
+  motion_->update_strengths(context_.law->follow_cracks(*context_.group, phase_time));
 }
 
 }  // namespace crackle::dynamics

@@ -3,7 +3,6 @@
 
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/fracture/break_record.h"
-#include "crackle/mechanics/tetrahedron_field.h"
 
 #include "step_failure.h"
 
@@ -18,15 +17,8 @@ class BreakRelease {
 public:
   /// The context's members and the motion must outlive the object.
   /// @param load_time time of the load curves at the start of the phase [s]
-  /// @param release_time as PhaseOptions::release_time; must outlive the object
-  /// @param time_step [s]
-  BreakRelease(const MotionContext& context, MovingBody& motion, double load_time,
-               const mechanics::TetrahedronField<double>* release_time, double time_step)
-      : context_(context),
-        motion_(&motion),
-        load_time_(load_time),
-        release_time_(release_time),
-        time_step_(time_step) {}
+  BreakRelease(const MotionContext& context, MovingBody& motion, double load_time)
+      : context_(context), motion_(&motion), load_time_(load_time) {}
 
   /// Releases tetrahedra, continues releases under way, releases edges of others by the bridging rule, and
   /// updates the strengths near cracks, between two steps. Collective.
@@ -41,21 +33,15 @@ public:
   /// @param phase_time of the checkpoint [s]
   void restore(const fracture::Releases& releases, double phase_time);
 
-  /// Updates the strengths near broken tetrahedra, see fracture::CrackVicinity::update(). Collective; a rank
-  /// throws only after its communication is complete.
+  /// Updates the strengths near broken tetrahedra, see fracture::FractureLaw::follow_cracks(). Collective; a
+  /// rank throws only after its communication is complete.
   /// @param phase_time since the start of the phase [s]; infinity: at its start, whatever broke before
   void update_strengths(double phase_time);
 
 private:
-  /// The share of its stiffness that a breaking tetrahedron keeps in the coming step: the mean of a linear
-  /// fall over the step.
-  double remaining(std::int32_t tetrahedron, double since_break) const;
-
   MotionContext context_;
   MovingBody* motion_;
   double load_time_;
-  const mechanics::TetrahedronField<double>* release_time_;
-  double time_step_;
 };
 
 }  // namespace crackle::dynamics

@@ -7,7 +7,7 @@
 namespace crackle::dynamics {
 
 std::unique_ptr<BreakingCheck> make_breaking_check(const MotionContext& context, MovingBody& motion) {
-  if (context.average != nullptr) return std::make_unique<AveragedBreakingCheck>(context, motion);
+  if (context.law->average() != nullptr) return std::make_unique<AveragedBreakingCheck>(context, motion);
   return std::make_unique<LocalBreakingCheck>(context, motion);
 }
 

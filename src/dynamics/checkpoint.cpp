@@ -22,8 +22,7 @@ void for_each_field(std::derived_from<Releases> auto& releases, const auto& visi
 namespace crackle::dynamics {
 
 void for_each_field(std::derived_from<MotionCheckpoint> auto& motion, const auto& visit) {
-  visit(motion.nodes, motion.has_force, motion.rate_work, motion.reaction_work, motion.remainder,
-        motion.damped, motion.n_steps, motion.n_forces);
+  visit(motion.nodes, motion.has_force, motion.terms, motion.n_steps, motion.n_forces);
 }
 
 void for_each_field(std::derived_from<HistoryRow> auto& row, const auto& visit) {
@@ -108,32 +107,6 @@ fracture::Releases ReleasesSince::gather(const parallel::Communicator& group) co
   return {gather_breaks(group, body_->breaks().subspan(n_breaks_)),
           gather_bridge_releases(group, body_->bridge_releases().subspan(n_bridge_releases_)),
           gather_stiffness_reductions(group, body_->stiffness_reductions().subspan(n_stiffness_reductions_))};
-}
-
-parallel::NumberedRows gather_memory(const parallel::Communicator& group,
-                                     const geometry::Subdomain& subdomain,
-                                     const fracture::Criterion& criterion) {
-  parallel::NumberedRows local;
-  const auto memory = criterion.memory();
-  for (std::size_t t = 0; t < memory.size(); ++t)
-    if (subdomain.owned[t] != 0 && memory[t] != 0) local.add(subdomain.tetrahedron_number[t], memory[t]);
-  return parallel::gather_rows(group, local);
-}
-
-void restore_memory(const parallel::NumberedRows& memory, const geometry::Subdomain& subdomain,
-                    fracture::Criterion& criterion) {
-  for (std::size_t t = 0; t < criterion.memory().size(); ++t)
-    criterion.set_memory(t, memory.number_at(subdomain.tetrahedron_number[t]));
-}
-
-std::span<const std::int32_t> restore_releases(const fracture::Releases& releases,
-                                               fracture::BreakableBody& body, fracture::Criterion& criterion,
-                                               const fracture::RemainingShare& remaining) {
-  const std::size_t n_changes = body.changes().size();
-  body.restore(releases, remaining);
-  const auto changes = body.changes().subspan(n_changes);
-  fracture::update_strengths(criterion, body, changes);
-  return changes;
 }
 
 }  // namespace crackle::dynamics

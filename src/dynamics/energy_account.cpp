@@ -15,10 +15,11 @@ namespace crackle::dynamics {
 
 namespace {
 
-using Terms = std::vector<std::vector<double>>;  // of each sum
+using Addends = std::vector<std::vector<double>>;  // of each sum
 
 /// Adds the terms of the force of an absorbing face on the body [N], three sums.
-void add_dashpot_force(const mechanics::Absorber& absorber, std::span<const double> velocity, Terms& terms) {
+void add_dashpot_force(const mechanics::Absorber& absorber, std::span<const double> velocity,
+                       Addends& terms) {
   const std::size_t first_sum = terms.size();
   terms.resize(first_sum + 3);
   for (std::size_t n = 0; n < absorber.nodes.size(); ++n) {
@@ -31,7 +32,7 @@ void add_dashpot_force(const mechanics::Absorber& absorber, std::span<const doub
 
 /// Adds the terms of the conjugates of the factors of the initial strain, a sum for each of its parts.
 void add_initial_force(const fracture::BreakableBody& body, std::span<const double> displacement,
-                       Terms& terms) {
+                       Addends& terms) {
   const mechanics::InitialStrain& initial = body.initial_strain();
   const std::size_t first_sum = terms.size();
   terms.resize(first_sum + initial.parts().size());
@@ -47,7 +48,7 @@ void add_initial_force(const fracture::BreakableBody& body, std::span<const doub
 
 /// Adds the terms of the reaction of each driven component, and of its conjugate where that differs.
 void add_reactions(const fracture::BreakableBody& body, const mechanics::Conditions& loads, double time,
-                   const parallel::NodeField& displacement, Terms& terms) {
+                   const parallel::NodeField& displacement, Addends& terms) {
   if (loads.motions.empty()) return;
   std::vector<double> force(displacement.local().size()), external(displacement.owned().size());
   body.force().evaluate(loads.constrained_tetrahedra, displacement.local(), force);
@@ -71,7 +72,7 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
                         const mechanics::Conditions& loads, const parallel::NodeField& displacement,
                         double time, const parallel::NodeField* velocity) {
   const auto u = displacement.local();
-  Terms terms;
+  Addends terms;
   for (const auto& pattern : loads.forces) {
     auto& sum = terms.emplace_back();
     for (std::size_t i = 0; i < pattern.nodes.size(); ++i)

@@ -57,7 +57,7 @@ public:
         end_(context, options),
         releases_(body_),
         breaking_check_(make_breaking_check(context, motion)),
-        break_release_(context, motion, load_time, options.release_time, options.grid.step),
+        break_release_(context, motion, load_time),
         failure_(group_) {
     if (options.ending_loads != nullptr)
       load_watch_.emplace(body_, *options.ending_loads, options.grid.n_steps);
@@ -249,7 +249,7 @@ private:
     break_release_.update_strengths(infinity);
     parallel::agree(group_, [&] {
       break_release_.restore(running.releases, phase_time());
-      restore_memory(checkpoint.memory, body_.subdomain(), *context_.criterion);
+      context_.law->restore(checkpoint.memory, body_.subdomain());
       motion_.restore(running.motion);
     });
     break_release_.update_strengths(phase_time());

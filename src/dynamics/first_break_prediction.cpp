@@ -166,7 +166,7 @@ WaveOutlook wave_outlook(const SampleSetup& setup) {
   Waves waves(setup);
   waves.add_forces();
   waves.add_motions();
-  const auto strengths = setup.criterion->strengths();
+  const auto strengths = setup.law.strengths();
   return {waves.stress(), *std::ranges::min_element(strengths), waves.is_sudden()};
 }
 
@@ -230,9 +230,8 @@ RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Re
   if (!solves || may_break || !setup.free_motions().empty()) return outlook;
   try {
     EnergyAccount account(self, setup.body);
-    QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion,
-                               arrest_window(parameters, setup.waves), setup.average.get(), nullptr,
-                               setup.vicinity.get());
+    QuasiStaticLoading loading(self, setup.body, setup.loads, setup.law,
+                               arrest_window(parameters, setup.waves));
     loading.load_at_start(account);
     outlook.equilibrium = first_break(loading, setup.loads, account);
     outlook.equilibrium->transit = wave_transit(parameters, setup.waves);

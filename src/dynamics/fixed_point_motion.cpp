@@ -8,14 +8,12 @@
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
 
-#include "boundary_nodes.h"
-#include "damped_nodes.h"
-#include "dampers.h"
+#include "fixed_point_nodes.h"
 #include "fixed_point_state.h"
 #include "ghost_displacements.h"
 #include "initial_force.h"
 #include "state_range.h"
-#include "viscous_force.h"
+#include "terms.h"
 
 #include "fracture/stress_screening.h"
 #include "mechanics/fixed_point_force.h"
@@ -55,27 +53,24 @@ public:
                    InstructionSet instruction_set)
       : context_(context),
         subdomain_(context.body->subdomain()),
-        driven_before_(driven_kinetic(context, state)),
+        terms_(context, state, nodes_per_block),
         reference_mass_(reference_mass(context)),
-        range_(range_at_start(context, load_time, duration, state)),
+        range_(range_at_start(context, terms_, load_time, duration, state)),
         scale_(mechanics::fixed_point_scale<Real>(range_)),
         kernels_(kernels::kernels<Real>(instruction_set)),
         force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
                context.body->residual_stiffness(), relative_inverse_mass(), scale_, instruction_set),
-        screening_(subdomain_, context.body->operators(), context.body->elasticity(),
-                   context.criterion->stress(), context.criterion->strengths(), context.screening_share,
-                   initial_stresses(context), scale_.displacement, energy_quantum(), nodes_per_block,
-                   instruction_set),
+        screening_(subdomain_, context.body->operators(), context.body->elasticity(), context.law->stress(),
+                   context.law->strengths(), context.law->screening_share(), initial_stresses(context),
+                   scale_.displacement, energy_quantum(), nodes_per_block, instruction_set),
         state_(subdomain_, scale_, force_.nodes(), state),
-        work_(start_work(load_time, state)),
-        boundary_(context, scale_, nodes_per_block, state_, work_),
-        dampers_(context),
-        viscosity_(subdomain_, context.body->operators(), context.body->material(), context.bulk_viscosity),
-        viscous_force_(dampers_.are_viscous() ? state_.velocity().size() : 0),
+        nodes_(context.body->operators().node_mass, scale_, state_),
         initial_force_(*context.body, [this](const auto& forces) { return force_quanta(forces); }),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
         ghosts_(*context.group, subdomain_.layout, force_.nodes(),
                 std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
+    state_.read(state);
+    terms_.start(load_time, state);
     for (const auto node : ghosts_.sent_nodes())
       sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
     for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t)
@@ -105,7 +100,7 @@ public:
       }
     }
     ghosts_.end();
-    if (dampers_.are_viscous()) resist({time, time + time_step});
+    terms_.end_step({time, time + time_step}, nodes_);
     force_is_current_ = substeps.back().keeps_force;
     n_forces_ += std::ranges::count_if(substeps, &Substep::has_force);
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
@@ -121,11 +116,11 @@ public:
   std::span<const std::int32_t> overloaded() override {
     overloaded_.clear();
     const auto& body = *context_.body;
-    const auto strengths = context_.criterion->strengths();
+    const auto strengths = context_.law->strengths();
     for (const auto t : screening_.candidates(force_.nodes(), movement_)) {
       if (body.is_broken(t)) continue;
-      if (context_.criterion->stress().exceeds(body.intact_stress(t, strain(t)),
-                                               context_.screening_share * strengths[index(t)]))
+      if (context_.law->stress().exceeds(body.intact_stress(t, strain(t)),
+                                         context_.law->screening_share() * strengths[index(t)]))
         overloaded_.push_back(t);
     }
     stretch_bound_ += 2 * max_displacement_change();
@@ -186,21 +181,22 @@ public:
   double strain_energy(const MotionState& state) const override {
     const auto& body = *context_.body;
     if (!body.initial_strain().is_none())
-      return dynamics::strain_energy(*context_.group, body, state.displacement.local());
+      return dynamics::strain_energy(*context_.group, body, state.displacement.local()) +
+             terms_.stored(state);
     const double of_others = parallel::exact_sum(*context_.group, single_energies());
     return energy_quantum() * parallel::integer_sum(*context_.group, screening_.energy(force_.nodes())) +
-           of_others;
+           of_others + terms_.stored(state);
   }
 
   double external_work(double time, const MotionState& state) const override {
-    return work_.value(time, state);
+    return terms_.supplied(time, state);
   }
 
   void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override {
-    work_.end_loads(time, nodes, state);
+    terms_.end_loads(time, nodes, state);
   }
 
-  double dissipated_energy() const override { return dampers_.dissipated_energy(); }
+  double dissipated_energy() const override { return terms_.dissipated(); }
 
   std::optional<std::string> failure() const override {
     const auto message = [&](const char* what, double quantum, const char* unit) {
@@ -221,7 +217,7 @@ public:
     if (stretch_bound_ + 2 * max_displacement_change() >= limit) stretch_bound_ = force_.largest_stretch();
     if (stretch_bound_ >= limit) return message("stretch of an edge", scale_.displacement, "m");
     const auto velocity_message = [&] { return message("velocity of a node", scale_.velocity, "m/s"); };
-    if (!state_.starts_in_range() || !boundary_.stays_in_range() || moves_too_far_) return velocity_message();
+    if (!state_.starts_in_range() || !nodes_.stay_in_range() || moves_too_far_) return velocity_message();
     for (const auto& velocity : state_.velocity())
       for (const Integer component : velocity.value)
         if (std::abs(static_cast<double>(component)) >= limit) return velocity_message();
@@ -235,9 +231,7 @@ public:
     MotionCheckpoint checkpoint;
     checkpoint.has_force = force_is_current_;
     checkpoint.nodes = parallel::gather_rows(*context_.group, state_.rows(force_is_current_));
-    work_.save(checkpoint);
-    boundary_.save(checkpoint);
-    dampers_.save(checkpoint);
+    terms_.save(checkpoint);
     checkpoint.n_steps = n_steps_;
     checkpoint.n_forces = n_forces_;
     return checkpoint;
@@ -247,9 +241,7 @@ public:
     clear_forces();
     state_.restore(checkpoint.nodes, checkpoint.has_force);
     force_is_current_ = checkpoint.has_force;
-    work_.restore(checkpoint);
-    boundary_.restore(checkpoint);
-    dampers_.restore(checkpoint);
+    terms_.restore(checkpoint);
     n_steps_ = checkpoint.n_steps;
     n_forces_ = checkpoint.n_forces;
     stretch_bound_ = limit;
@@ -277,7 +269,7 @@ private:
     if (context_.body->is_broken(tetrahedron))
       screening_.exclude(tetrahedron);
     else
-      screening_.set_strength(tetrahedron, context_.criterion->strength(index(tetrahedron)));
+      screening_.set_strength(tetrahedron, context_.law->strength(index(tetrahedron)));
   }
 
   static double reference_mass(const MotionContext& context) {
@@ -287,12 +279,12 @@ private:
     return std::ldexp(1.0, std::ilogb(parallel::largest_of_all(*context.group, largest)));
   }
 
-  static mechanics::StateRange range_at_start(const MotionContext& context, double load_time, double duration,
-                                              MotionState& state) {
-    set_prescribed(*context.loads, load_time, state);
+  static mechanics::StateRange range_at_start(const MotionContext& context, const Terms& terms,
+                                              double load_time, double duration, MotionState& state) {
+    terms.prescribe(load_time, state);
     parallel::check_peers(*context.group);
     state.displacement.update_ghosts();
-    return expected_range(context, load_time, duration, state);
+    return expected_range(context, terms, load_time, duration, state);
   }
 
   /// The equivalent stress of each tetrahedron at zero displacement; empty if there is no initial strain.
@@ -300,7 +292,7 @@ private:
     const fracture::BreakableBody& body = *context.body;
     std::vector<double> stresses;
     for (std::int32_t t = 0; !body.initial_strain().is_none() && t < body.subdomain().n_tetrahedra(); ++t)
-      stresses.push_back(context.criterion->stress()(
+      stresses.push_back(context.law->stress()(
           body.intact_stress(t, body.initial_strain().elastic(t, mechanics::Symmetric{}))));
     return stresses;
   }
@@ -337,11 +329,6 @@ private:
     for (const auto& movement : movement_)
       for (std::size_t c = 0; c < 3; ++c) largest = std::max({largest, movement.high[c], -movement.low[c]});
     return largest;
-  }
-
-  ExternalWork start_work(double load_time, MotionState& state) const {
-    state_.read(state);
-    return ExternalWork(context_, load_time, state, driven_before_);
   }
 
   /// @param displacement of a local node in quanta
@@ -463,12 +450,12 @@ private:
         .drift = static_cast<Real>(substep.drift * scale_.velocity / scale_.displacement),
         .kept = substep.is_first_drift ? state_.kept_displacements(first) : nullptr};
     kernels::NodeExtremes<Real> extremes{};
-    if (boundary_.acts_on(number) && substep.has_kick) {
-      // The conditions act between kick and drift.
-      boundary_.before_kick(number, substep);
+    if (terms_.act_on(number) && substep.has_kick) {
+      // Terms act between kick and drift.
+      terms_.before_kick(number, substep, nodes_);
       update.has_drift = false;
       track_force(kernels_.update(nodes, velocity, n, update).force);
-      boundary_.after_kick(number, substep);
+      terms_.after_kick(number, substep, nodes_);
       update.has_kick = false;
       update.has_drift = substep.has_drift;
     }
@@ -480,8 +467,8 @@ private:
         movement.low[c] = static_cast<double>(extremes.movement.low[c]) - 1;
         movement.high[c] = static_cast<double>(extremes.movement.high[c]) + 1;
       }
-      if (boundary_.acts_on(number)) boundary_.after_drift(number, substep, movement);
-      if (dampers_.act()) apply_dampers(first, n, substep, movement);
+      terms_.after_drift(number, substep, nodes_);
+      nodes_.extend(movement);
       for (std::size_t c = 0; c < 3; ++c) {
         movement_[number].low[c] += movement.low[c];
         movement_[number].high[c] += movement.high[c];
@@ -494,46 +481,9 @@ private:
     if (!(static_cast<double>(force) <= largest_force_)) largest_force_ = static_cast<double>(force);
   }
 
-  /// @param movement of the block in the drift; extended by the effect of the dampers
-  void apply_dampers(std::size_t first, std::size_t n, const Substep& substep,
-                     kernels::Movement<double>& movement) {
-    DampedNodes<Real> nodes{state_.nodes(), state_.velocity(),
-                            0.5 * substep.drift * scale_.velocity / scale_.displacement};
-    dampers_.slow_down(static_cast<std::int32_t>(first), static_cast<std::int32_t>(first + n), substep.drift,
-                       nodes, scale_.velocity);
-    for (std::size_t c = 0; c < 3; ++c) {
-      movement.low[c] += nodes.movement.low[c];
-      movement.high[c] += nodes.movement.high[c];
-    }
-  }
-
-  /// In integers, so that neither the order nor a partition matters.
-  void resist(const mechanics::StepSpan& step) {
-    std::ranges::fill(viscous_force_, ForceQuanta{});
-    const auto nodes = force_.nodes();
-    viscosity_.find(
-        context_.body->residual_stiffness(), step.end - step.begin,
-        [&](std::int32_t a, std::int32_t b, std::size_t i) {
-          const auto& from = state_.displacement_before(index(a), 1);
-          const auto& other = state_.displacement_before(index(b), 1);
-          const auto now =
-              kernels::difference(nodes[index(a)].displacement[i], nodes[index(b)].displacement[i]);
-          return scale_.displacement *
-                 static_cast<double>(kernels::difference(now, kernels::difference(from[i], other[i])));
-        },
-        [&](double value) -> std::int64_t {
-          return quantized<Integer>(value, scale_.force, forces_are_in_range_);
-        },
-        [&](std::int32_t node, std::size_t i, std::int64_t value) {
-          if (index(node) < viscous_force_.size()) viscous_force_[index(node)][i] += value;
-        });
-    ViscousNodes<Real> moved{state_.velocity(), forces_are_in_range_};
-    dampers_.resist(step, std::span(viscous_force_), scale_.force, moved, scale_.velocity, work_);
-  }
-
   MotionContext context_;
   const geometry::Subdomain& subdomain_;
-  std::vector<double> driven_before_;
+  Terms terms_;
   double reference_mass_;
   mechanics::StateRange range_;
   mechanics::FixedPointScale scale_;
@@ -541,11 +491,7 @@ private:
   Force force_;
   fracture::StressScreening<Real> screening_;
   FixedPointState<Real> state_;
-  ExternalWork work_;
-  BoundaryNodes<Real> boundary_;
-  Dampers dampers_;
-  ViscousForce viscosity_;
-  std::vector<ForceQuanta> viscous_force_;  // of owned nodes, in the last step
+  FixedPointNodes<Real> nodes_;
   bool forces_are_in_range_ = true;
   InitialForce<std::int64_t> initial_force_;
   std::vector<kernels::Movement<double>> movement_;  // per block of nodes, since the last breaking check

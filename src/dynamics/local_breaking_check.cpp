@@ -11,9 +11,7 @@
 namespace crackle::dynamics {
 
 LocalBreakingCheck::LocalBreakingCheck(const MotionContext& context, MovingBody& motion)
-    : context_(&context),
-      motion_(&motion),
-      means_(context.vicinity != nullptr ? context.vicinity->means() : nullptr) {
+    : context_(&context), motion_(&motion), means_(context.law->means()) {
   if (means_ == nullptr) return;
   stresses_.assign(n_times, StressCache(context.body->subdomain().n_tetrahedra()));
   of_nodes_.assign(n_times, StressCache(means_->n_patches()));
@@ -23,7 +21,7 @@ void LocalBreakingCheck::start() {
   for (auto& stresses : stresses_) stresses.clear();
   over_.clear();
   for (const auto t : motion_->overloaded())
-    if (own(t, 0) > context_->criterion->strength(index(t))) over_.push_back(t);
+    if (own(t, 0) > context_->law->strength(index(t))) over_.push_back(t);
 }
 
 std::span<const std::int32_t> LocalBreakingCheck::end_step(std::int64_t) {
@@ -43,7 +41,7 @@ std::span<const std::int32_t> LocalBreakingCheck::end_step(std::int64_t) {
     const double now = own(t, 0);
     if (breaks(i, now))
       breaking_.push_back(t);
-    else if (now > context_->criterion->strength(index(t)))
+    else if (now > context_->law->strength(index(t)))
       over_.push_back(t);
   }
   return breaking_;
@@ -88,18 +86,18 @@ void LocalBreakingCheck::take_over(std::span<const Claim> claims) {
 
 bool LocalBreakingCheck::breaks(std::size_t candidate, double now) {
   const std::int32_t t = candidates_[candidate];
-  fracture::Criterion& criterion = *context_->criterion;
-  if (!needs_mean(t)) return criterion.advance(index(t), own(t, 2), own(t, 1), now);
+  fracture::FractureLaw& law = *context_->law;
+  if (!needs_mean(t)) return law.advance(index(t), own(t, 2), own(t, 1), now);
   const auto mean = [&](std::size_t n_steps) {
     return is_shared_[candidate] != 0 ? shared_[candidate][n_steps] : largest_mean(t, n_steps);
   };
   const double after = std::min(now, mean(0)), before = std::min(own(t, 1), mean(1));
-  if (std::max(before, after) <= context_->screening_share * criterion.strength(index(t))) return false;
-  return criterion.advance(index(t), std::min(own(t, 2), mean(2)), before, after);
+  if (std::max(before, after) <= context_->law->screening_share() * law.strength(index(t))) return false;
+  return law.advance(index(t), std::min(own(t, 2), mean(2)), before, after);
 }
 
 double LocalBreakingCheck::largest_mean(std::int32_t tetrahedron, std::size_t n_steps) {
-  const fracture::EquivalentStress& value = context_->criterion->stress();
+  const fracture::EquivalentStress& value = context_->law->stress();
   double largest = -infinity;
   for (std::size_t corner = 0; corner < 4; ++corner) {
     const std::int32_t patch = means_->patch(tetrahedron, corner);
@@ -114,7 +112,7 @@ double LocalBreakingCheck::largest_mean(std::int32_t tetrahedron, std::size_t n_
 }
 
 double LocalBreakingCheck::own(std::int32_t tetrahedron, std::size_t n_steps) {
-  const fracture::EquivalentStress& value = context_->criterion->stress();
+  const fracture::EquivalentStress& value = context_->law->stress();
   return value(means_ != nullptr ? kept_stress(tetrahedron, n_steps) : stress(tetrahedron, n_steps));
 }
 

@@ -48,9 +48,7 @@ private:
   mechanics::Symmetric stress(std::int32_t tetrahedron, std::size_t n_steps) const;
   /// The same, kept until the next step.
   const mechanics::Symmetric& kept_stress(std::int32_t tetrahedron, std::size_t n_steps);
-  bool needs_mean(std::int32_t tetrahedron) const {
-    return context_->vicinity != nullptr && context_->vicinity->needs_mean(tetrahedron);
-  }
+  bool needs_mean(std::int32_t tetrahedron) const { return context_->law->needs_mean(tetrahedron); }
 
   const MotionContext* context_;
   MovingBody* motion_;

@@ -65,7 +65,7 @@ PhaseOutput::PhaseOutput(const MotionContext& context, const MovingBody& motion,
       frame_steps_(frame_steps(options.n_frames, options.grid.n_steps)),
       kink_steps_(kink_steps(options)),
       negligible_energy_(negligible_share *
-                         energy_at_strength(*context.group, *context.body, context.criterion->strengths())) {}
+                         energy_at_strength(*context.group, *context.body, context.law->strengths())) {}
 
 bool PhaseOutput::is_frame(std::int64_t step) const {
   return std::ranges::binary_search(frame_steps_, step);

@@ -6,10 +6,8 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
-#include "dampers.h"
-#include "external_work.h"
 #include "initial_force.h"
-#include "viscous_force.h"
+#include "terms.h"
 
 #include "mechanics/petsc_stiffness.h"
 
@@ -71,6 +69,55 @@ private:
   InitialForce<double> initial_force_;
 };
 
+/// The nodes of a state, for its terms.
+class PlainNodes final : public MovingNodes {
+public:
+  /// The references must outlive the object.
+  /// @param inverse_mass of each component
+  /// @param before displacement of local nodes at the start of the last step
+  PlainNodes(MotionState& state, const parallel::NodeField& force, const std::vector<double>& inverse_mass,
+             const std::vector<double>& before)
+      : state_(&state), force_(&force), inverse_mass_(&inverse_mass), before_(&before) {}
+
+  double displacement(std::int32_t node, int component) const override {
+    return std::as_const(state_->displacement).owned()[index(node, component)];
+  }
+  double velocity(std::int32_t node, int component) const override {
+    return std::as_const(state_->velocity).owned()[index(node, component)];
+  }
+  double internal_force(std::int32_t node, int component) const override {
+    return force_->owned()[index(node, component)];
+  }
+  void kick(std::int32_t node, int component, double duration, double force, double&) override {
+    const auto i = index(node, component);
+    state_->velocity.owned()[i] += duration * (*inverse_mass_)[i] * force;
+  }
+  double change_velocity(std::int32_t node, int component, double change, double duration) override {
+    state_->velocity.owned()[index(node, component)] += change;
+    state_->displacement.owned()[index(node, component)] += duration * change;
+    return change;
+  }
+  void set_velocity(std::int32_t node, int component, double velocity) override {
+    state_->velocity.owned()[index(node, component)] = velocity;
+  }
+  void drive(std::int32_t node, int component, double displacement, double velocity, double) override {
+    state_->displacement.owned()[index(node, component)] = displacement;
+    set_velocity(node, component, velocity);
+  }
+  void movements(std::span<Vector> moved) const override {
+    const auto u = std::as_const(state_->displacement).local();
+    for (std::size_t n = 0; n < moved.size(); ++n)
+      for (std::size_t i = 0; i < 3; ++i) moved[n][i] = u[3 * n + i] - (*before_)[3 * n + i];
+  }
+  double force_quantum() const override { return 0; }
+
+private:
+  MotionState* state_;
+  const parallel::NodeField* force_;
+  const std::vector<double>* inverse_mass_;
+  const std::vector<double>* before_;
+};
+
 /// All operations in sequence, in double precision, on the caller's state.
 /// @tparam Product the internal force of a displacement: apply() and assemble() are collective, update() is
 /// local
@@ -83,15 +130,14 @@ public:
         product_(context),
         force_(*context.group, context.body->subdomain().layout),
         inverse_mass_(state.displacement.owned().size()),
-        work_(start_work(context, load_time, state)),
-        dampers_(context),
-        viscosity_(context.body->subdomain(), context.body->operators(), context.body->material(),
-                   context.bulk_viscosity),
-        viscous_force_(dampers_.are_viscous() ? inverse_mass_.size() / 3 : 0) {
+        terms_(context, state, std::max(1, context.body->subdomain().layout.n_owned)),
+        nodes_(state, force_, inverse_mass_, before_[0]) {
+    terms_.prescribe(load_time, state);
+    parallel::check_peers(*context.group);
+    state.displacement.update_ghosts();
+    terms_.start(load_time, state);
     for (std::size_t i = 0; i < inverse_mass_.size(); ++i)
       inverse_mass_[i] = 1 / context.body->operators().node_mass[i / 3];
-    for (const auto& motion : context.loads->motions)
-      for (const auto node : motion.nodes) inverse_mass_[index(node, motion.component)] = 0;
     for (auto& before : before_)
       before.assign(state.displacement.local().begin(), state.displacement.local().end());
   }
@@ -104,14 +150,18 @@ public:
     double elapsed = 0;  // in steps, by the drifts done
     for (const Stage& stage : stages) {
       if (stage.kind == Stage::Kind::kick) {
-        kick(stage.fraction * time_step, time + elapsed * time_step, {time, time + time_step});
+        kick({.kick = stage.fraction * time_step,
+              .kick_time = time + elapsed * time_step,
+              .step = {time, time + time_step}});
       } else {
         elapsed += stage.fraction;
-        drift(stage.fraction * time_step, time + elapsed * time_step);
+        drift({.drift = stage.fraction * time_step,
+               .drift_time = time + elapsed * time_step,
+               .step = {time, time + time_step}});
       }
     }
     state_->displacement.update_ghosts();
-    if (dampers_.are_viscous()) resist({time, time + time_step});
+    terms_.end_step({time, time + time_step}, nodes_);
   }
 
   std::span<const std::int32_t> overloaded() override {
@@ -119,9 +169,9 @@ public:
     const auto& body = *context_.body;
     for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
       if (body.is_broken(t)) continue;
-      const auto& criterion = *context_.criterion;
-      if (criterion.stress().exceeds(body.intact_stress(t, strain(t)),
-                                     context_.screening_share * criterion.strength(index(t))))
+      const auto& law = *context_.law;
+      if (law.stress().exceeds(body.intact_stress(t, strain(t)),
+                               context_.law->screening_share() * law.strength(index(t))))
         overloaded_.push_back(t);
     }
     return overloaded_;
@@ -156,17 +206,18 @@ public:
   }
 
   double strain_energy(const MotionState& state) const override {
-    return dynamics::strain_energy(*context_.group, *context_.body, state.displacement.local());
+    return dynamics::strain_energy(*context_.group, *context_.body, state.displacement.local()) +
+           terms_.stored(state);
   }
 
   double external_work(double time, const MotionState& state) const override {
-    return work_.value(time, state);
+    return terms_.supplied(time, state);
   }
   void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override {
-    work_.end_loads(time, nodes, state);
+    terms_.end_loads(time, nodes, state);
   }
 
-  double dissipated_energy() const override { return dampers_.dissipated_energy(); }
+  double dissipated_energy() const override { return terms_.dissipated(); }
   std::int64_t n_forces() const override { return n_forces_; }
 
   std::optional<std::string> failure() const override {
@@ -198,8 +249,7 @@ public:
           local.values.push_back(std::bit_cast<std::int64_t>(values[3 * n + c]));
     }
     checkpoint.nodes = parallel::gather_rows(*context_.group, local);
-    work_.save(checkpoint);
-    dampers_.save(checkpoint);
+    terms_.save(checkpoint);
     // The force is evaluated again after a restart, which counts it again.
     checkpoint.n_forces = n_forces_ - (force_is_kept ? 1 : 0);
     return checkpoint;
@@ -215,34 +265,12 @@ public:
       before_[0][i] = std::bit_cast<double>(row[6 + i % 3]);
       if (i < v.size()) v[i] = std::bit_cast<double>(row[3 + i % 3]);
     }
-    work_.restore(checkpoint);
-    dampers_.restore(checkpoint);
+    terms_.restore(checkpoint);
     force_is_current_ = false;
     n_forces_ = checkpoint.n_forces;
   }
 
 private:
-  /// Access for the dampers.
-  struct DampedNodes {
-    std::span<double> displacements, velocities;
-    double half_drift;
-
-    double velocity(std::int32_t node, std::size_t c) const { return velocities[index(node, c)]; }
-    double change(std::int32_t node, std::size_t c, double change) {
-      velocities[index(node, c)] += change;
-      displacements[index(node, c)] += half_drift * change;
-      return change;
-    }
-  };
-
-  static ExternalWork start_work(const MotionContext& context, double load_time, MotionState& state) {
-    const auto driven = driven_kinetic(context, state);
-    set_prescribed(*context.loads, load_time, state);
-    parallel::check_peers(*context.group);
-    state.displacement.update_ghosts();
-    return ExternalWork(context, load_time, state, driven);
-  }
-
   /// True if any rank has released tetrahedra since the last step. Collective.
   bool is_released_anywhere() const { return parallel::any_of_all(*context_.group, has_released_); }
 
@@ -255,7 +283,7 @@ private:
     force_is_current_ = false;
   }
 
-  void kick(double duration, double time, const mechanics::StepSpan& step) {
+  void kick(const Substep& substep) {
     if (!force_is_current_) {
       product_.apply(state_->displacement, force_);
       force_is_current_ = true;
@@ -263,53 +291,17 @@ private:
     }
     const auto f = std::as_const(force_).owned();
     const auto v = state_->velocity.owned();
-    // Loads act on few nodes and are added after the sweep over the internal force.
-    for (std::size_t i = 0; i < v.size(); ++i) v[i] -= duration * inverse_mass_[i] * f[i];
-    const auto& loads = *context_.loads;
-    for (std::size_t k = 0; k < loads.forces.size(); ++k) {
-      const auto& pattern = loads.forces[k];
-      const double amplitude = pattern.amplitude.at(time);
-      const double slope = pattern.amplitude.slope(time, step);
-      for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
-        const auto i = index(pattern.nodes[n], pattern.component);
-        v[i] += duration * inverse_mass_[i] * (amplitude * pattern.weight[n]);
-        work_.add_rate(k, n, duration * slope, state_->displacement.owned()[i]);
-      }
-    }
-    for (std::size_t m = 0; m < loads.motions.size(); ++m) {
-      const auto& motion = loads.motions[m];
-      const double velocity = motion.velocity(time, step);
-      if (velocity == 0) continue;
-      for (std::size_t n = 0; n < motion.nodes.size(); ++n)
-        work_.add_reaction(m, n, duration * motion.factor_at(n) * velocity,
-                           f[index(motion.nodes[n], motion.component)]);
-    }
+    terms_.before_kick(0, substep, nodes_);
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] -= substep.kick * inverse_mass_[i] * f[i];
+    terms_.after_kick(0, substep, nodes_);
   }
 
-  void drift(double duration, double time_after) {
+  void drift(const Substep& substep) {
     const auto u = state_->displacement.owned();
     const auto v = state_->velocity.owned();
-    for (std::size_t i = 0; i < u.size(); ++i) u[i] += duration * v[i];
-    DampedNodes nodes{u, v, 0.5 * duration};
-    dampers_.slow_down(0, static_cast<std::int32_t>(u.size() / 3), duration, nodes, 1);
-    set_prescribed(*context_.loads, time_after, *state_);
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] += substep.drift * v[i];
+    terms_.after_drift(0, substep, nodes_);
     force_is_current_ = false;
-  }
-
-  void resist(const mechanics::StepSpan& step) {
-    std::ranges::fill(viscous_force_, Vector{});
-    const std::span<const double> u = state_->displacement.local(), before = before_[0];
-    viscosity_.find(
-        context_.body->residual_stiffness(), step.end - step.begin,
-        [&](std::int32_t a, std::int32_t b, std::size_t i) {
-          return (u[index(a, i)] - u[index(b, i)]) - (before[index(a, i)] - before[index(b, i)]);
-        },
-        [](double value) { return value; },
-        [&](std::int32_t node, std::size_t i, double value) {
-          if (index(node) < viscous_force_.size()) viscous_force_[index(node)][i] += value;
-        });
-    DampedNodes nodes{state_->displacement.owned(), state_->velocity.owned(), 0};
-    dampers_.resist(step, std::span(viscous_force_), 1, nodes, 1, work_);
   }
 
   MotionContext context_;
@@ -318,11 +310,9 @@ private:
   std::array<std::vector<double>, 2> before_;
   Product product_;
   parallel::NodeField force_;
-  std::vector<double> inverse_mass_;  // 0 for prescribed components
-  ExternalWork work_;
-  Dampers dampers_;
-  ViscousForce viscosity_;
-  std::vector<Vector> viscous_force_;  // of owned nodes
+  std::vector<double> inverse_mass_;  // of each component
+  Terms terms_;
+  PlainNodes nodes_;
   std::vector<std::int32_t> overloaded_;
   bool force_is_current_ = false;  // equal on all ranks
   bool has_released_ = false;      // since the last step, on this rank

@@ -69,16 +69,13 @@ mechanics::HeldComponents constrained_components(const parallel::Communicator& g
 }  // namespace
 
 QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                                       const mechanics::Conditions& loads, fracture::Criterion& criterion,
-                                       double patience, fracture::StressAverage* average,
-                                       mechanics::Conditions* ending_loads, fracture::CrackVicinity* vicinity)
+                                       const mechanics::Conditions& loads, fracture::FractureLaw& law,
+                                       double patience, mechanics::Conditions* ending_loads)
     : group_(&group),
       body_(&body),
       loads_(&loads),
       ending_loads_(ending_loads),
-      criterion_(&criterion),
-      average_(average),
-      vicinity_(vicinity),
+      law_(&law),
       patience_(patience),
       solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(),
               body.residual_stiffness(), constrained_components(group, body.subdomain(), loads)),
@@ -169,10 +166,8 @@ bool QuasiStaticLoading::grows() const {
 }
 
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
-  if (vicinity_ != nullptr) {
-    parallel::check_peers(*group_);
-    vicinity_->update(*group_);
-  }
+  parallel::check_peers(*group_);
+  law_->follow_cracks(*group_);
   const auto changes = body_->changes();
   solver_.release(changes.subspan(n_changes_solved_));
   n_changes_solved_ = changes.size();
@@ -243,14 +238,14 @@ QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smal
 
 std::int32_t QuasiStaticLoading::place_of(std::int32_t tetrahedron) const {
   if (body_->is_broken(tetrahedron)) return -1;
-  if (average_ == nullptr) return tetrahedron;
-  const std::int32_t centre = average_->centre(tetrahedron);
+  if (law_->average() == nullptr) return tetrahedron;
+  const std::int32_t centre = law_->average()->centre(tetrahedron);
   return body_->subdomain().owned[index(centre)] != 0 ? centre : -1;
 }
 
 const std::vector<mechanics::Symmetric>& QuasiStaticLoading::means() const {
-  if (means_.empty() && vicinity_ != nullptr && vicinity_->means() != nullptr)
-    means_ = vicinity_->means()->all([&](std::int32_t t) { return body_->stress(t, displacement_.local()); });
+  if (means_.empty() && law_->means() != nullptr)
+    means_ = law_->means()->all([&](std::int32_t t) { return body_->stress(t, displacement_.local()); });
   return means_;
 }
 
@@ -265,22 +260,22 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
     const std::int32_t place = place_of(t);
     if (place < 0) continue;
     const mechanics::Symmetric sigma = stress(t);
-    const double strength = criterion_->strength(static_cast<std::size_t>(t));
+    const double strength = law_->strength(static_cast<std::size_t>(t));
     // The tolerance for rounding makes the choice between nearly equal loads independent of what this rank
     // evaluated before.
-    if (best.number >= 0 &&
-        criterion_->stress().bound(sigma) < best.value * strength - 1e-12 * std::abs(best.value * strength) -
-                                                fracture::EquivalentStress::rounding(sigma))
+    if (best.number >= 0 && law_->stress().bound(sigma) < best.value * strength -
+                                                              1e-12 * std::abs(best.value * strength) -
+                                                              fracture::EquivalentStress::rounding(sigma))
       continue;
-    double load = criterion_->stress()(sigma) / strength;
-    if (average_ != nullptr && load > best.value) {
+    double load = law_->stress()(sigma) / strength;
+    if (law_->average() != nullptr && load > best.value) {
       const auto [ball, is_new] = averaged.try_emplace(place);
-      if (is_new) ball->second = criterion_->stress()((*average_)(place, stress));
+      if (is_new) ball->second = law_->stress()((*law_->average())(place, stress));
       load = std::min(load, ball->second);
     }
     if (load > best.value && needs_mean(t)) {
       double largest = -infinity;
-      for_means(t, [&](std::size_t patch) { largest = criterion_->stress().larger(largest, means[patch]); });
+      for_means(t, [&](std::size_t patch) { largest = law_->stress().larger(largest, means[patch]); });
       load = std::min(load, largest / strength);
     }
     if (best.number < 0 || load > best.value) {
@@ -297,23 +292,24 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   superpose(
       rate, [this](const auto& amplitude) { return amplitude.slope(time_); },
       [this](const auto& motion) { return motion.velocity(time_); });
-  fracture::FirstCrossing first(criterion_->stress(), until - time_);
+  fracture::FirstCrossing first(law_->stress(), until - time_);
   const auto u = displacement_.local();
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
   const auto stress_rate = [&](std::int32_t t) { return body_->stress_rate(t, rate); };
   std::unordered_map<std::int32_t, double> averaged;  // crossings of balls
   const auto& means = this->means();
-  const auto mean_rates = means.empty() ? means : vicinity_->means()->all(stress_rate);
+  const auto mean_rates = means.empty() ? means : law_->means()->all(stress_rate);
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     const std::int32_t place = place_of(t);
     if (place < 0) continue;
-    const double strength = criterion_->strength(static_cast<std::size_t>(t));
+    const double strength = law_->strength(static_cast<std::size_t>(t));
     const std::int64_t number = body_->subdomain().tetrahedron_number[index(place)];
-    if (average_ != nullptr)
+    if (law_->average() != nullptr)
       first.see(stress(t), stress_rate(t), strength, number, [&] {
         const auto [ball, is_new] = averaged.try_emplace(place);
         if (is_new)
-          ball->second = first.crossing_from((*average_)(place, stress), (*average_)(place, stress_rate), 1);
+          ball->second = first.crossing_from((*law_->average())(place, stress),
+                                             (*law_->average())(place, stress_rate), 1);
         return ball->second;
       });
     else if (needs_mean(t))
@@ -332,13 +328,13 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
 }
 
 std::int32_t QuasiStaticLoading::breaking(const Critical& critical) const {
-  if (average_ == nullptr) return critical.local;
+  if (law_->average() == nullptr) return critical.local;
   const auto& subdomain = body_->subdomain();
   std::int64_t number = -1;
   if (critical.local >= 0 && place_of(critical.local) == critical.local)
-    number = subdomain.tetrahedron_number[index(
-        average_->most_stressed(critical.local, criterion_->stress(),
-                                [&](std::int32_t t) { return body_->stress(t, displacement_.local()); }))];
+    number = subdomain.tetrahedron_number[index(law_->average()->most_stressed(
+        critical.local, law_->stress(),
+        [&](std::int32_t t) { return body_->stress(t, displacement_.local()); }))];
   parallel::check_peers(*group_);
   return subdomain.local_number(parallel::all_reduce(*group_, number, MPI_MAX));
 }
@@ -352,8 +348,8 @@ std::vector<std::int32_t> QuasiStaticLoading::all_breaking(const Critical& criti
   // All ranks that hold a tetrahedron reach the same decision.
   const auto u = displacement_.local();
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t)
-    if (!body_->is_broken(t) && criterion_->stress().exceeds(
-                                    body_->stress(t, u), simultaneous_share * criterion_->strength(index(t))))
+    if (!body_->is_broken(t) &&
+        law_->stress().exceeds(body_->stress(t, u), simultaneous_share * law_->strength(index(t))))
       all.push_back(t);
   return all;
 }
@@ -362,7 +358,7 @@ double QuasiStaticLoading::time_to_break(std::int32_t tetrahedron, double load) 
   double time = infinity;
   if (tetrahedron >= 0) {
     const auto t = static_cast<std::size_t>(tetrahedron);
-    time = criterion_->time_to_failure(t, load * criterion_->strength(t));
+    time = law_->time_to_failure(t, load * law_->strength(t));
   }
   parallel::check_peers(*group_);
   return parallel::all_reduce(*group_, time, MPI_MIN);
@@ -485,7 +481,7 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
   const std::size_t n_changes = body_->changes().size();
   for (const auto t : all_breaking(next))
     body_->release(t, body_->strain(t, displacement_.local()), time_, 0);
-  fracture::update_strengths(*criterion_, *body_, body_->changes().subspan(n_changes));
+  law_->take_over(*body_, body_->changes().subspan(n_changes));
   parallel::check_peers(*group_);
   body_->release_bridges(*group_, time_, 0,
                          [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });

@@ -62,14 +62,14 @@ const Checkpoint* SampleCheckpoints::running(std::int64_t phase, double load_tim
 
 const Checkpoint& SampleCheckpoints::restore(const EndedPhase& phase, MotionState& state) {
   const parallel::NodeLayout& layout = setup_->subdomain.layout;
-  restore_releases(phase.releases, setup_->body, *setup_->criterion);
+  setup_->law.restore(phase.releases, setup_->body);
   const auto u = state.displacement.local();
   for (std::size_t i = 0; i < u.size(); ++i) {
     const auto row = phase.displacement.find(layout.number[i / 3]);
     u[i] = std::bit_cast<double>(row[i % 3]);
   }
   restore_ended_loads(setup_->group, layout, phase.ended_loads, setup_->loads);
-  restore_memory(from_->memory, setup_->subdomain, *setup_->criterion);
+  setup_->law.restore(from_->memory, setup_->subdomain);
   add(phase);
   return *from_;
 }
@@ -101,7 +101,7 @@ void SampleCheckpoints::save(std::optional<RunningPhase> running, const std::vec
                               .first_break_reaction = first_break_reaction,
                               .ended = ended_,
                               .running = std::move(running),
-                              .memory = gather_memory(setup_->group, setup_->subdomain, *setup_->criterion),
+                              .memory = setup_->law.save(setup_->group, setup_->subdomain),
                               .energy = energy,
                               .frames = frames};
   since_save_ = Stopwatch();

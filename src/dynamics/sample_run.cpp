@@ -113,16 +113,7 @@ public:
         checkpoints_(setup_, control, from),
         account_(group, body_),
         history_(group, body_, loads_, account_, parameters.output.probes),
-        context_{&group_,
-                 &body_,
-                 &loads_,
-                 setup_.criterion.get(),
-                 setup_.criterion->screening_share(setup_.stable_step),
-                 setup_.average.get(),
-                 parameters.damping_rate(),
-                 setup_.vicinity.get(),
-                 parameters.stress_varies(),
-                 parameters.bulk_viscosity()} {
+        context_(setup_.motion_context()) {
     result_.stable_step = setup_.stable_step;
     result_.wave_transit = wave_transit(parameters_, setup_.waves);
     result_.load_is_reaction = machine_reacts();
@@ -185,8 +176,7 @@ private:
     Stopwatch watch;
     group_.enter("quasi-static loading");
     setup_.refuse_free_body();
-    QuasiStaticLoading loading(group_, body_, loads_, *setup_.criterion, patience, setup_.average.get(),
-                               &loads_, setup_.vicinity.get());
+    QuasiStaticLoading loading(group_, body_, loads_, setup_.law, patience, &loads_);
     release_freed_memory();
     loading.load_at_start(account_);
     bool is_at_limit = parameters_.time.start == input::Start::equilibrium;
@@ -315,7 +305,6 @@ private:
                          .arrest_window = arrest_window,
                          // Loads that change, and waves, may take their time to break a body in equilibrium.
                          .awaits_break = starts_moving(number),
-                         .release_time = &setup_.release_time,
                          .ends_out_of_range = parameters_.time.precision == input::Precision::double_,
                          .n_frames = parameters_.output.frames,
                          .history_interval = parameters_.output.history,

@@ -2,16 +2,15 @@
 #include "crackle/dynamics/sample_setup.h"
 
 #include "crackle/fracture/initial_strain.h"
-#include "crackle/fracture/release.h"
-#include "crackle/fracture/toughness.h"
+#include "crackle/fracture/release_time.h"
+#include "crackle/geometry/mother_points.h"
 #include "crackle/mechanics/rigid_motion.h"
 #include "crackle/parallel/agreement.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <span>
-#include <utility>
+#include <vector>
 
 namespace crackle::dynamics {
 
@@ -33,13 +32,16 @@ mechanics::Conditions all_loads(const parallel::Communicator& group, const input
   return loads;
 }
 
-std::unique_ptr<fracture::Criterion> make_criterion(const parallel::Communicator& group,
-                                                    const input::Parameters& parameters, std::uint64_t sample,
-                                                    const fracture::BreakableBody& body,
-                                                    std::span<const double> growth, double time_step) {
-  auto strengths = fracture::tetrahedron_strengths(group, parameters, sample, body);
-  auto impulses = fracture::impulses(group, parameters, body, strengths, growth);
-  return fracture::make_criterion(parameters, std::move(strengths), time_step, std::move(impulses));
+/// The square ends of slots that count as cracks: where cracks start by means around nodes, those narrow
+/// enough. The spacings of points from a file are not known.
+std::vector<fracture::SquareEnd> crack_ends(const input::Parameters& parameters) {
+  auto ends = fracture::square_ends(parameters.specimen);
+  if (!parameters.fracture_of(0).nucleates_by_means() || ends.empty() || parameters.mesh.points) return ends;
+  const auto body = geometry::make_body(parameters);
+  const geometry::SpacingField spacing(*body, parameters.mesh);
+  std::erase_if(
+      ends, [&](const fracture::SquareEnd& end) { return fracture::is_high(end, spacing, body->size()[0]); });
+  return ends;
 }
 
 }  // namespace
@@ -49,23 +51,29 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
     : group(ranks),
       parameters(input),
       subdomain(part),
-      body(part, fracture::make_material_field(input, sample, fracture::span_of(part)),
-           input.fracture.release, input.fracture.contact),
+      body(part, fracture::make_material_field(input, sample, fracture::span_of(part)), nullptr,
+           input.fracture.contact),
       waves(fracture::slowest_waves(ranks, input, body)),
       loads(all_loads(ranks, input, body)),
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(dynamics::stable_step(ranks, input, part, body.operators(), body.material(), body.force())),
       grid(choose_time_grid(input.time, stable_step)),
-      release_time(fracture::release_times(ranks, input, body)) {
+      law(ranks, input, sample, body, {grid.step, stable_step},
+          {.ends = parallel::agree(ranks, [&] { return crack_ends(input); })}) {
   refuse_overdamping(input.damping_rate(), grid);
-  fracture::refuse_short_releases(ranks, part, release_time, grid.step);
-  auto growth = fracture::growth_strengths(ranks, input, sample, body);
-  criterion = make_criterion(ranks, input, sample, body, growth, grid.step);
-  average = fracture::make_stress_average(input.fracture, body, criterion->strengths());
+  fracture::refuse_short_releases(ranks, part, body.release_law().time(), grid.step);
   // After the stable step, which depends on the stiffness alone.
   body.set_initial_strain(fracture::make_initial_strain(input, body.elasticity(), fracture::span_of(part)));
-  fracture::soften_by_input(ranks, input, sample, body);
-  vicinity = fracture::make_crack_vicinity(ranks, input, body, std::move(growth), *criterion, average.get());
+}
+
+MotionContext SampleSetup::motion_context() {
+  return {&group,
+          &body,
+          &loads,
+          &law,
+          parameters.damping_rate(),
+          parameters.stress_varies(),
+          parameters.bulk_viscosity()};
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {

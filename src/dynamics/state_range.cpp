@@ -7,8 +7,6 @@
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
 
-#include "mechanics/node_cells.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,21 +28,10 @@ constexpr double largest_turn = 64;
 constexpr double velocity_room = 32;
 constexpr double force_room = 4;
 
-/// Largest magnitude of a load curve's quantity between two times: at the ends and at the kinks between.
-template <class Quantity>
-double peak(const mechanics::LoadCurve& curve, double from, double to, const Quantity& quantity) {
-  double largest = std::max(std::abs(quantity(from)), std::abs(quantity(to)));
-  for (double t = curve.next_kink(from); t < to; t = curve.next_kink(t))
-    largest = std::max(largest, std::abs(quantity(t)));
-  return largest;
-}
-
 /// This rank's extremes; reduced by the maximum over the ranks.
 struct Extremes {
   double velocity = 0;
-  double prescribed_velocity = 0;
   double state_stress = 0;
-  double load_stress = 0;
   double stretch_force = 0;  // of an edge, per strain
   double longest_edge = 0;
   double shortest_edge = -infinity;  // negated, so that the maximum can be taken
@@ -54,10 +41,10 @@ struct Extremes {
   double least_modulus = -infinity;    // Young's, negated
 
   void all_reduce(const parallel::Communicator& group) {
-    const std::array<double*, 11> all{&velocity,      &prescribed_velocity, &state_stress,  &load_stress,
-                                      &stretch_force, &longest_edge,        &shortest_edge, &strength,
-                                      &impedance,     &least_impedance,     &least_modulus};
-    std::array<double, 11> values{};
+    const std::array<double*, 9> all{&velocity,     &state_stress,    &stretch_force,
+                                     &longest_edge, &shortest_edge,   &strength,
+                                     &impedance,    &least_impedance, &least_modulus};
+    std::array<double, 9> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
     parallel::check_peers(group);
     parallel::all_reduce(group, values, MPI_MAX);
@@ -71,35 +58,13 @@ double largest_component(std::span<const double> values) {
   return largest;
 }
 
-double peak_of(const mechanics::ForcePattern& pattern, double from, double to) {
-  return peak(pattern.amplitude, from, to, [&](double t) { return pattern.amplitude.at(t); });
-}
-
-/// Velocity that the loads can give an unsupported body [m/s].
-double flight_of_body(const MotionContext& context, double from, double to) {
-  const auto& loads = *context.loads;
-  if (!loads.motions.empty() || loads.forces.empty()) return 0;
-  const double mass = parallel::exact_sum(*context.group, context.body->operators().node_mass);
-  double force = 0;
-  for (const auto& pattern : loads.forces)
-    force += std::abs(pattern.total_weight) * peak_of(pattern, from, to);
-  return force / mass * (to - from);
-}
-
-/// Velocity that the loads can give an unsupported body, and body forces a fragment [m/s].
-double free_flight_velocity(const MotionContext& context, double from, double to) {
-  const auto& loads = *context.loads;
-  const auto& node_mass = context.body->operators().node_mass;
-  double acceleration = 0;
-  for (const auto& pattern : loads.forces) {
-    if (!pattern.is_body_force) continue;
-    double largest = 0;
-    for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
-      largest = std::max(largest, std::abs(pattern.weight[n]) / node_mass[index(pattern.nodes[n])]);
-    parallel::check_peers(*context.group);
-    acceleration += peak_of(pattern, from, to) * parallel::largest_of_all(*context.group, largest);
-  }
-  return std::max(acceleration * (to - from), flight_of_body(context, from, to));
+/// Velocity that the terms can give an unsupported body, and a fragment whatever supports it [m/s].
+double free_flight_velocity(const MotionContext& context, const Demand& demand, double duration) {
+  double of_body = 0;
+  if (!demand.holds && demand.resultant > 0)
+    of_body = demand.resultant / parallel::exact_sum(*context.group, context.body->operators().node_mass) *
+              duration;
+  return std::max(demand.acceleration * duration, of_body);
 }
 
 /// The body's material, strains and velocities.
@@ -107,7 +72,7 @@ void add_state(const MotionContext& context, const MotionState& state, Extremes&
   const auto& body = *context.body;
   const auto& density = body.material().density;
   e.velocity = largest_component(state.velocity.owned());
-  e.strength = largest_component(context.criterion->strengths());
+  e.strength = largest_component(context.law->strengths());
   for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
     const double impedance = density[t] * std::sqrt(body.elasticity()[t].mu / density[t]);
     e.impedance = std::max(e.impedance, impedance);
@@ -122,36 +87,6 @@ void add_state(const MotionContext& context, const MotionState& state, Extremes&
     e.state_stress = std::max(e.state_stress, 4 * mechanics::contract(initial, initial));
   }
   e.state_stress = std::sqrt(e.state_stress);
-}
-
-/// Loads and motions between two times. Collective.
-void add_loads(const MotionContext& context, double from, double to, Extremes& e) {
-  const auto& body = *context.body;
-  parallel::check_peers(*context.group);
-  const double heaviest =
-      parallel::largest_of_all(*context.group, std::ranges::max(body.material().density.values()));
-  const geometry::Box box = mechanics::box_of_all(*context.group, body.subdomain());
-  const double extent = std::ranges::max(box.upper - box.lower);
-  const auto node_volume = [&](std::int32_t node) {
-    return body.operators().node_mass[index(node)] / heaviest;
-  };
-  for (const auto& pattern : context.loads->forces) {
-    const double amplitude = peak_of(pattern, from, to);
-    for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
-      const double force = amplitude * std::abs(pattern.weight[n]), volume = node_volume(pattern.nodes[n]);
-      // A body force adds up along the whole body.
-      e.load_stress = std::max(e.load_stress, pattern.is_body_force ? force / volume * extent
-                                                                    : force / std::pow(volume, 2.0 / 3.0));
-    }
-  }
-  for (const auto& motion : context.loads->motions) {
-    double factor = 0;
-    for (std::size_t n = 0; n < motion.nodes.size(); ++n)
-      factor = std::max(factor, std::abs(motion.factor_at(n)));
-    e.prescribed_velocity =
-        std::max(e.prescribed_velocity,
-                 factor * peak(motion.curve, from, to, [&](double t) { return motion.velocity(t); }));
-  }
 }
 
 /// Lengths of edges, and their forces.
@@ -183,26 +118,26 @@ void add_edges(const fracture::BreakableBody& body, Extremes& e) {
 
 }  // namespace
 
-mechanics::StateRange expected_range(const MotionContext& context, double load_time, double duration,
-                                     const MotionState& state) {
+mechanics::StateRange expected_range(const MotionContext& context, const Terms& terms, double load_time,
+                                     double duration, const MotionState& state) {
   const double end = load_time + duration;
   Extremes e;
   add_state(context, state, e);
-  add_loads(context, load_time, end, e);
   add_edges(*context.body, e);
   e.all_reduce(*context.group);
+  const Demand demand = terms.demand(load_time, end);
 
-  const double from_loads = load_concentration * (e.load_stress + e.impedance * e.prescribed_velocity);
+  const double from_loads = load_concentration * (demand.stress + e.impedance * demand.velocity);
   double stress = std::max({e.state_stress, std::min(e.strength, from_loads), 2 * e.impedance * e.velocity});
   if (!(stress > 0)) stress = e.strength;
   const double velocity = stress / -e.least_impedance;
   const double youngs_modulus = -e.least_modulus;
   const double turn =
       std::clamp(turning_share * velocity * duration / -e.shortest_edge, least_turn, largest_turn);
-  return {std::max(largest_strain * e.longest_edge, turn * -e.shortest_edge),
-          velocity_room * (velocity + e.prescribed_velocity + free_flight_velocity(context, load_time, end)),
-          force_room * turn / least_turn * e.stretch_force * stress / youngs_modulus,
-          stress / youngs_modulus};
+  return {
+      std::max(largest_strain * e.longest_edge, turn * -e.shortest_edge),
+      velocity_room * (velocity + demand.velocity + free_flight_velocity(context, demand, end - load_time)),
+      force_room * turn / least_turn * e.stretch_force * stress / youngs_modulus, stress / youngs_modulus};
 }
 
 }  // namespace crackle::dynamics

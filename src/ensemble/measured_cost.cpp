@@ -7,8 +7,6 @@
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/sample_setup.h"
 #include "crackle/fracture/material_field.h"
-#include "crackle/fracture/release.h"
-#include "crackle/fracture/toughness.h"
 #include "crackle/geometry/partition.h"
 
 #include <algorithm>
@@ -46,9 +44,8 @@ public:
   void measure_solves(MeasuredCost& cost) {
     setup_.refuse_free_body();
     const ThreadClock first;
-    dynamics::QuasiStaticLoading loading(self_, setup_.body, setup_.loads, *setup_.criterion,
-                                         dynamics::arrest_window(parameters_, setup_.waves),
-                                         setup_.average.get(), nullptr, setup_.vicinity.get());
+    dynamics::QuasiStaticLoading loading(self_, setup_.body, setup_.loads, setup_.law,
+                                         dynamics::arrest_window(parameters_, setup_.waves));
     cost.first_solve = first.seconds();
     loading.load_at_start(account_);
     if (!setup_.body.initial_strain().is_none())
@@ -69,25 +66,11 @@ public:
 
   void measure_phase(MeasuredCost& cost, double seconds) {
     // Lower strength under the same load: equivalent, up to scale, to a higher load.
-    auto weakened = fracture::tetrahedron_strengths(self_, parameters_, 0, setup_.body);
-    for (double& value : weakened) value /= overload;
-    const auto growth = fracture::growth_strengths(self_, parameters_, 0, setup_.body);
-    const auto criterion =
-        fracture::make_criterion(parameters_, weakened, setup_.grid.step,
-                                 fracture::impulses(self_, parameters_, setup_.body, weakened, growth));
-    fracture::update_strengths(*criterion, setup_.body, setup_.body.changes());
-    const auto average =
-        fracture::make_stress_average(parameters_.fracture, setup_.body, criterion->strengths());
-    const dynamics::MotionContext context{&self_,
-                                          &setup_.body,
-                                          &setup_.loads,
-                                          criterion.get(),
-                                          criterion->screening_share(setup_.stable_step),
-                                          average.get(),
-                                          parameters_.damping_rate(),
-                                          nullptr,
-                                          parameters_.stress_varies(),
-                                          parameters_.bulk_viscosity()};
+    fracture::FractureLaw weakened(self_, parameters_, 0, setup_.body, {setup_.grid.step, setup_.stable_step},
+                                   {.follows_cracks = false, .weakening = overload});
+    weakened.take_over(setup_.body, setup_.body.changes());
+    dynamics::MotionContext context = setup_.motion_context();
+    context.law = &weakened;
     agitate();
     const ThreadClock start;
     const auto motion =
@@ -98,7 +81,6 @@ public:
     std::int64_t n_polls = 0;
     dynamics::PhaseOptions options;
     options.grid = setup_.grid;
-    options.release_time = &setup_.release_time;
     if (parameters_.time.start != input::Start::rest)
       options.arrest_window = dynamics::arrest_window(parameters_, setup_.waves);
     // No frames are stored, but the energies of each are.
@@ -126,8 +108,8 @@ private:
   void agitate() {
     double strain = dynamics::strain_energy(self_, setup_.body, state_.displacement.local());
     if (strain == 0)
-      strain = energy_of_running_cracks *
-               dynamics::energy_at_strength(self_, setup_.body, setup_.criterion->strengths());
+      strain =
+          energy_of_running_cracks * dynamics::energy_at_strength(self_, setup_.body, setup_.law.strengths());
     const auto& masses = setup_.body.operators().node_mass;
     const double mass = std::accumulate(masses.begin(), masses.end(), 0.0);
     const double speed = std::sqrt(2 * kinetic_share * strain / mass);

@@ -36,21 +36,10 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const Sym
   return best;
 }
 
-mechanics::EdgeSet crossed_edges(int cut) {
-  // The group of corner 0 for 2|2 cuts; the single corner for 1|3 cuts.
-  const unsigned group = cut < 4 ? 1U << cut : 1U | (1U << (cut - 3));
-  unsigned crossed = 0;
-  for (std::size_t k = 0; k < 6; ++k) {
-    const auto [a, b] = geometry::dual_facet_nodes[k];
-    if (((group >> a) & 1U) != ((group >> b) & 1U)) crossed |= 1U << k;
-  }
-  return static_cast<mechanics::EdgeSet>(crossed);
-}
-
 BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, mechanics::MaterialField material,
-                             input::Release release, input::Contact contact)
+                             std::unique_ptr<Release> release, input::Contact contact)
     : subdomain_(&subdomain),
-      release_(release),
+      release_(release ? std::move(release) : make_release({})),
       contact_(contact),
       material_(std::move(material)),
       operators_(mechanics::make_operators(subdomain, material_.density)),
@@ -60,13 +49,16 @@ BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, mechanics::Ma
       broken_(subdomain.tetrahedra.size(), 0) {}
 
 void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
-                            double phase_time, double remaining) {
+                            double phase_time, bool moves) {
   const auto index = static_cast<std::size_t>(tetrahedron);
   if (broken_[index] != 0) throw std::logic_error("a tetrahedron was broken twice");
-  if (softening_ && reduce_stiffness(tetrahedron, strain, load_time, phase_time)) return;
+  const double energy = 0.5 * mechanics::contract(intact_stress(tetrahedron, strain), strain);
+  if (const auto kept = release_->reduce(tetrahedron, energy))
+    return reduce(tetrahedron, kept->share, strain, load_time, phase_time, kept->ductility);
   const Symmetric sigma = residual_stiffness_.stress(tetrahedron, strain);
   const double before = residual_stiffness_.energy(tetrahedron, strain);
   const int cut = most_loaded_cut(operators_.tetrahedra[index], intact_stress(tetrahedron, strain));
+  const double remaining = moves ? release_->remaining(tetrahedron, 0) : 0;
   open(tetrahedron, cut, remaining);
   const bool is_counted = subdomain_->owned[index] != 0;
   if (remaining > 0)
@@ -77,11 +69,11 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
                       before - residual_stiffness_.energy(tetrahedron, strain), cut});
 }
 
-void BreakableBody::continue_releases(const RemainingShare& remaining,
+void BreakableBody::continue_releases(double phase_time,
                                       const std::function<Symmetric(std::int32_t)>& strain) {
   std::erase_if(releasing_, [&](const Releasing& one) {
     const Symmetric eps = strain(one.tetrahedron);
-    const double share = remaining(one.tetrahedron, one.phase_time);
+    const double share = release_->remaining(one.tetrahedron, phase_time - one.phase_time);
     const double before = residual_stiffness_.energy(one.tetrahedron, eps);
     residual_stiffness_.reduce(one.tetrahedron, share);
     changes_.push_back(one.tetrahedron);
@@ -91,43 +83,21 @@ void BreakableBody::continue_releases(const RemainingShare& remaining,
   });
 }
 
-void BreakableBody::soften(const SofteningLaw& law, std::vector<double> dissipation) {
-  softening_ = law;
-  dissipation_ = std::move(dissipation);
-}
-
-bool BreakableBody::reduce_stiffness(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
-                                     double phase_time) {
-  const auto index = static_cast<std::size_t>(tetrahedron);
-  auto& softened = softened_[tetrahedron];
-  if (softened.n_fallen == 0)
-    softened.ductility =
-        dissipation_[index] / (0.5 * mechanics::contract(intact_stress(tetrahedron, strain), strain));
-  const auto teeth = softening_->teeth(softened.ductility);
-  ++softened.n_fallen;
-  if (softened.n_fallen == std::ssize(teeth)) return false;
-  const double share = teeth[static_cast<std::size_t>(softened.n_fallen)].share;
+void BreakableBody::reduce(std::int32_t tetrahedron, double share, const Symmetric& strain, double load_time,
+                           double phase_time, double ductility) {
   const double before = residual_stiffness_.energy(tetrahedron, strain);
   residual_stiffness_.soften(tetrahedron, share);
   changes_.push_back(tetrahedron);
-  if (subdomain_->owned[index] != 0)
-    stiffness_reductions_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
+  const std::size_t place = index(tetrahedron);
+  if (subdomain_->owned[place] != 0)
+    stiffness_reductions_.push_back({subdomain_->tetrahedron_number[place], load_time, phase_time,
                                      before - residual_stiffness_.energy(tetrahedron, strain), share,
-                                     softened.ductility});
-  return true;
-}
-
-double BreakableBody::threshold(std::int32_t tetrahedron) const {
-  const auto softened = softened_.find(tetrahedron);
-  if (softened == softened_.end()) return 1;
-  const auto teeth = softening_->teeth(softened->second.ductility);
-  return teeth[std::min(static_cast<std::size_t>(softened->second.n_fallen), teeth.size() - 1)].threshold;
+                                     ductility});
 }
 
 void BreakableBody::open(std::int32_t tetrahedron, int cut, double remaining) {
   const auto index = static_cast<std::size_t>(tetrahedron);
-  const mechanics::EdgeSet edges =
-      release_ == input::Release::facet ? crossed_edges(cut) : mechanics::all_edges;
+  const mechanics::EdgeSet edges = release_->edges(cut);
   if (remaining > 0) {
     residual_stiffness_.begin_release(tetrahedron, edges);
     residual_stiffness_.reduce(tetrahedron, remaining);
@@ -148,22 +118,20 @@ void BreakableBody::release_edges(std::int32_t tetrahedron, mechanics::EdgeSet e
   changes_.push_back(tetrahedron);
 }
 
-void BreakableBody::restore(const Releases& releases, const RemainingShare& remaining) {
+void BreakableBody::restore(const Releases& releases, double phase_time) {
   for (const auto& fall : releases.stiffness_reductions) {
     const std::int32_t t = subdomain_->local_number(fall.tetrahedron);
     if (t < 0) continue;
     residual_stiffness_.soften(t, fall.share);
     changes_.push_back(t);
-    auto& softened = softened_[t];
-    ++softened.n_fallen;
-    softened.ductility = fall.ductility;
+    release_->restore(t, fall.ductility);
     if (subdomain_->owned[static_cast<std::size_t>(t)] != 0) stiffness_reductions_.push_back(fall);
   }
   for (const auto& record : releases.breaks) {
     const std::int32_t t = subdomain_->local_number(record.tetrahedron);
     if (t < 0) continue;
     const bool is_counted = subdomain_->owned[static_cast<std::size_t>(t)] != 0;
-    const double share = remaining ? remaining(t, record.phase_time) : 0;
+    const double share = phase_time < infinity ? release_->remaining(t, phase_time - record.phase_time) : 0;
     open(t, record.cut, share);
     if (share > 0)
       releasing_.push_back(
@@ -204,7 +172,7 @@ std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() co
 
 void BreakableBody::release_bridges(const parallel::Communicator& group, double load_time, double phase_time,
                                     const std::function<Symmetric(std::int32_t)>& strain) {
-  if (release_ != input::Release::facet) return;
+  if (!release_->opens_bridges()) return;
   // A rank does not see all tetrahedra around an edge between two ghosts: others report it.
   auto bridging = parallel::gather_found<BridgingEdge>(group, [&] {
     auto found = find_bridging_edges();
@@ -265,13 +233,6 @@ std::vector<double> BreakableBody::released_energies() const {
   for (const auto& fall : stiffness_reductions_) energies.push_back(fall.released_energy);
   for (const auto& release : bridge_releases_) energies.push_back(release.released_energy);
   return energies;
-}
-
-void update_strengths(Criterion& criterion, const BreakableBody& body,
-                      std::span<const std::int32_t> changed) {
-  if (!body.softens()) return;
-  for (const auto t : changed)
-    if (!body.is_broken(t)) criterion.soften(static_cast<std::size_t>(t), body.threshold(t));
 }
 
 }  // namespace crackle::fracture

@@ -2,10 +2,8 @@
 #include "crackle/fracture/crack_vicinity.h"
 
 #include "crackle/common/index.h"
-#include "crackle/fracture/toughness.h"
 #include "crackle/geometry/point.h"
 #include "crackle/mechanics/elasticity.h"
-#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
 #include <algorithm>
@@ -21,17 +19,6 @@ constexpr double reach_in_spacings = 1.5;
 bool is_at(const SquareEnd& end, const geometry::Point& place, double spacing) {
   return std::hypot(place[1] - end.place[0], place[2] - end.place[1]) <=
          end.half_height + reach_in_spacings * spacing;
-}
-
-/// The square ends that count as cracks where cracks start by means around nodes. The spacings of points from
-/// a file are not known.
-std::vector<SquareEnd> narrow_ends(const input::Parameters& parameters) {
-  auto ends = square_ends(parameters.specimen);
-  if (ends.empty() || parameters.mesh.points) return ends;
-  const auto body = geometry::make_body(parameters);
-  const geometry::SpacingField spacing(*body, parameters.mesh);
-  std::erase_if(ends, [&](const SquareEnd& end) { return is_high(end, spacing, body->size()[0]); });
-  return ends;
 }
 
 }  // namespace
@@ -65,12 +52,12 @@ bool is_high(const SquareEnd& end, const geometry::SpacingField& spacing, double
 }
 
 CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
-                             std::vector<double> growth_strengths, std::span<const SquareEnd> ends,
+                             std::span<const double> growth_strengths, std::span<const SquareEnd> ends,
                              std::span<const double> spacings, bool by_means)
     : body_(&body),
       criterion_(&criterion),
       average_(average),
-      growth_strengths_(std::move(growth_strengths)),
+      growth_strengths_(growth_strengths),
       round_node_(mechanics::node_tetrahedra(body.subdomain())),
       reached_(body.subdomain().tetrahedra.size(), 0),
       at_crack_(body.subdomain().nodes.size(), 0) {
@@ -119,21 +106,6 @@ std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator
   std::ranges::sort(changed_);
   if (average_ != nullptr) average_->forget(changed_);
   return changed_;
-}
-
-std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator& group,
-                                                   const input::Parameters& parameters,
-                                                   const BreakableBody& body, std::vector<double> growth,
-                                                   Criterion& criterion, StressAverage* average) {
-  const input::Fracture fracture = parameters.fracture_of(0);
-  const bool by_means = fracture.nucleates_by_means();
-  if (!by_means && !fracture.separates_nucleation()) return nullptr;
-  const auto spacings = local_spacings(group, body.subdomain(), body.operators());
-  return parallel::agree(group, [&] {
-    const auto ends = by_means ? narrow_ends(parameters) : square_ends(parameters.specimen);
-    return std::make_unique<CrackVicinity>(body, criterion, average, std::move(growth), ends, spacings,
-                                           by_means);
-  });
 }
 
 void CrackVicinity::reach(std::int32_t tetrahedron) {

@@ -51,18 +51,18 @@ Symmetric free_strain(const input::InitialStress& initial, double value,
 
 }  // namespace
 
-mechanics::InitialStrain make_initial_strain(const input::Parameters& parameters,
+mechanics::InitialStrain make_initial_strain(const input::MaterialModel& model,
                                              const mechanics::ElasticityField& elasticity,
                                              const TetrahedronSpan& tetrahedra) {
   const auto n = static_cast<std::int32_t>(tetrahedra.tetrahedra.size());
   std::vector<mechanics::InitialStrain::Part> parts;
-  for (const input::InitialStress& initial : parameters.initial_stresses) {
-    const auto extent = input::bounds_of(parameters.specimen)[index(initial.along)];
+  for (const input::InitialStress& initial : model.initial_stresses) {
+    const auto extent = model.bounds[index(initial.along)];
     mechanics::InitialStrain::Part& part = parts.emplace_back(mechanics::InitialStrain::Part{
         mechanics::LoadCurve(1, 0, initial.history), std::vector<Symmetric>(index(n))});
     for (std::int32_t t = 0; t < n; ++t) {
       const std::size_t material = tetrahedra.material_of(index(t));
-      if (!initial.material.empty() && initial.material != parameters.materials[material].name) continue;
+      if (!initial.material.empty() && initial.material != model.materials[material].name) continue;
       part.strain[index(t)] =
           free_strain(initial, mean_value(initial, extent, tetrahedra.nodes, tetrahedra.tetrahedra[index(t)]),
                       elasticity[t]);
@@ -71,10 +71,10 @@ mechanics::InitialStrain make_initial_strain(const input::Parameters& parameters
   return parts.empty() ? mechanics::InitialStrain() : mechanics::InitialStrain(std::move(parts), n);
 }
 
-std::vector<Symmetric> initial_strain_at(const input::Parameters& parameters, double time,
+std::vector<Symmetric> initial_strain_at(const input::MaterialModel& model, double time,
                                          const mechanics::ElasticityField& elasticity,
                                          const TetrahedronSpan& tetrahedra) {
-  mechanics::InitialStrain strain = make_initial_strain(parameters, elasticity, tetrahedra);
+  mechanics::InitialStrain strain = make_initial_strain(model, elasticity, tetrahedra);
   if (strain.is_none()) return {};
   strain.set_time(time);
   std::vector<Symmetric> values;

@@ -16,35 +16,34 @@ struct Factors {
   std::vector<double> stiffness, density;
 };
 
-Factors factors_of(const input::Parameters& parameters, std::uint64_t sample,
+Factors factors_of(const input::MaterialModel& model, std::uint64_t sample,
                    const TetrahedronSpan& tetrahedra) {
   const std::size_t n = tetrahedra.tetrahedra.size();
   Factors factors{std::vector<double>(n, 1), std::vector<double>(n, 1)};
-  for (std::size_t m = 0; m < parameters.materials.size(); ++m) {
-    const auto& variation = parameters.materials[m].variation;
+  for (std::size_t m = 0; m < model.materials.size(); ++m) {
+    const auto& variation = model.materials[m].variation;
     if (!variation) continue;
-    const auto own = stiffness_factors(parameters, m, sample, tetrahedra);
+    const auto own = stiffness_factors(model, m, sample, tetrahedra);
     for (std::size_t t = 0; t < n; ++t) {
       if (tetrahedra.material_of(t) != m) continue;
       if (variation->of != input::StiffnessVaries::density) factors.stiffness[t] = own[t];
       if (variation->of != input::StiffnessVaries::stiffness) factors.density[t] = own[t];
     }
   }
-  if (parameters.maps_stiffness())
+  if (model.maps_stiffness)
     for (std::size_t t = 0; t < n; ++t) factors.stiffness[t] *= static_cast<double>(tetrahedra.map_factor[t]);
   return factors;
 }
 
 }  // namespace
 
-mechanics::MaterialField make_material_field(const input::Parameters& parameters, std::uint64_t sample,
+mechanics::MaterialField make_material_field(const input::MaterialModel& model, std::uint64_t sample,
                                              const TetrahedronSpan& tetrahedra) {
-  const auto& materials = parameters.materials;
+  const auto& materials = model.materials;
   const bool varies =
       std::ranges::any_of(materials, [](const auto& one) { return one.variation.has_value(); });
-  if (!varies && !parameters.maps_stiffness())
-    return mechanics::material_field(materials, tetrahedra.material);
-  const Factors factors = factors_of(parameters, sample, tetrahedra);
+  if (!varies && !model.maps_stiffness) return mechanics::material_field(materials, tetrahedra.material);
+  const Factors factors = factors_of(model, sample, tetrahedra);
   const std::size_t n = tetrahedra.tetrahedra.size();
   std::vector<mechanics::IsotropicElasticity> elasticity;
   std::vector<double> density;
@@ -59,7 +58,7 @@ mechanics::MaterialField make_material_field(const input::Parameters& parameters
           mechanics::TetrahedronField<double>(std::move(density))};
 }
 
-BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parameters& parameters,
+BodyWaves slowest_waves(const parallel::Communicator& group, const input::MaterialModel& model,
                         const BreakableBody& body) {
   const auto& [elasticity, density] = body.material();
   const TetrahedronSpan tetrahedra = span_of(body.subdomain());
@@ -71,7 +70,7 @@ BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parame
                     1 / mechanics::dilatational_speed(stiffness, mass)};
   };
   std::vector<Slowness> of_input;
-  for (const input::Material& material : parameters.materials)
+  for (const input::Material& material : model.materials)
     of_input.push_back(slowness(mechanics::IsotropicElasticity(material), material.density));
   // Deviations from the input's values, so that these come out exactly where nothing varies.
   std::vector<std::vector<double>> terms(3 * of_input.size());

@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace crackle::fracture {
@@ -34,6 +35,28 @@ std::vector<SofteningLaw::Tooth> SofteningLaw::teeth(double ductility) const {
     if (middle <= lower || middle >= upper) return curve(upper);
     (dissipation(curve(middle)) < ductility ? lower : upper) = middle;
   }
+}
+
+std::optional<Release::Reduction> Softening::reduce(std::int32_t tetrahedron, double energy) {
+  auto& softened = softened_[tetrahedron];
+  if (softened.n_fallen == 0) softened.ductility = dissipation_[index(tetrahedron)] / energy;
+  const auto teeth = law_.teeth(softened.ductility);
+  ++softened.n_fallen;
+  if (softened.n_fallen == std::ssize(teeth)) return {};
+  return Reduction{teeth[index(softened.n_fallen)].share, softened.ductility};
+}
+
+void Softening::restore(std::int32_t tetrahedron, double ductility) {
+  auto& softened = softened_[tetrahedron];
+  ++softened.n_fallen;
+  softened.ductility = ductility;
+}
+
+double Softening::threshold(std::int32_t tetrahedron) const {
+  const auto softened = softened_.find(tetrahedron);
+  if (softened == softened_.end()) return 1;
+  const auto teeth = law_.teeth(softened->second.ductility);
+  return teeth[std::min(index(softened->second.n_fallen), teeth.size() - 1)].threshold;
 }
 
 double dissipation(const std::vector<SofteningLaw::Tooth>& teeth) {

@@ -163,11 +163,4 @@ std::vector<StressAverage::Share> StressAverage::find_ball(std::int32_t centre) 
   return ball;
 }
 
-std::unique_ptr<StressAverage> make_stress_average(const input::Fracture& parameters,
-                                                   const BreakableBody& body,
-                                                   std::span<const double> strengths) {
-  if (parameters.length == 0) return nullptr;
-  return std::make_unique<StressAverage>(body, strengths, parameters.length);
-}
-
 }  // namespace crackle::fracture

@@ -21,19 +21,18 @@ double energy_factor(input::Release release, double poisson_ratio, double youngs
   return toughness_factor(release, poisson_ratio) / youngs_modulus;
 }
 
-double energy_factor(const input::Parameters& parameters) {
-  const input::Material& material = parameters.material();
-  return energy_factor(parameters.fracture.release, material.poisson_ratio, material.youngs_modulus);
+double energy_factor(const input::MaterialModel& model) {
+  const input::Material& material = model.material();
+  return energy_factor(model.fracture.release, material.poisson_ratio, material.youngs_modulus);
 }
 
 /// The input's strength and toughness in each tetrahedron of a body: those of its material, or of the
 /// interface that it touches.
 class LocalFracture {
 public:
-  LocalFracture(const input::Parameters& parameters, const BreakableBody& body)
-      : parameters_(parameters), body_(body), span_(span_of(body.subdomain())) {
-    for (std::size_t m = 0; m < parameters.materials.size(); ++m)
-      of_material_.push_back(parameters.fracture_of(m));
+  LocalFracture(const input::MaterialModel& model, const BreakableBody& body)
+      : model_(model), body_(body), span_(span_of(body.subdomain())) {
+    for (std::size_t m = 0; m < model.materials.size(); ++m) of_material_.push_back(model.fracture_of(m));
   }
 
   double strength(std::size_t t) const {
@@ -45,30 +44,28 @@ public:
     return interface != nullptr && interface->toughness > 0 ? interface->toughness : own(t).toughness;
   }
   double energy_factor(std::size_t t) const {
-    const input::Material& material = parameters_.materials[span_.material_of(t)];
+    const input::Material& material = model_.materials[span_.material_of(t)];
     // Without variation the modulus is the input's to the last bit.
     const double modulus =
-        material.variation || parameters_.maps_stiffness()
+        material.variation || model_.maps_stiffness
             ? 2 * body_.elasticity()[static_cast<std::int32_t>(t)].mu * (1 + material.poisson_ratio)
             : material.youngs_modulus;
-    return fracture::energy_factor(parameters_.fracture.release, material.poisson_ratio, modulus);
+    return fracture::energy_factor(model_.fracture.release, material.poisson_ratio, modulus);
   }
   /// By the input's raster.
   double strength_factor(std::size_t t) const {
-    return parameters_.maps_strength() ? static_cast<double>(body_.subdomain().map_factor[t]) : 1;
+    return model_.maps_strength ? static_cast<double>(body_.subdomain().map_factor[t]) : 1;
   }
-  double poisson_ratio(std::size_t t) const {
-    return parameters_.materials[span_.material_of(t)].poisson_ratio;
-  }
+  double poisson_ratio(std::size_t t) const { return model_.materials[span_.material_of(t)].poisson_ratio; }
 
 private:
   const input::Fracture& own(std::size_t t) const { return of_material_[span_.material_of(t)]; }
   const input::Interface* interface_at(std::size_t t) const {
     const auto& interface = body_.subdomain().interface;
-    return interface.empty() || interface[t] == 0 ? nullptr : &parameters_.interfaces[interface[t] - 1u];
+    return interface.empty() || interface[t] == 0 ? nullptr : &model_.interfaces[interface[t] - 1u];
   }
 
-  const input::Parameters& parameters_;
+  const input::MaterialModel& model_;
   const BreakableBody& body_;
   TetrahedronSpan span_;
   std::vector<input::Fracture> of_material_;
@@ -80,18 +77,17 @@ double spacings_per_length(input::Release release, double poisson_ratio) {
   return input::fitted_to_poisson_ratio(3.05, 0.34, poisson_ratio) / toughness_factor(release, poisson_ratio);
 }
 
-double toughness_of(const input::Parameters& parameters, double strength, double spacing) {
-  return energy_factor(parameters) * strength * strength * spacing;
+double toughness_of(const input::MaterialModel& model, double strength, double spacing) {
+  return energy_factor(model) * strength * strength * spacing;
 }
 
-double strength_of(const input::Parameters& parameters, double toughness, double spacing) {
-  return std::sqrt(toughness / (energy_factor(parameters) * spacing));
+double strength_of(const input::MaterialModel& model, double toughness, double spacing) {
+  return std::sqrt(toughness / (energy_factor(model) * spacing));
 }
 
-std::optional<Range> spacing_along_ligaments(const input::Parameters& parameters,
-                                             const geometry::Body& body) {
+std::optional<Range> spacing_along_ligaments(const input::Mesh& mesh, const geometry::Body& body) {
   if (std::ranges::none_of(body.crack_starts(), &geometry::CrackStart::is_straight)) return std::nullopt;
-  const geometry::SpacingField spacing(body, parameters.mesh);
+  const geometry::SpacingField spacing(body, mesh);
   constexpr int n_steps = 200;  // from the tip to the end
   Range range{infinity, 0};
   for (const geometry::CrackStart& start : body.crack_starts()) {
@@ -108,14 +104,6 @@ std::optional<Range> spacing_along_ligaments(const input::Parameters& parameters
     }
   }
   return range;
-}
-
-std::optional<Range> toughness_along_ligaments(const input::Parameters& parameters,
-                                               const geometry::Body& body, double strength) {
-  const auto spacing = spacing_along_ligaments(parameters, body);
-  if (!spacing) return std::nullopt;
-  return Range{toughness_of(parameters, strength, spacing->least),
-               toughness_of(parameters, strength, spacing->greatest)};
 }
 
 namespace {
@@ -163,47 +151,26 @@ std::vector<double> local_spacings(const TetrahedronSpan& whole) {
   return means_over_corners(tetrahedra, node_spacings(tetrahedra, whole.nodes.size()));
 }
 
-std::vector<double> fracture_spacings(const parallel::Communicator& group,
-                                      const input::Parameters& parameters, const BreakableBody& body) {
-  const double length = parameters.fracture.length;
+std::vector<double> fracture_spacings(const parallel::Communicator& group, const input::MaterialModel& model,
+                                      const BreakableBody& body) {
+  const double length = model.fracture.length;
   if (length == 0) return local_spacings(group, body.subdomain(), body.operators());
-  const LocalFracture local(parameters, body);
+  const LocalFracture local(model, body);
   std::vector<double> spacings(body.operators().tetrahedra.size());
   for (std::size_t t = 0; t < spacings.size(); ++t)
-    spacings[t] = spacings_per_length(parameters.fracture.release, local.poisson_ratio(t)) * length;
+    spacings[t] = spacings_per_length(model.fracture.release, local.poisson_ratio(t)) * length;
   return spacings;
 }
 
-std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
-                                          const input::Parameters& parameters, std::uint64_t sample,
-                                          const BreakableBody& body) {
-  const LocalFracture local(parameters, body);
-  std::vector<double> strengths(body.operators().tetrahedra.size());
-  for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] = local.strength(t);
-  if (parameters.fracture_of(0).strength == 0) {
-    strengths = fracture_spacings(group, parameters, body);
-    for (std::size_t t = 0; t < strengths.size(); ++t)
-      strengths[t] = std::sqrt(local.toughness(t) / (local.energy_factor(t) * strengths[t]));
-  }
-  if (parameters.fracture.variation)
-    parallel::agree(group, [&] {
-      const auto factors = strength_factors(parameters, sample, span_of(body.subdomain()));
-      for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
-    });
-  for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= local.strength_factor(t);
-  if (parameters.fracture_of(0).nucleates_by_means()) return strengths;
-  const auto growth = growth_strengths(group, parameters, sample, body);
-  for (std::size_t t = 0; t < growth.size(); ++t) strengths[t] = std::max(strengths[t], growth[t]);
-  return strengths;
-}
+namespace {
 
-std::vector<double> growth_strengths(const parallel::Communicator& group, const input::Parameters& parameters,
+std::vector<double> growth_strengths(const parallel::Communicator& group, const input::MaterialModel& model,
                                      std::uint64_t sample, const BreakableBody& body) {
-  if (!parameters.fracture_of(0).separates_nucleation()) return {};
-  auto strengths = fracture_spacings(group, parameters, body);
+  if (!model.fracture_of(0).separates_nucleation()) return {};
+  auto strengths = fracture_spacings(group, model, body);
   parallel::agree(group, [&] {
-    const LocalFracture local(parameters, body);
-    const auto factors = toughness_factors(parameters, sample, span_of(body.subdomain()));
+    const LocalFracture local(model, body);
+    const auto factors = toughness_factors(model, sample, span_of(body.subdomain()));
     for (std::size_t t = 0; t < strengths.size(); ++t)
       strengths[t] = local.strength_factor(t) *
                      std::sqrt(factors[t] * local.toughness(t) / (local.energy_factor(t) * strengths[t]));
@@ -211,28 +178,51 @@ std::vector<double> growth_strengths(const parallel::Communicator& group, const 
   return strengths;
 }
 
+}  // namespace
+
+Strengths tetrahedron_strengths(const parallel::Communicator& group, const input::MaterialModel& model,
+                                std::uint64_t sample, const BreakableBody& body) {
+  const LocalFracture local(model, body);
+  std::vector<double> strengths(body.operators().tetrahedra.size());
+  for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] = local.strength(t);
+  if (model.fracture_of(0).strength == 0) {
+    strengths = fracture_spacings(group, model, body);
+    for (std::size_t t = 0; t < strengths.size(); ++t)
+      strengths[t] = std::sqrt(local.toughness(t) / (local.energy_factor(t) * strengths[t]));
+  }
+  if (model.fracture.variation)
+    parallel::agree(group, [&] {
+      const auto factors = strength_factors(model, sample, span_of(body.subdomain()));
+      for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
+    });
+  for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= local.strength_factor(t);
+  auto growth = growth_strengths(group, model, sample, body);
+  if (!model.fracture_of(0).nucleates_by_means())
+    for (std::size_t t = 0; t < growth.size(); ++t) strengths[t] = std::max(strengths[t], growth[t]);
+  return {std::move(strengths), std::move(growth)};
+}
+
 std::vector<double> tetrahedron_toughness(const parallel::Communicator& group,
-                                          const input::Parameters& parameters, const BreakableBody& body,
+                                          const input::MaterialModel& model, const BreakableBody& body,
                                           std::span<const double> strengths) {
-  const LocalFracture local(parameters, body);
-  auto toughness = fracture_spacings(group, parameters, body);
+  const LocalFracture local(model, body);
+  auto toughness = fracture_spacings(group, model, body);
   for (std::size_t t = 0; t < toughness.size(); ++t)
     toughness[t] = local.energy_factor(t) * strengths[t] * strengths[t] * toughness[t];
   return toughness;
 }
 
-void soften_by_input(const parallel::Communicator& group, const input::Parameters& parameters,
-                     std::uint64_t sample, BreakableBody& body) {
-  const input::Fracture& fracture = parameters.fracture;
-  if (fracture.release != input::Release::softening) return;
+std::vector<double> dissipations(const parallel::Communicator& group, const input::MaterialModel& model,
+                                 std::uint64_t sample, const BreakableBody& body) {
+  if (!model.fracture.softens()) return {};
   auto dissipations = local_spacings(group, body.subdomain(), body.operators());
   parallel::agree(group, [&] {
-    const LocalFracture local(parameters, body);
-    const auto factors = toughness_factors(parameters, sample, span_of(body.subdomain()));
+    const LocalFracture local(model, body);
+    const auto factors = toughness_factors(model, sample, span_of(body.subdomain()));
     for (std::size_t t = 0; t < dissipations.size(); ++t)
       dissipations[t] = factors[t] * local.toughness(t) / (input::spacings_per_band * dissipations[t]);
-    body.soften(SofteningLaw(fracture.softening, fracture.teeth), std::move(dissipations));
   });
+  return dissipations;
 }
 
 }  // namespace crackle::fracture

@@ -18,7 +18,7 @@ constexpr double fastest_rise = 0.4;
 
 TulerButcher::TulerButcher(const input::Fracture& parameters, mechanics::TetrahedronField<double> impulses,
                            std::vector<double> strengths, double time_step)
-    : Criterion(std::make_unique<LargestPrincipalStress>(), std::move(strengths)),
+    : Criterion(make_equivalent_stress(parameters), std::move(strengths)),
       exponent_(parameters.exponent),
       impulses_(std::move(impulses)),
       time_step_(time_step) {
@@ -58,18 +58,21 @@ double TulerButcher::mean_rate(double from, double to) const {
 OneStepTulerButcher::OneStepTulerButcher(const input::Fracture& parameters,
                                          const mechanics::TetrahedronField<double>& impulses,
                                          std::vector<double> strengths, double time_step)
-    : Criterion(std::make_unique<LargestPrincipalStress>(), std::move(strengths)), time_step_(time_step) {
-  if (parameters.toughness > 0 && parameters.release != input::Release::softening) return;
+    : Criterion(make_equivalent_stress(parameters), std::move(strengths)), time_step_(time_step) {
+  if (parameters.toughness > 0 && !parameters.softens()) return;
   for (std::size_t t = 0; t < strengths_.size(); ++t)
     strengths_[t] += std::pow(impulses[static_cast<std::int32_t>(t)] / time_step, 1 / parameters.exponent);
 }
 
-std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
+std::unique_ptr<Criterion> make_criterion(const input::Fracture& fracture, std::vector<double> strengths,
                                           double time_step, mechanics::TetrahedronField<double> impulses) {
-  const input::Fracture fracture = parameters.fracture_of(0);
-  if (fracture.accumulation == input::Accumulation::step)
-    return std::make_unique<OneStepTulerButcher>(fracture, impulses, std::move(strengths), time_step);
-  return std::make_unique<TulerButcher>(fracture, std::move(impulses), std::move(strengths), time_step);
+  switch (fracture.accumulation) {
+    case input::Accumulation::step:
+      return std::make_unique<OneStepTulerButcher>(fracture, impulses, std::move(strengths), time_step);
+    case input::Accumulation::cumulative:
+      return std::make_unique<TulerButcher>(fracture, std::move(impulses), std::move(strengths), time_step);
+  }
+  return nullptr;
 }
 
 }  // namespace crackle::fracture

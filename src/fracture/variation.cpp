@@ -77,17 +77,17 @@ std::vector<double> independent(const input::Variation& variation, const RandomS
   return factors;
 }
 
-RandomStream strength_stream(const input::Parameters& parameters, std::uint64_t sample) {
-  return {parameters.ensemble.seed, sample, "fracture variation"};
+RandomStream strength_stream(const input::MaterialModel& model, std::uint64_t sample) {
+  return {model.seed, sample, "fracture variation"};
 }
 
 }  // namespace
 
-std::vector<double> variation_factors(const input::Parameters& parameters, std::uint64_t sample,
+std::vector<double> variation_factors(const input::MaterialModel& model, std::uint64_t sample,
                                       const TetrahedronSpan& tetrahedra) {
-  const auto& variation = parameters.fracture.variation;
+  const auto& variation = model.fracture.variation;
   if (!variation) return std::vector<double>(tetrahedra.tetrahedra.size(), 1);
-  const RandomStream stream = strength_stream(parameters, sample);
+  const RandomStream stream = strength_stream(model, sample);
   if (variation->correlation_length == 0) {
     auto factors = independent(*variation, stream, tetrahedra);
     for (double& factor : factors) factor = rounded(factor);
@@ -100,16 +100,16 @@ std::vector<double> variation_factors(const input::Parameters& parameters, std::
   return factors;
 }
 
-std::vector<double> stiffness_factors(const input::Parameters& parameters, std::size_t material,
+std::vector<double> stiffness_factors(const input::MaterialModel& model, std::size_t material,
                                       std::uint64_t sample, const TetrahedronSpan& tetrahedra) {
-  const auto& variation = parameters.materials[material].variation;
+  const auto& variation = model.materials[material].variation;
   if (!variation) return std::vector<double>(tetrahedra.tetrahedra.size(), 1);
   const double length = variation->correlation_length;
   const double shared = variation->with_strength;
-  const RandomStream stream(parameters.ensemble.seed, sample, fmt::format("material variation {}", material));
+  const RandomStream stream(model.seed, sample, fmt::format("material variation {}", material));
   auto factors = normals(stream, length, tetrahedra);
   if (shared != 0) {
-    const auto strength = normals(strength_stream(parameters, sample), length, tetrahedra);
+    const auto strength = normals(strength_stream(model, sample), length, tetrahedra);
     const double own = std::sqrt(1 - shared * shared);
     for (std::size_t t = 0; t < factors.size(); ++t) factors[t] = shared * strength[t] + own * factors[t];
   }
@@ -119,23 +119,23 @@ std::vector<double> stiffness_factors(const input::Parameters& parameters, std::
   return factors;
 }
 
-std::vector<double> strength_factors(const input::Parameters& parameters, std::uint64_t sample,
+std::vector<double> strength_factors(const input::MaterialModel& model, std::uint64_t sample,
                                      const TetrahedronSpan& tetrahedra) {
-  auto factors = variation_factors(parameters, sample, tetrahedra);
-  const auto& variation = parameters.fracture.variation;
+  auto factors = variation_factors(model, sample, tetrahedra);
+  const auto& variation = model.fracture.variation;
   if (!variation || variation->of != input::Varies::toughness) return factors;
   // Where both are given, they are independent.
-  if (parameters.fracture.has_strength_and_toughness())
+  if (model.fracture.has_strength_and_toughness())
     std::ranges::fill(factors, 1.0);
   else
     for (double& factor : factors) factor = std::sqrt(factor);
   return factors;
 }
 
-std::vector<double> toughness_factors(const input::Parameters& parameters, std::uint64_t sample,
+std::vector<double> toughness_factors(const input::MaterialModel& model, std::uint64_t sample,
                                       const TetrahedronSpan& tetrahedra) {
-  auto factors = variation_factors(parameters, sample, tetrahedra);
-  const auto& variation = parameters.fracture.variation;
+  auto factors = variation_factors(model, sample, tetrahedra);
+  const auto& variation = model.fracture.variation;
   if (variation && variation->of == input::Varies::strength) std::ranges::fill(factors, 1.0);
   if (variation && variation->of == input::Varies::both)
     for (double& factor : factors) factor *= factor;

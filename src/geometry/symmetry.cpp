@@ -134,9 +134,11 @@ Amount amount_of(const input::Boundary& condition, const Face& face, std::size_t
       return {0, 0, value, rate};
     case input::BoundaryKind::velocity:
       return {0, 0, 0, 0, value, rate};
-    default:
-      return {};
+    case input::BoundaryKind::fix:
+    case input::BoundaryKind::absorbing:
+      break;
   }
+  return {};
 }
 
 std::vector<Effect> effects_of(const Body& body, const std::vector<input::Boundary>& conditions) {

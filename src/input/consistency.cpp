@@ -270,7 +270,7 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
       findings.faulty("fracture.fracture_toughness"))
     return;
   const Fracture& fracture = parameters.fracture;
-  const bool softens = fracture.release == Release::softening;
+  const bool softens = fracture.softens();
   if (fracture.accumulation == Accumulation::step && !softens && parameters.fracture_of(0).toughness > 0 &&
       findings.given("fracture.impulse"))
     findings.note("fracture.impulse",

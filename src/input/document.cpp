@@ -153,8 +153,13 @@ Value convert(const TomlValue& toml_value, const SourceLines& lines) {
         value.members.push_back({name, convert(member, lines)});
       }
       break;
-    default:
+    case toml::value_t::empty:
+    case toml::value_t::offset_datetime:
+    case toml::value_t::local_datetime:
+    case toml::value_t::local_date:
+    case toml::value_t::local_time:
       value.kind = ValueKind::date;
+      break;
   }
   return value;
 }
@@ -330,9 +335,11 @@ std::string to_toml(const Value& value) {
       for (const Value& element : value.elements) elements.push_back(to_toml(element));
       return fmt::format("[{}]", fmt::join(elements, ", "));
     }
-    default:
-      throw std::logic_error("only plain values and arrays of them can be written");
+    case ValueKind::table:
+    case ValueKind::date:
+      break;
   }
+  throw std::logic_error("only plain values and arrays of them can be written");
 }
 
 Value parse_document(const std::string& text) {

@@ -76,7 +76,7 @@ void check_toughness(const Parameters& parameters, std::size_t i, Findings& find
     findings.report(table + ".fracture_toughness",
                     "is given together with toughness; give only one of the two");
   check_release(table, findings);
-  if (parameters.fracture.release == Release::softening || parameters.fracture_of(i).toughness == 0) return;
+  if (parameters.fracture.softens() || parameters.fracture_of(i).toughness == 0) return;
   constexpr double least = least_measured_poisson_ratio;
   constexpr double greatest = greatest_measured_poisson_ratio;
   const double nu = parameters.materials[i].poisson_ratio;

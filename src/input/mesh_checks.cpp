@@ -61,7 +61,7 @@ void check_number(const Mesh& mesh, double spacing, double volume, const std::st
 /// Rejects a mesh that is nowhere fine enough for softening.
 void check_softening(const Parameters& parameters, Findings& findings) {
   const Fracture& fracture = parameters.fracture;
-  if (fracture.release != Release::softening || fracture.strength == 0 || fracture.toughness == 0) return;
+  if (!fracture.softens() || fracture.strength == 0 || fracture.toughness == 0) return;
   for (const char* const key : {"fracture.strength", "fracture.toughness", "fracture.softening", "material"})
     if (findings.faulty(key)) return;
   const Mesh& mesh = parameters.mesh;

@@ -73,9 +73,12 @@ Vector BodyLoad::at(const Vector& p) const {
     }
     case LoadKind::velocity_gradient:
       return {dot(gradient[0], arm), dot(gradient[1], arm), dot(gradient[2], arm)};
-    default:
-      return value;
+    case LoadKind::acceleration:
+    case LoadKind::body_force:
+    case LoadKind::velocity:
+      break;
   }
+  return value;
 }
 
 std::vector<BodyLoad> Parameters::body_forces() const {

@@ -130,7 +130,7 @@ constexpr const char* units_of_toughness = "1 J/mm^2 is a million J/m^2, 1 N/mm 
 std::string of_toughness(const Parameters& parameters, std::size_t number) {
   const Fracture fracture = parameters.fracture_of(number);
   const Material& material = parameters.materials[number];
-  if (fracture.toughness == 0 || fracture.release == Release::softening) return {};
+  if (fracture.toughness == 0 || fracture.softens()) return {};
   const double own_intensity = material.fracture_toughness;
   const double intensity = own_intensity > 0        ? own_intensity
                            : material.toughness > 0 ? 0
@@ -155,7 +155,7 @@ void look_at_interface(const Parameters& parameters, std::size_t number, Add&& a
   for (const int m : pair)
     modulus = std::min(modulus, parameters.materials[static_cast<std::size_t>(m)].youngs_modulus);
   add(of_strength(interface.strength, modulus, key + ".strength"));
-  if (interface.toughness > 0 && parameters.fracture.release != Release::softening)
+  if (interface.toughness > 0 && !parameters.fracture.softens())
     add(of_toughness(parameters, interface.toughness, modulus,
                      fmt::format("{}.toughness = {}", key, quantity_text(interface.toughness, "J/m^2")),
                      units_of_toughness));

@@ -416,7 +416,9 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
       if (std::ranges::adjacent_find(random.values, std::ranges::not_equal_to{}) == random.values.end())
         report("values", "there is one value only, which cannot vary; give two different ones or more");
       break;
-    default:
+    case RandomDistribution::normal:
+    case RandomDistribution::uniform:
+    case RandomDistribution::weibull:
       break;
   }
 }

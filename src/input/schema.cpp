@@ -86,11 +86,16 @@ Table line_table() {
           [](Parameters& parameters) { parameters.sections.lines.emplace_back(); }};
 }
 
+std::vector<std::pair<std::string, Release>> release_choices() {
+  std::vector<std::pair<std::string, Release>> choices;
+  for (const ReleaseTraits& one : release_kinds) choices.emplace_back(one.name, one.kind);
+  return choices;
+}
+
 /// The key, hidden without softening, to which it belongs.
 Key of_softening(Key key) {
-  return shown_if(std::move(key), [](const Parameters& parameters, std::size_t) {
-    return parameters.fracture.release == Release::softening;
-  });
+  return shown_if(std::move(key),
+                  [](const Parameters& parameters, std::size_t) { return parameters.fracture.softens(); });
 }
 
 /// The key, hidden where stresses are not those of the nucleation of cracks.
@@ -250,8 +255,7 @@ Table fracture_table() {
                                 "of damage over all steps, or in one only: a strength of sigma_0 + (impulse "
                                 "/ step)^(1 / exponent), without a toughness"),
        choice_key<Release>(
-           "release", in(&Parameters::fracture, &Fracture::release),
-           {{"element", Release::element}, {"facet", Release::facet}, {"softening", Release::softening}},
+           "release", in(&Parameters::fracture, &Fracture::release), release_choices(),
            by_default("\"element\""),
            "a tetrahedron loses all its stiffness at once, that across one cut, or all in steps "
            "(requires strength and toughness)"),

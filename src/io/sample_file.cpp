@@ -4,7 +4,7 @@
 #include "crackle/common/checksum.h"
 #include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
-#include "crackle/fracture/release.h"
+#include "crackle/fracture/release_time.h"
 #include "crackle/input/reader.h"
 
 #include "hdf5.h"
@@ -364,10 +364,9 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     write_branching(id, content.branches.points);
     write_crossings(id, content.crossings, content.parameters.sections.size());
     write_breaks(id, result.breaks);
-    if (content.parameters.fracture.release == input::Release::facet)
+    if (input::traits(content.parameters.fracture.release).by_cuts)
       write_bridge_releases(id, result.bridge_releases);
-    if (content.parameters.fracture.release == input::Release::softening)
-      write_stiffness_reductions(id, result.stiffness_reductions);
+    if (content.parameters.fracture.softens()) write_stiffness_reductions(id, result.stiffness_reductions);
     write_energy(id, result.energy);
     write_history(id, content.parameters, result.history, result.separated_at, content.crack_history);
     write_frames(id, result.frames, content.realization, content.parameters);

@@ -10,9 +10,8 @@
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/fracture/fracture_law.h"
 #include "crackle/fracture/material_field.h"
-#include "crackle/fracture/release.h"
-#include "crackle/fracture/toughness.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/partition.h"
@@ -83,15 +82,13 @@ struct Sample {
         body(subdomain, fracture::make_material_field(input, 0, fracture::span_of(subdomain))),
         loads(mechanics::make_boundary_loads(self, input, subdomain)) {}
 
-  std::unique_ptr<fracture::Criterion> criterion(double step) const {
-    const auto strengths = fracture::tetrahedron_strengths(self, parameters, 0, body);
-    const auto growth = fracture::growth_strengths(self, parameters, 0, body);
-    return fracture::make_criterion(parameters, strengths, step,
-                                    fracture::impulses(self, parameters, body, strengths, growth));
+  /// @param stable, step as FractureLaw::Steps
+  std::unique_ptr<fracture::FractureLaw> law(double step, double stable = infinity) {
+    return std::make_unique<fracture::FractureLaw>(self, parameters, 0, body,
+                                                   fracture::FractureLaw::Steps{step, stable},
+                                                   fracture::FractureLaw::Options{.follows_cracks = false});
   }
-  dynamics::MotionContext context(fracture::Criterion& criterion, double screening_share) {
-    return {&self, &body, &loads, &criterion, screening_share};
-  }
+  dynamics::MotionContext context(fracture::FractureLaw& law) { return {&self, &body, &loads, &law}; }
 };
 
 /// The input with a Young's modulus that varies in space.
@@ -188,17 +185,14 @@ public:
                const parallel::NodeField& equilibrium, double load_time)
       : sample_(sample),
         splitting_(dynamics::splitting(integrator)),
-        criterion_(sample.criterion(*sample.parameters.time.step)),
+        law_(sample.law(*sample.parameters.time.step,
+                        dynamics::stable_step(sample.parameters, sample.realization))),
         state_{parallel::NodeField(sample.self, sample.subdomain.layout),
                parallel::NodeField(sample.self, sample.subdomain.layout)},
         step_(*sample.parameters.time.step),
         load_time_(load_time) {
     state_.displacement.assign(equilibrium);
-    const double stable = dynamics::stable_step(sample.parameters, sample.realization);
-    average_ =
-        fracture::make_stress_average(sample.parameters.fracture, sample.body, criterion_->strengths());
-    context_ = sample.context(*criterion_, criterion_->screening_share(stable));
-    context_.average = average_.get();
+    context_ = sample.context(*law_);
     motion_ = dynamics::make_fixed_point_motion(context_, precision, load_time, 1e-4, state_);
     breaking_ = dynamics::make_breaking_check(context_, *motion_);
     breaking_->start();
@@ -225,12 +219,11 @@ public:
 private:
   Sample& sample_;
   const dynamics::Splitting& splitting_;
-  std::unique_ptr<fracture::Criterion> criterion_;
+  std::unique_ptr<fracture::FractureLaw> law_;
   dynamics::MotionState state_;
   double step_;
   double load_time_;
   std::unique_ptr<dynamics::MovingBody> motion_;
-  std::unique_ptr<fracture::StressAverage> average_;
   dynamics::MotionContext context_{};
   std::unique_ptr<dynamics::BreakingCheck> breaking_;
   int n_ = 0;
@@ -305,8 +298,8 @@ void measure(const parallel::Communicator& world, const Options& options) {
   const double stable = dynamics::stable_step(parameters, sample.realization);
   sample.parameters.time.step = dynamics::choose_time_grid(parameters.time, stable).step;
   const auto equilibrium = [&](Sample& of, double& load_time) {
-    const auto criterion = of.criterion(5e-9);
-    dynamics::QuasiStaticLoading loading(of.self, of.body, of.loads, *criterion, 2e-5);
+    const auto law = of.law(5e-9);
+    dynamics::QuasiStaticLoading loading(of.self, of.body, of.loads, *law, 2e-5);
     dynamics::EnergyAccount account(of.self, of.body);
     loading.advance(account);
     load_time = overload * loading.time();

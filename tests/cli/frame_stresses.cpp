@@ -4,7 +4,7 @@
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/initial_strain.h"
 #include "crackle/fracture/material_field.h"
-#include "crackle/fracture/release.h"
+#include "crackle/fracture/release_time.h"
 #include "crackle/input/reader.h"
 
 #include "io/hdf5.h"
@@ -52,7 +52,7 @@ struct Sample {
     const auto cut = read<std::int32_t>(file, "breaks/cut");
     for (std::size_t i = 0; i < broken.size(); ++i)
       breaks.push_back({broken[i], load_time[i], phase_time[i], 0, 0, cut[i]});
-    if (parameters.fracture.release == input::Release::softening) {
+    if (parameters.fracture.softens()) {
       const auto softened = read<std::int64_t>(file, "softening/tetrahedron");
       const auto fall_load_time = read<double>(file, "softening/load_time");
       const auto fall_phase_time = read<double>(file, "softening/phase_time");
@@ -96,16 +96,15 @@ void print_stresses(const std::filesystem::path& path) {
     const auto& parameters = sample.parameters;
     fracture::TetrahedronSpan tetrahedra = fracture::span_of(subdomain);
     tetrahedra.material = sample.mesh.material;
-    fracture::BreakableBody body(subdomain, fracture::make_material_field(parameters, 1, tetrahedra),
-                                 parameters.fracture.release, parameters.fracture.contact);
+    fracture::BreakableBody body(
+        subdomain, fracture::make_material_field(parameters, 1, tetrahedra),
+        fracture::make_release(parameters.fracture, {fracture::release_times(parameters, tetrahedra), 0}),
+        parameters.fracture.contact);
     body.set_initial_strain(fracture::make_initial_strain(parameters, body.elasticity(), tetrahedra));
     body.set_time(sample.phase_start);
-    const auto release_time = fracture::release_times(parameters, tetrahedra);
     for (auto& record : releases.breaks)
       if (record.load_time < sample.phase_start) record.phase_time = -infinity;
-    body.restore(releases, [&](std::int32_t t, double broke_at) {
-      return release_time[t] > 0 ? std::max(0.0, 1 - (sample.time[k] - broke_at) / release_time[t]) : 0;
-    });
+    body.restore(releases, sample.time[k]);
     std::vector<double> u(n_values);
     for (std::size_t i = 0; i < n_values; ++i) {
       const auto node = static_cast<std::size_t>(subdomain.layout.number[i / 3]);

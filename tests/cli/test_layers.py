@@ -41,6 +41,14 @@ class Layers(unittest.TestCase):
                         self.assertTrue(any((top / name).is_file() for top in (ROOT / "include", ROOT / "src", file.parent))
                                         or name == "git_commit.h")
 
+    def test_switches_name_every_value(self):
+        """A default would hide a new value of an enumeration from -Wswitch."""
+        for top in ("apps", "include", "src"):
+            for file in sorted((ROOT / top).rglob("*")):
+                if file.suffix in (".h", ".cpp"):
+                    with self.subTest(file=str(file.relative_to(ROOT))):
+                        self.assertNotRegex(re.sub(r"//.*", "", file.read_text()), r"(?m)^\s*default:")
+
     def test_only_the_program_starts_and_ends_things(self):
         for folder in ORDER:
             for file in sources(folder):

@@ -99,12 +99,12 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   constexpr std::int64_t failing_step = 400;
 
   for (const Place place : {Place::stages, Place::check, Place::strain, Place::release}) {
-    fracture::BreakableBody body(part, parameters.material(), parameters.fracture.release);
+    fracture::BreakableBody body(part, parameters.material(), fracture::make_release(parameters.fracture));
     const auto loads = mechanics::make_boundary_loads(world, parameters, part);
-    const auto criterion =
-        fracture::make_criterion(parameters, fracture::tetrahedron_strengths(world, parameters, 0, body),
-                                 5e-9, mechanics::TetrahedronField(parameters.fracture.impulse));
-    const MotionContext context{&world, &body, &loads, criterion.get()};
+    fracture::FractureLaw law(fracture::make_criterion(
+        parameters.fracture_of(0), fracture::tetrahedron_strengths(world, parameters, 0, body).nucleation,
+        5e-9, mechanics::TetrahedronField(parameters.fracture.impulse)));
+    const MotionContext context{&world, &body, &loads, &law};
     const EnergyAccount account(world, body);
     MotionState state{parallel::NodeField(world, part.layout), parallel::NodeField(world, part.layout)};
     const auto motion = make_motion(context, parameters.time, 0, 5e-5, state);

@@ -57,7 +57,7 @@ struct Share {
       : group(communicator),
         subdomain(geometry::split(mesh, partition(mesh, group.size()))[index(group.rank())]),
         parameters(held_and_loaded(poisson_ratio)),
-        body(subdomain, parameters.material(), input::Release::facet, input::Contact::none),
+        body(subdomain, parameters.material(), fracture::make_release({.release = input::Release::facet})),
         loads(mechanics::make_boundary_loads(group, parameters, subdomain)) {}
 
   RandomStream stream(const char* name, std::int64_t number) const {
@@ -162,11 +162,11 @@ protected:
 
   static void expect_equal_ranges(Share& shared, Share& alone, int number) {
     const auto range = [&](Share& share) {
-      auto criterion = test::unbreakable(share.subdomain, 35e6);
+      auto law = test::unbreakable(share.subdomain, 35e6);
       const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
       const dynamics::MotionState state{share.field(at), share.field(at)};
-      return dynamics::expected_range({&share.group, &share.body, &share.loads, &criterion}, 0.1, 2e-5,
-                                      state);
+      const dynamics::MotionContext context{&share.group, &share.body, &share.loads, &law};
+      return dynamics::expected_range(context, dynamics::Terms(context, state, 64), 0.1, 2e-5, state);
     };
     const auto mine = range(shared), all = range(alone);
     EXPECT_EQ(mine.stretch, all.stretch);
@@ -361,8 +361,9 @@ TEST_F(PartitionBits, StrainEnergies) {
       }
       fracture::BreakableBody body(
           share.subdomain, {mechanics::ElasticityField(std::move(elasticity)), share.body.material().density},
-          input::Release::facet);
-      fracture::TulerButcher criterion(share.parameters.fracture, 1e4, std::move(strengths), 5e-9);
+          fracture::make_release({.release = input::Release::facet}));
+      fracture::FractureLaw law(std::make_unique<fracture::TulerButcher>(share.parameters.fracture, 1e4,
+                                                                         std::move(strengths), 5e-9));
       const auto strain = [](std::int32_t) { return mechanics::Symmetric{0.02, 0, 0.01, 0, 0, 0}; };
       for (std::int32_t t = 0; t < share.subdomain.n_tetrahedra(); ++t)
         if (share.subdomain.tetrahedron_number[index(t)] % 9 == 1) body.release(t, strain(t), 0, 0);
@@ -375,8 +376,7 @@ TEST_F(PartitionBits, StrainEnergies) {
       std::vector<double> result;
       for (const auto precision : {input::Precision::mixed, input::Precision::double_}) {
         const auto motion = dynamics::make_fixed_point_motion(
-            {&share.group, &body, &share.loads, &criterion, 1, nullptr, 0, nullptr, true}, precision, 0, 1e-5,
-            state);
+            {&share.group, &body, &share.loads, &law, 0, true}, precision, 0, 1e-5, state);
         motion->read(state);
         result.push_back(motion->strain_energy(state));
       }

@@ -103,7 +103,7 @@ TEST_F(PetscEngine, MultipliesAsThePlainLoopDoes) {
     for (const auto& [name, make] : test::hostile_partitions(torn_bar().specimen.size)) {
       SCOPED_TRACE(name);
       const auto subdomain = geometry::split(mesh_, make(mesh_, world_.size()))[index(world_.rank())];
-      fracture::BreakableBody body(subdomain, test::epoxy(), release);
+      fracture::BreakableBody body(subdomain, test::epoxy(), fracture::make_release({.release = release}));
       const auto number_of = [&](std::int32_t t) { return subdomain.tetrahedron_number[index(t)]; };
       const auto break_some = [&](std::int64_t first) {
         const auto n_before = body.changes().size();
@@ -145,11 +145,13 @@ TEST_F(PetscEngine, MovesAsTheDefinitionDoes) {
   for (const auto release : {input::Release::element, input::Release::facet}) {
     for (const auto integrator : {input::Integrator::bilateral4, input::Integrator::verlet}) {
       const auto run = [&](const auto& make_motion) {
-        fracture::BreakableBody body(subdomain, parameters.material(), release);
-        const auto criterion = fracture::make_criterion(
-            parameters, fracture::tetrahedron_strengths(world_, parameters, 0, body), *parameters.time.step,
-            mechanics::TetrahedronField(parameters.fracture.impulse));
-        const MotionContext context{&world_, &body, &loads, criterion.get()};
+        fracture::BreakableBody body(subdomain, parameters.material(),
+                                     fracture::make_release({.release = release}));
+        fracture::FractureLaw law(fracture::make_criterion(
+            parameters.fracture_of(0),
+            fracture::tetrahedron_strengths(world_, parameters, 0, body).nucleation, *parameters.time.step,
+            mechanics::TetrahedronField(parameters.fracture.impulse)));
+        const MotionContext context{&world_, &body, &loads, &law};
         const EnergyAccount account(world_, body);
         MotionState state{parallel::NodeField(world_, subdomain.layout),
                           parallel::NodeField(world_, subdomain.layout)};
@@ -261,10 +263,10 @@ TEST_F(PetscEngine, EndsOnAllRanksWhenANumberIsNotFinite) {
   for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     fracture::BreakableBody body(subdomain, parameters.material());
     const auto loads = mechanics::make_boundary_loads(world_, parameters, subdomain);
-    const auto criterion = fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(world_, parameters, 0, body), *parameters.time.step,
-        mechanics::TetrahedronField(parameters.fracture.impulse));
-    const MotionContext context{&world_, &body, &loads, criterion.get()};
+    fracture::FractureLaw law(fracture::make_criterion(
+        parameters.fracture_of(0), fracture::tetrahedron_strengths(world_, parameters, 0, body).nucleation,
+        *parameters.time.step, mechanics::TetrahedronField(parameters.fracture.impulse)));
+    const MotionContext context{&world_, &body, &loads, &law};
     const EnergyAccount account(world_, body);
     MotionState state{parallel::NodeField(world_, subdomain.layout),
                       parallel::NodeField(world_, subdomain.layout)};

@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/random.h"
+#include "crackle/fracture/fracture_law.h"
 #include "crackle/fracture/tuler_butcher.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/realization.h"
@@ -183,14 +184,15 @@ inline std::vector<input::Boundary> uniform_pull() {
 }
 
 /// Tuler-Butcher with uniform strength from the input.
-inline fracture::TulerButcher tuler_butcher(const input::Fracture& parameters,
-                                            const geometry::Subdomain& subdomain, double time_step = 5e-9) {
-  return {parameters, parameters.impulse,
-          std::vector<double>(subdomain.tetrahedra.size(), parameters.strength), time_step};
+inline fracture::FractureLaw tuler_butcher(const input::Fracture& parameters,
+                                           const geometry::Subdomain& subdomain, double time_step = 5e-9) {
+  return fracture::FractureLaw(std::make_unique<fracture::TulerButcher>(
+      parameters, parameters.impulse, std::vector<double>(subdomain.tetrahedra.size(), parameters.strength),
+      time_step));
 }
 
-/// A criterion by which nothing breaks.
-inline fracture::TulerButcher unbreakable(const geometry::Subdomain& subdomain, double strength = 1e15) {
+/// A law by which nothing breaks.
+inline fracture::FractureLaw unbreakable(const geometry::Subdomain& subdomain, double strength = 1e15) {
   return tuler_butcher({.strength = strength, .exponent = 2, .impulse = 1e4}, subdomain);
 }
 

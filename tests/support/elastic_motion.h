@@ -45,7 +45,7 @@ public:
         subdomain_(whole(mesh)),
         body_(subdomain_, parameters.material()),
         loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
-        criterion_(unbreakable(subdomain_)),
+        law_(unbreakable(subdomain_)),
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)},
         map_(dynamics::splitting(integrator)),
         stable_step_(dynamics::stable_step(self_, with(parameters, integrator), subdomain_, body_.operators(),
@@ -53,7 +53,7 @@ public:
 
   /// Starts at the current state(); the motion lasts at most `duration` [s].
   void start(double duration) {
-    dynamics::MotionContext context{&self_, &body_, &loads_, &criterion_, 1, nullptr, damping_rate_};
+    dynamics::MotionContext context{&self_, &body_, &loads_, &law_, damping_rate_};
     context.bulk_viscosity = bulk_viscosity_;
     motion_ = dynamics::make_fixed_point_motion(context, input::Precision::double_, 0, duration, state_);
   }
@@ -100,7 +100,7 @@ private:
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
   mechanics::Conditions loads_;
-  fracture::TulerButcher criterion_;
+  fracture::FractureLaw law_;
   dynamics::MotionState state_;
   const dynamics::Splitting& map_;
   double stable_step_;

@@ -45,8 +45,8 @@ struct LoadedPlate {
   std::vector<double> displacement() {
     fracture::BreakableBody breakable(subdomain, parameters.material());
     const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-    auto criterion = tuler_butcher(parameters.fracture, subdomain);
-    const dynamics::QuasiStaticLoading loading(self, breakable, loads, criterion, 1e-5);
+    auto law = tuler_butcher(parameters.fracture, subdomain);
+    const dynamics::QuasiStaticLoading loading(self, breakable, loads, law, 1e-5);
     const auto u = loading.displacement().local();
     return {u.begin(), u.end()};
   }

@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -93,21 +94,20 @@ protected:
     const auto mesh = test::make_box({.cells = {1, 1, 1}});
     const auto subdomain = test::whole(mesh);
     fracture::BreakableBody body(subdomain, test::epoxy());
-    auto criterion =
-        test::tuler_butcher({.strength = strength, .exponent = 2, .impulse = impulse}, subdomain, step);
+    auto criterion = std::make_unique<fracture::TulerButcher>(
+        input::Fracture{.strength = strength, .exponent = 2}, impulse,
+        std::vector<double>(subdomain.tetrahedra.size(), strength), step);
     const parallel::Communicator self(MPI_COMM_SELF);
-    fracture::CrackVicinity vicinity(body, criterion, nullptr, {}, {},
-                                     std::vector<double>(subdomain.tetrahedra.size(), 1e-3), by_means);
+    auto vicinity = std::make_unique<fracture::CrackVicinity>(
+        body, *criterion, nullptr, std::span<const double>(), std::span<const fracture::SquareEnd>(),
+        std::vector<double>(subdomain.tetrahedra.size(), 1e-3), by_means);
+    const double share = criterion->screening_share(stable_step);
+    fracture::FractureLaw law(std::move(criterion), share, std::move(vicinity));
     if (cracked) body.release(loaded + 1, {}, 0, 0);
-    vicinity.update(self);
+    law.follow_cracks(self);
     const std::size_t n_broken = body.breaks().size();
-    const MotionContext context{.group = &self,
-                                .body = &body,
-                                .loads = nullptr,
-                                .criterion = &criterion,
-                                .screening_share = criterion.screening_share(stable_step),
-                                .vicinity = &vicinity};
-    ScriptedMotion motion(body, stress, context.screening_share, around);
+    const MotionContext context{.group = &self, .body = &body, .loads = nullptr, .law = &law};
+    ScriptedMotion motion(body, stress, share, around);
     std::unique_ptr<BreakingCheck> check;
     for (int i = 0; i < n_steps && body.breaks().size() == n_broken; ++i) {
       if (i == 0 || i == restart) {
@@ -118,7 +118,7 @@ protected:
       for (const auto t : check->end_step(i + 1)) body.release(t, motion.strain(t), 0, motion.time());
     }
     return {body.breaks().size() == n_broken ? INFINITY : body.breaks().back().phase_time,
-            criterion.memory()[loaded]};
+            law.criterion().memory()[loaded]};
   }
 };
 

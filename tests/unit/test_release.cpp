@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How long breaking tetrahedra keep part of their stiffness, and the impulse before they break.
-#include "crackle/fracture/release.h"
-#include "crackle/fracture/resolution.h"
+#include "crackle/fracture/release_time.h"
+
+#include "crackle/dynamics/resolution.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/body.h"
 #include "crackle/mechanics/elasticity.h"
@@ -64,7 +65,7 @@ TEST(ReleaseTime, UsesTheSpacingOfTheThreshold) {
   const BreakableBody body(subdomain, parameters.material());
   const auto times = release_times(self, parameters, body);
   const auto whole = release_times(parameters, TetrahedronSpan{mesh.nodes, mesh.tetrahedra});
-  const auto strengths = tetrahedron_strengths(self, parameters, 0, body);
+  const auto strengths = tetrahedron_strengths(self, parameters, 0, body).nucleation;
   const double speed = 0.7 * mechanics::rayleigh_speed(parameters.material());
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
     EXPECT_NEAR(toughness_of(parameters, strengths[index(t)], times[t] * speed), 93, 1e-9);
@@ -116,8 +117,7 @@ TEST(Impulse, IsInertUnlessGiven) {
   const double spacing = 1e-3 * std::cbrt(std::sqrt(2.0));
   const auto impulse_of = [&](const input::Parameters& parameters) {
     const BreakableBody body(subdomain, parameters.material());
-    return impulses(self, parameters, body, tetrahedron_strengths(self, parameters, 0, body),
-                    growth_strengths(self, parameters, 0, body))[0];
+    return impulses(self, parameters, body, tetrahedron_strengths(self, parameters, 0, body))[0];
   };
   auto parameters = tough_epoxy();
   const double usual = 0.7 * mechanics::rayleigh_speed(parameters.material());
@@ -154,7 +154,7 @@ TEST(Dissipation, IsThatOfTheStrips) {
 
 /// The warnings about a toughness alone.
 std::vector<std::string> weak_mesh_warnings(const input::Parameters& parameters) {
-  auto warnings = resolution_warnings(parameters, *geometry::make_body(parameters), 1e-8);
+  auto warnings = dynamics::resolution_warnings(parameters, *geometry::make_body(parameters), 1e-8);
   std::erase_if(warnings, [](const auto& text) { return text.find("with a toughness alone") == text.npos; });
   return warnings;
 }

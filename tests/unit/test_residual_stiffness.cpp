@@ -104,13 +104,24 @@ TEST(EdgeStiffness, OfAMembraneHasNoTractionOnItsPlane) {
   }
 }
 
+/// Release by facets that keeps a share of the stiffness by the time since the break.
+class InTime final : public fracture::FacetRelease {
+public:
+  explicit InTime(std::function<double(double)> share)
+      : fracture::FacetRelease(Course()), share_(std::move(share)) {}
+  double remaining(std::int32_t, double since_break) const override { return share_(since_break); }
+
+private:
+  std::function<double(double)> share_;
+};
+
 /// A block with facets opened at random.
 class FacetBody : public ::testing::Test {
 protected:
   FacetBody()
       : mesh_(test::make_box({.size = {0.004, 0.006, 0.008}, .cells = {4, 6, 8}, .disturbance = 0.2})),
         subdomain_(test::whole(mesh_)),
-        body_(subdomain_, test::epoxy(), input::Release::facet) {}
+        body_(subdomain_, test::epoxy(), fracture::make_release({.release = input::Release::facet})) {}
 
   std::vector<double> displacement(auto&& function) const {
     std::vector<double> u;
@@ -189,13 +200,15 @@ TEST_F(FacetBody, GradualReleaseReleasesAsMuchAsOneAtOnce) {
   const auto u = random_displacement();
   const auto strain = [&](std::int32_t t) { return body_.strain(t, u); };
   const double before = total(body_.strain_energies(u));
-  for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 3) body_.release(t, strain(t), 0, 1e-6, 1.0);
+  body_.set_release(std::make_unique<InTime>([](double since) { return 1 - since / 0x1p-18; }));
+  for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 3)
+    body_.release(t, strain(t), 0, 0x1p-20, true);
   EXPECT_NEAR(total(body_.strain_energies(u)), before, 1e-12 * before) << "nothing is released at first";
   body_.release_bridges(self_, 0, 1e-6, strain);
   const double intact = total(body_.strain_energies(u));
   double half = 0;
   for (const double share : {0.75, 0.5, 0.25, 0.0}) {
-    body_.continue_releases([&](std::int32_t, double) { return share; }, strain);
+    body_.continue_releases(0x1p-20 + (1 - share) * 0x1p-18, strain);
     const double left = total(body_.strain_energies(u));
     EXPECT_NEAR(left + total(body_.released_energies()), before, 1e-12 * before);
     if (share == 0.5) half = left;
@@ -206,7 +219,8 @@ TEST_F(FacetBody, GradualReleaseReleasesAsMuchAsOneAtOnce) {
               after);
   EXPECT_NEAR(half, (intact + after) / 2, 1e-12 * before) << "linear in the share";
 
-  fracture::BreakableBody at_once(subdomain_, test::epoxy(), input::Release::facet);
+  fracture::BreakableBody at_once(subdomain_, test::epoxy(),
+                                  fracture::make_release({.release = input::Release::facet}));
   for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 3) at_once.release(t, strain(t), 0, 0);
   at_once.release_bridges(self_, 0, 0, strain);
   EXPECT_NEAR(after, total(at_once.strain_energies(u)), 1e-12 * before);
@@ -216,21 +230,21 @@ TEST_F(FacetBody, GradualReleaseReleasesAsMuchAsOneAtOnce) {
 TEST_F(FacetBody, GradualReleaseUnderWayIsRestored) {
   const auto u = random_displacement();
   const auto strain = [&](std::int32_t t) { return body_.strain(t, u); };
+  const auto share = [](double since) { return since == 0 ? 1.0 : since < 1.5e-6 ? 0.4 : 0.0; };
+  body_.set_release(std::make_unique<InTime>(share));
   for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 3)
-    body_.release(t, strain(t), 0, t % 2 == 0 ? 1e-6 : 2e-6, 1.0);
+    body_.release(t, strain(t), 0, t % 2 == 0 ? 1e-6 : 2e-6, true);
   body_.release_bridges(self_, 0, 2e-6, strain);
-  const auto remaining = [](std::int32_t, double broke_at) { return broke_at < 1.5e-6 ? 0.0 : 0.4; };
-  body_.continue_releases(remaining, strain);
-  fracture::BreakableBody again(subdomain_, test::epoxy(), input::Release::facet);
+  body_.continue_releases(3e-6, strain);
+  fracture::BreakableBody again(subdomain_, test::epoxy(), std::make_unique<InTime>(share));
   again.restore({{body_.breaks().begin(), body_.breaks().end()},
                  {body_.bridge_releases().begin(), body_.bridge_releases().end()},
                  {}},
-                remaining);
+                3e-6);
   EXPECT_TRUE(again.is_releasing());
   EXPECT_EQ(again.strain_energies(u), body_.strain_energies(u));
-  const auto nothing = [](std::int32_t, double) { return 0.0; };
-  again.continue_releases(nothing, strain);
-  body_.continue_releases(nothing, strain);
+  again.continue_releases(5e-6, strain);
+  body_.continue_releases(5e-6, strain);
   EXPECT_EQ(again.strain_energies(u), body_.strain_energies(u));
   EXPECT_EQ(again.released_energies(), body_.released_energies());
 }

@@ -83,15 +83,15 @@ class OneTetrahedron : public testing::Test {
 protected:
   /// @return the strain at each tooth, as a multiple of that at which the stress reaches the strength
   std::vector<double> stretch(const Symmetric& direction, const SofteningLaw& law, double dissipation) {
-    body_.soften(law, std::vector<double>(6, dissipation));
+    body_.set_release(std::make_unique<Softening>(law, std::vector<double>(6, dissipation)));
     const Symmetric unit = scaled(direction, strength / value_(body_.intact_stress(0, direction)));
     std::vector<double> at;
     for (double strain = 0.5; !body_.is_broken(0); strain += 1e-3) {
       const double load = value_(body_.intact_stress(0, scaled(unit, strain)));
-      if (load <= criterion_.strength(0)) continue;
+      if (load <= law_.strength(0)) continue;
       const std::size_t n_changes = body_.changes().size();
       body_.release(0, scaled(unit, strain), 0, 0);
-      update_strengths(criterion_, body_, body_.changes().subspan(n_changes));
+      law_.take_over(body_, body_.changes().subspan(n_changes));
       at.push_back(strain);
       // Unloading returns to the origin, with the remaining stiffness.
       for (const double back : {0.7, 0.2}) {
@@ -103,6 +103,10 @@ protected:
       }
     }
     return at;
+  }
+  static std::unique_ptr<Release> exponential() {
+    return std::make_unique<Softening>(SofteningLaw(SofteningCurve::exponential, 7),
+                                       std::vector<double>(6, 1e7));
   }
   double released() const {
     const auto energies = body_.released_energies();
@@ -116,9 +120,8 @@ protected:
 
   geometry::Realization mesh_ = test::make_box({.size = {1e-3, 1e-3, 1e-3}, .cells = {1, 1, 1}});
   geometry::Subdomain subdomain_ = test::whole(mesh_);
-  BreakableBody body_{subdomain_, test::epoxy(), input::Release::softening};
-  TulerButcher criterion_ =
-      test::tuler_butcher({.strength = strength, .exponent = 2, .impulse = 1e4}, subdomain_);
+  BreakableBody body_{subdomain_, test::epoxy()};
+  FractureLaw law_ = test::tuler_butcher({.strength = strength, .exponent = 2, .impulse = 1e4}, subdomain_);
   LargestPrincipalStress value_;
 };
 
@@ -152,15 +155,14 @@ TEST_F(OneTetrahedron, BreaksAtOnceWhereItHoldsMoreThanTheToughness) {
 
 /// The records suffice for continuing.
 TEST_F(OneTetrahedron, GoesOnFromItsRecords) {
-  body_.soften({SofteningCurve::exponential, 7}, std::vector<double>(6, 1e7));
+  body_.set_release(exponential());
   const Symmetric strain = scaled({-0.38, -0.38, 1, 0, 0, 0}, strength / test::epoxy().youngs_modulus);
   for (int i = 0; i < 3; ++i) body_.release(2, scaled(strain, 1 + i), 1, 2);
-  BreakableBody restored(subdomain_, test::epoxy(), input::Release::softening);
-  restored.soften({SofteningCurve::exponential, 7}, std::vector<double>(6, 1e7));
+  BreakableBody restored(subdomain_, test::epoxy(), exponential());
   const auto falls = body_.stiffness_reductions();
   restored.restore({{}, {}, {falls.begin(), falls.end()}});
-  EXPECT_EQ(restored.threshold(2), body_.threshold(2));
-  EXPECT_GT(restored.threshold(2), 1);
+  EXPECT_EQ(restored.release_law().threshold(2), body_.release_law().threshold(2));
+  EXPECT_GT(restored.release_law().threshold(2), 1);
   EXPECT_EQ(restored.residual_stiffness().stress(2, strain), body_.residual_stiffness().stress(2, strain));
   EXPECT_EQ(restored.released_energies(), body_.released_energies());
   EXPECT_TRUE(std::ranges::equal(restored.changes(), body_.changes()));
@@ -169,13 +171,13 @@ TEST_F(OneTetrahedron, GoesOnFromItsRecords) {
 /// After the first tooth the criterion has no more delay.
 TEST_F(OneTetrahedron, GivesWayWithoutDelayOnceItHasBegunTo) {
   const double over = 1.0001;
-  EXPECT_FALSE(criterion_.advance(0, over * strength, over * strength, over * strength));
-  criterion_.soften(0, 1.5);
-  EXPECT_EQ(criterion_.strength(0), 1.5 * strength);
-  EXPECT_FALSE(criterion_.advance(0, 1.4 * strength, 1.45 * strength, 1.47 * strength));
-  EXPECT_TRUE(criterion_.advance(0, 1.4 * strength, 1.45 * strength, 1.49 * strength));
-  EXPECT_EQ(criterion_.time_to_failure(0, 1.51 * strength), 0);
-  EXPECT_EQ(criterion_.time_to_failure(0, 1.49 * strength), infinity);
+  EXPECT_FALSE(law_.advance(0, over * strength, over * strength, over * strength));
+  law_.criterion().soften(0, 1.5);
+  EXPECT_EQ(law_.strength(0), 1.5 * strength);
+  EXPECT_FALSE(law_.advance(0, 1.4 * strength, 1.45 * strength, 1.47 * strength));
+  EXPECT_TRUE(law_.advance(0, 1.4 * strength, 1.45 * strength, 1.49 * strength));
+  EXPECT_EQ(law_.time_to_failure(0, 1.51 * strength), 0);
+  EXPECT_EQ(law_.time_to_failure(0, 1.49 * strength), infinity);
 }
 
 }  // namespace CRACKLE_TEST_FILE

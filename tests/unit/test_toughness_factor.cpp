@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The relation between strength and toughness, by Poisson's ratio, and along the crack paths.
 #include "crackle/fracture/toughness.h"
+
+#include "crackle/dynamics/resolution.h"
 #include "crackle/input/poisson_limits.h"
 #include "support/geometry_bodies.h"
 #include "support/job.h"
@@ -61,8 +63,8 @@ TEST(ToughnessFactor, OfAnAverageIsThatOfALengthOfItsOwn) {
 }
 
 Range along_ligaments(const input::Parameters& parameters) {
-  return toughness_along_ligaments(parameters, *geometry::make_body(parameters.specimen),
-                                   parameters.fracture.strength)
+  return dynamics::toughness_along_ligaments(parameters, *geometry::make_body(parameters.specimen),
+                                             parameters.fracture.strength)
       .value();
 }
 
@@ -93,7 +95,8 @@ TEST(LigamentToughness, EndsAtTheNextNotch) {
   EXPECT_NEAR(range.greatest / range.least, 1 + 0.03 * 2.25 / 0.3, 0.01);
   parameters.specimen.notches.clear();
   EXPECT_FALSE(
-      toughness_along_ligaments(parameters, *geometry::make_body(parameters.specimen), 35e6).has_value());
+      dynamics::toughness_along_ligaments(parameters, *geometry::make_body(parameters.specimen), 35e6)
+          .has_value());
 }
 
 }  // namespace CRACKLE_TEST_FILE

@@ -21,9 +21,7 @@ input::Fracture epoxy_fracture(input::Accumulation accumulation = input::Accumul
 
 std::unique_ptr<Criterion> criterion_of(const input::Fracture& fracture, std::vector<double> strengths,
                                         double time_step) {
-  input::Parameters parameters;
-  parameters.fracture = fracture;
-  return make_criterion(parameters, std::move(strengths), time_step,
+  return make_criterion(fracture, std::move(strengths), time_step,
                         mechanics::TetrahedronField(fracture.impulse));
 }
 

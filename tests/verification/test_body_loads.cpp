@@ -53,8 +53,8 @@ struct Bar {
   void in_equilibrium(Look&& look) const {
     fracture::BreakableBody body(subdomain, parameters.materials[0]);
     const auto all = loads(body);
-    auto criterion = test::tuler_butcher(parameters.fracture, subdomain);
-    const QuasiStaticLoading loading(self, body, all, criterion, 1e-5);
+    auto law = test::tuler_butcher(parameters.fracture, subdomain);
+    const QuasiStaticLoading loading(self, body, all, law, 1e-5);
     look(body, all, loading.displacement());
   }
 

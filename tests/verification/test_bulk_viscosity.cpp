@@ -187,8 +187,8 @@ TEST(BulkViscosity, IsTheSameInEveryEngine) {
         test::boundary(face, BoundaryKind::velocity, {true, true, true}, {0, 0, speed}));
   fracture::BreakableBody body(subdomain, test::epoxy());
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-  auto criterion = test::unbreakable(subdomain);
-  MotionContext context{&self, &body, &loads, &criterion};
+  auto law = test::unbreakable(subdomain);
+  MotionContext context{&self, &body, &loads, &law};
   context.bulk_viscosity = {0.5, 1.2};
   constexpr double step = 3e-8;
   constexpr int n_steps = 200;

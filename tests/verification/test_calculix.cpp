@@ -114,8 +114,8 @@ void compare_static(const input::Parameters& parameters, bool is_mixed) {
   fracture::BreakableBody body(subdomain,
                                fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-  auto criterion = test::tuler_butcher(parameters.fracture, subdomain);
-  const QuasiStaticLoading loading(self, body, loads, criterion, 1e-5);
+  auto law = test::tuler_butcher(parameters.fracture, subdomain);
+  const QuasiStaticLoading loading(self, body, loads, law, 1e-5);
   std::vector<double> force(3 * mesh.nodes.size(), 0.0);
   loads.add_forces(0, force);
 
@@ -199,8 +199,8 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   const auto reference = read_history(folder.path() / "plate.dat");
   ASSERT_EQ(reference.size(), static_cast<std::size_t>(std::lround(duration / increment)));
 
-  auto criterion = test::unbreakable(subdomain);
-  const MotionContext context{&self, &body, &loads, &criterion};
+  auto law = test::unbreakable(subdomain);
+  const MotionContext context{&self, &body, &loads, &law};
   MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
   const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, duration, state);
   const auto& map = splitting(input::Integrator::verlet);

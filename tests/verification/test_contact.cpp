@@ -41,7 +41,8 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   const auto mesh = test::make_box({.size = size, .cells = {3, 3, 15}, .disturbance = 0.1});
   const auto subdomain = test::whole(mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
-  fracture::BreakableBody body(subdomain, parameters.material(), release, contact);
+  fracture::BreakableBody body(subdomain, parameters.material(), fracture::make_release({.release = release}),
+                               contact);
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
   const auto is_upper = [&](std::int32_t n) { return subdomain.nodes[index(n)][2] > 0.0049; };
   const mechanics::Symmetric tension{-0.38e-3, -0.38e-3, 1e-3, 0, 0, 0};
@@ -51,9 +52,9 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   }
   body.release_bridges(self, 0, 0, [&](std::int32_t) { return mechanics::Symmetric{}; });
 
-  auto criterion = test::unbreakable(subdomain);
+  auto law = test::unbreakable(subdomain);
   MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
-  const MotionContext context{&self, &body, &loads, &criterion};
+  const MotionContext context{&self, &body, &loads, &law};
   const auto& map = splitting(input::Integrator::bilateral4);
   PhaseOptions options;
   input::Time time;

@@ -43,9 +43,9 @@ TEST(Damping, LetsFreeMotionDecayHoweverSlow) {
   const auto subdomain = test::whole(mesh);
   fracture::BreakableBody body(subdomain, test::epoxy());
   const mechanics::Conditions loads;
-  auto criterion = test::unbreakable(subdomain);
+  auto law = test::unbreakable(subdomain);
   const double rate = 5000, step = 2e-8;
-  const MotionContext context{&self, &body, &loads, &criterion, 1, nullptr, rate};
+  const MotionContext context{&self, &body, &loads, &law, rate};
   // In mixed precision the last component loses far less than a quantum per step.
   const std::array<double, 3> start{10, -3, 1e-4};
   double mass = 0;

@@ -82,7 +82,7 @@ public:
                                                 double dt, std::int64_t n_steps,
                                                 double initial_velocity = 0) {
     const mechanics::Conditions no_loads;
-    auto criterion = test::tuler_butcher(unbreakable(), subdomain_);
+    auto law = test::tuler_butcher(unbreakable(), subdomain_);
     const EnergyAccount account(self_, body_);
     MotionState state{parallel::NodeField(self_, subdomain_.layout),
                       parallel::NodeField(self_, subdomain_.layout)};
@@ -92,7 +92,7 @@ public:
     }
     PhaseOptions options;
     options.grid = {dt, n_steps};
-    const MotionContext context{&self_, &body_, &no_loads, &criterion};
+    const MotionContext context{&self_, &body_, &no_loads, &law};
     const auto motion = make_reference_motion(context, 0, state);
     auto result = run_explicit_phase(context, *motion, splitting(integrator), account, 0, options, state);
     return {std::move(state), std::move(result)};

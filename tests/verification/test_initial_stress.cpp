@@ -32,10 +32,10 @@ public:
         body_(subdomain_, parameters.material()),
         loads_(is_free ? three_points(parameters.specimen.size)
                        : mechanics::make_boundary_loads(self_, parameters, subdomain_)),
-        criterion_(test::unbreakable(subdomain_)) {
+        law_(test::unbreakable(subdomain_)) {
     body_.set_initial_strain(
         fracture::make_initial_strain(parameters, body_.elasticity(), fracture::span_of(subdomain_)));
-    const QuasiStaticLoading loading(self_, body_, loads_, criterion_, 1);
+    const QuasiStaticLoading loading(self_, body_, loads_, law_, 1);
     const auto u = loading.displacement().local();
     for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t) stress.push_back(body_.stress(t, u));
     energy = strain_energy(self_, body_, u);
@@ -76,7 +76,7 @@ private:
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
   mechanics::Conditions loads_;
-  fracture::TulerButcher criterion_;
+  fracture::FractureLaw law_;
 };
 
 const geometry::Point plate_size{0.008, 0.044, 0.044};

@@ -69,10 +69,10 @@ struct Composite {
         subdomain(test::whole(test::realization(parameters))),
         body(subdomain, fracture::make_material_field(parameters, 0, fracture::span_of(subdomain))),
         loads(mechanics::make_boundary_loads(self, parameters, subdomain)),
-        criterion(test::unbreakable(subdomain)) {}
+        law(test::unbreakable(subdomain)) {}
 
   std::vector<double> equilibrium() {
-    const QuasiStaticLoading loading(self, body, loads, criterion, 1e-5);
+    const QuasiStaticLoading loading(self, body, loads, law, 1e-5);
     const auto u = loading.displacement().local();
     return {u.begin(), u.end()};
   }
@@ -82,7 +82,7 @@ struct Composite {
   geometry::Subdomain subdomain;
   fracture::BreakableBody body;
   mechanics::Conditions loads;
-  fracture::TulerButcher criterion;
+  fracture::FractureLaw law;
 };
 
 const std::string rollers = R"([[boundary]]
@@ -129,7 +129,7 @@ void expect_reflection(const input::Material& matrix, const input::Material& ins
   Composite bar(two_materials(
       R"(["3 mm", "3 mm", "120 mm"])", R"(z = ["40 mm", "120 mm"])", "spacing = \"1 mm\"", matrix, insert,
       fmt::format("[[boundary]]\non = \"z-min\"\npressure = \"1 MPa\"\nhistory = [{}]\n", history), "rest"));
-  const MotionContext context{&bar.self, &bar.body, &bar.loads, &bar.criterion};
+  const MotionContext context{&bar.self, &bar.body, &bar.loads, &bar.law};
   MotionState state{parallel::NodeField(bar.self, bar.subdomain.layout),
                     parallel::NodeField(bar.self, bar.subdomain.layout)};
   // The reflected pulse has left the boundary, and none has come to an end.
@@ -213,7 +213,7 @@ TEST(TwoMaterials, HaveTheirStrengthsAndThatOfTheirInterface) {
   parameters.materials[1].strength = 80e6;
   parameters.interfaces = {{{"insert", "matrix"}, 10e6, 0}};
   Composite bar(parameters);
-  const auto strengths = fracture::tetrahedron_strengths(bar.self, parameters, 0, bar.body);
+  const auto strengths = fracture::tetrahedron_strengths(bar.self, parameters, 0, bar.body).nucleation;
   std::array<int, 3> n{};
   for (std::size_t t = 0; t < strengths.size(); ++t) {
     const auto& corners = bar.subdomain.tetrahedra[t];

@@ -217,8 +217,8 @@ protected:
   }
 
   double elongation() {
-    auto criterion = test::tuler_butcher(parameters_.fracture, subdomain_);
-    const QuasiStaticLoading loading(self_, body_, loads_, criterion, 1e-5);
+    auto law = test::tuler_butcher(parameters_.fracture, subdomain_);
+    const QuasiStaticLoading loading(self_, body_, loads_, law, 1e-5);
     iterations_ = loading.n_iterations();
     return measure_loads(self_, body_, loads_, loading.displacement(), 0).position.back();
   }

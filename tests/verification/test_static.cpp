@@ -62,8 +62,8 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
       test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, stress * width * thickness}));
   fracture::BreakableBody body(bar.subdomain, bar.parameters.material());
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
-  auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
-  const QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-5);
+  auto law = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
+  const QuasiStaticLoading loading(bar.self, body, loads, law, 1e-5);
 
   const double strain = stress / bar.parameters.materials[0].youngs_modulus;
   double worst = 0;
@@ -151,8 +151,8 @@ TEST(Static, RoundingIsNoLackOfEquilibrium) {
   beam.parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 1e-4, 0}));
   fracture::BreakableBody body(beam.subdomain, beam.parameters.material());
   const auto loads = mechanics::make_boundary_loads(beam.self, beam.parameters, beam.subdomain);
-  auto criterion = test::tuler_butcher(beam.parameters.fracture, beam.subdomain);
-  const QuasiStaticLoading loading(beam.self, body, loads, criterion, 1e-5);
+  auto law = test::tuler_butcher(beam.parameters.fracture, beam.subdomain);
+  const QuasiStaticLoading loading(beam.self, body, loads, law, 1e-5);
   std::printf("cantilever 100 times as long as thick: residual %.1e of the load\n", loading.residual());
   EXPECT_GT(loading.residual(), 3e-10) << "or the test says nothing";
   EXPECT_LT(loading.residual(), 1e-7);
@@ -179,8 +179,8 @@ TEST_P(Onset, IsExactUnderLateralAndShearStress) {
   traction(Face::y_min, {0, -lateral, -shear});
   fracture::BreakableBody body(bar.subdomain, bar.parameters.material());
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
-  auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
-  QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
+  auto law = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
+  QuasiStaticLoading loading(bar.self, body, loads, law, 1e-3);
   EnergyAccount account(bar.self, body);
   EXPECT_EQ(loading.advance(account), QuasiStaticEnd::unstable);
 
@@ -207,8 +207,8 @@ QuasiStaticEnd end_of(Bar& bar, const std::vector<std::pair<double, double>>& hi
   }
   fracture::BreakableBody body(bar.subdomain, bar.parameters.material());
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
-  auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
-  QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
+  auto law = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
+  QuasiStaticLoading loading(bar.self, body, loads, law, 1e-3);
   EnergyAccount account(bar.self, body);
   const QuasiStaticEnd end = loading.advance(account);
   time = loading.time();

@@ -27,8 +27,8 @@ double strain_energy(double spacing, double depth, std::uint64_t sample) {
   const parallel::Communicator self(MPI_COMM_SELF);
   fracture::BreakableBody body(subdomain, parameters.material());
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-  auto criterion = test::tuler_butcher(parameters.fracture, subdomain);
-  const QuasiStaticLoading loading(self, body, loads, criterion, 1e-5);
+  auto law = test::tuler_butcher(parameters.fracture, subdomain);
+  const QuasiStaticLoading loading(self, body, loads, law, 1e-5);
   return parallel::exact_sum(self, body.strain_energies(loading.displacement().local()));
 }
 

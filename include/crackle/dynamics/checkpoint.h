@@ -5,7 +5,6 @@
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/break_record.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/criterion.h"
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/numbered_rows.h"
 
@@ -23,14 +22,8 @@ namespace crackle::dynamics {
 struct MotionCheckpoint {
   /// Per node: displacement, velocity, displacement at the start of the last step, force (if current).
   parallel::NumberedRows nodes;
-  bool has_force = false;                             ///< nodes have twelve words instead of nine
-  std::vector<parallel::NumberedRows> rate_work;      ///< per force pattern, at its nodes
-  std::vector<parallel::NumberedRows> reaction_work;  ///< per prescribed motion, at its nodes
-  std::vector<parallel::NumberedRows>
-      remainder;  ///< per force pattern: accumulated rounding remainder at its nodes
-  /// Per damped or viscous node: accumulated rounding remainder of the velocity (three words) and the
-  /// dissipated energy.
-  parallel::NumberedRows damped;
+  bool has_force = false;                                  ///< nodes have twelve words instead of nine
+  std::vector<std::vector<parallel::NumberedRows>> terms;  ///< of each Term
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
 };
@@ -128,19 +121,5 @@ private:
   const fracture::BreakableBody* body_;
   std::size_t n_breaks_, n_bridge_releases_, n_stiffness_reductions_;
 };
-
-/// Gathers the impulses of all tetrahedra on the root. Collective.
-parallel::NumberedRows gather_memory(const parallel::Communicator& group,
-                                     const geometry::Subdomain& subdomain,
-                                     const fracture::Criterion& criterion);
-void restore_memory(const parallel::NumberedRows& memory, const geometry::Subdomain& subdomain,
-                    fracture::Criterion& criterion);
-
-/// Restores releases recorded by an earlier run in the body and the criterion. Local.
-/// @param remaining as for fracture::BreakableBody::restore()
-/// @return the local tetrahedra whose stiffness has changed
-std::span<const std::int32_t> restore_releases(const fracture::Releases& releases,
-                                               fracture::BreakableBody& body, fracture::Criterion& criterion,
-                                               const fracture::RemainingShare& remaining = {});
 
 }  // namespace crackle::dynamics

@@ -64,8 +64,6 @@ struct PhaseOptions {
   /// The window counts from the first break of the phase on; without one the phase arrests after its
   /// duration.
   bool awaits_break = false;
-  /// Over which the stiffness of a breaking tetrahedron falls [s]; 0, or nullptr: it is lost at once.
-  const mechanics::TetrahedronField<double>* release_time = nullptr;
   std::optional<double> after_separation = {};  ///< a phase ends this long after separation of the body [s]
   bool ends_out_of_range = false;  ///< after separation, numbers out of range end the phase without a failure
   int n_frames = 0;                ///< frames over the whole duration, including first and last

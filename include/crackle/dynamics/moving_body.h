@@ -5,27 +5,22 @@
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/integrator.h"
 #include "crackle/dynamics/sample_result.h"
+#include "crackle/dynamics/term.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/crack_vicinity.h"
-#include "crackle/fracture/criterion.h"
-#include "crackle/fracture/stress_average.h"
+#include "crackle/fracture/fracture_law.h"
 #include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace crackle::dynamics {
-
-/// The state of a moving body.
-struct MotionState {
-  parallel::NodeField displacement;  ///< [m]
-  parallel::NodeField velocity;      ///< [m/s]
-};
 
 /// A body in explicit dynamics: displacement and velocity in the number format of the implementation, and the
 /// internal force for the current set of broken tetrahedra. One object serves one dynamic phase.
@@ -62,13 +57,14 @@ public:
   /// Updates the stiffness of tetrahedra that have broken or lost part of their stiffness. Local.
   virtual void release(std::span<const std::int32_t> tetrahedra) = 0;
 
-  /// Takes over strengths of the criterion that have changed. Local.
+  /// Takes over strengths of the law that have changed. Local.
   virtual void update_strengths([[maybe_unused]] std::span<const std::int32_t> tetrahedra) {}
 
   /// Copies the state: displacements with ghosts, velocities of owned nodes. Local.
   virtual void read(MotionState& state) const = 0;
 
-  /// Strain energy [J]. Collective; bitwise equal for any number of ranks if the state is.
+  /// Strain energy, with what the terms store [J]. Collective; bitwise equal for any number of ranks if the
+  /// state is.
   /// @param state as currently returned by read()
   virtual double strain_energy(const MotionState& state) const = 0;
 
@@ -81,7 +77,7 @@ public:
   virtual void end_loads(double time, const mechanics::NodesOfConditions& nodes,
                          const MotionState& state) = 0;
 
-  /// Dissipated by damping, bulk viscosity and absorbing faces since the start [J]. Collective.
+  /// Dissipated by the terms since the start [J]. Collective.
   virtual double dissipated_energy() const { return 0; }
 
   /// Why the state on this rank is no longer valid, for example a number out of range; empty if it is valid.
@@ -101,21 +97,24 @@ public:
   virtual ExchangeCost exchange_cost() const { return {}; }
 };
 
+struct MotionContext;
+
+/// Makes a term for one dynamic phase, from the state at its start.
+/// @param nodes_per_block of the implementation
+using MakeTerm = std::function<std::unique_ptr<Term>(const MotionContext& context, const MotionState& given,
+                                                     std::int32_t nodes_per_block)>;
+
 /// Context shared by the dynamic phases of one sample.
 struct MotionContext {
   const parallel::Communicator* group;
   fracture::BreakableBody* body;
   const mechanics::Conditions* loads;
-  fracture::Criterion* criterion;
-  double screening_share =
-      1;  ///< of the strength, above which MovingBody::overloaded() reports a tetrahedron
-  fracture::StressAverage* average =
-      nullptr;              ///< used by the criterion instead of a tetrahedron's own stress
+  fracture::FractureLaw* law;
   double damping_rate = 0;  ///< of mass-proportional damping: force / (mass * velocity) [1/s]
-  fracture::CrackVicinity* vicinity = nullptr;  ///< if breaking depends on where cracks are
   /// Stiffness or initial strain differs between tetrahedra, on any rank.
   bool material_varies = false;
   input::BulkViscosity bulk_viscosity = {};
+  std::vector<MakeTerm> more_terms = {};  ///< beside the conditions and the damping
 };
 
 /// The reference implementation: all operations in double precision, in sequence, with the plain loop over

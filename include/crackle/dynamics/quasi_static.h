@@ -4,9 +4,7 @@
 #include "crackle/common/real.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/crack_vicinity.h"
-#include "crackle/fracture/criterion.h"
-#include "crackle/fracture/stress_average.h"
+#include "crackle/fracture/fracture_law.h"
 #include "crackle/mechanics/conditions.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/communicator.h"
@@ -40,14 +38,10 @@ public:
   /// Solves for the intact body. Collective. The references must outlive the object.
   /// @param patience a tetrahedron over the limit that would take longer than this to break in dynamics [s]
   ///   is released quasi-statically, as a dynamic phase would arrest before its first break
-  /// @param average used by the criterion instead of a tetrahedron's own stress, or nullptr
   /// @param ending_loads the loads, which end on fragments that come loose; nullptr: they continue
-  /// @param vicinity of cracks, on which breaking depends, or nullptr
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                     const mechanics::Conditions& loads, fracture::Criterion& criterion, double patience,
-                     fracture::StressAverage* average = nullptr,
-                     mechanics::Conditions* ending_loads = nullptr,
-                     fracture::CrackVicinity* vicinity = nullptr);
+                     const mechanics::Conditions& loads, fracture::FractureLaw& law, double patience,
+                     mechanics::Conditions* ending_loads = nullptr);
   ~QuasiStaticLoading();
 
   /// Adds the loads and the initial strain at time 0 to the energy account. Collective; call once, first.
@@ -142,15 +136,13 @@ private:
   /// The means around nodes in the current equilibrium; empty if none are needed.
   const std::vector<mechanics::Symmetric>& means() const;
   /// True if a tetrahedron must reach its strength in a mean, too.
-  bool needs_mean(std::int32_t tetrahedron) const {
-    return vicinity_ != nullptr && vicinity_->needs_mean(tetrahedron);
-  }
+  bool needs_mean(std::int32_t tetrahedron) const { return law_->needs_mean(tetrahedron); }
   /// Calls visit(patch) for the means around the corners of a tetrahedron that this rank knows. Some rank
   /// knows each, so that the largest of all ranks' largest means is the largest of all.
   template <class Visit>
   void for_means(std::int32_t tetrahedron, const Visit& visit) const {
     for (std::size_t corner = 0; corner < 4; ++corner)
-      if (const auto patch = vicinity_->means()->patch(tetrahedron, corner); patch >= 0) visit(index(patch));
+      if (const auto patch = law_->means()->patch(tetrahedron, corner); patch >= 0) visit(index(patch));
   }
   /// The next tetrahedron to reach its strength under increasing loads.
   Critical first_to_break(double until) const;
@@ -172,9 +164,7 @@ private:
   fracture::BreakableBody* body_;
   const mechanics::Conditions* loads_;
   mechanics::Conditions* ending_loads_;
-  fracture::Criterion* criterion_;
-  fracture::StressAverage* average_;
-  fracture::CrackVicinity* vicinity_;
+  fracture::FractureLaw* law_;
   double patience_;
   mechanics::StaticSolver solver_;
   std::vector<parallel::NodeField> unit_;          // for each force pattern, then for each driven motion

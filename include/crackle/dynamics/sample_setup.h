@@ -2,19 +2,17 @@
 #pragma once
 
 #include "crackle/dynamics/integrator.h"
+#include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/crack_vicinity.h"
-#include "crackle/fracture/criterion.h"
+#include "crackle/fracture/fracture_law.h"
 #include "crackle/fracture/material_field.h"
-#include "crackle/fracture/stress_average.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/conditions.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -37,6 +35,9 @@ struct SampleSetup {
   /// no equilibrium then
   void refuse_free_body() const;
 
+  /// For the sample's dynamic phases.
+  MotionContext motion_context();
+
   const parallel::Communicator& group;
   const input::Parameters& parameters;
   const geometry::Subdomain& subdomain;
@@ -46,10 +47,7 @@ struct SampleSetup {
   const Splitting& splitting;
   double stable_step;  ///< [s]
   TimeGrid grid;
-  mechanics::TetrahedronField<double> release_time;  ///< of each local tetrahedron [s]
-  std::unique_ptr<fracture::Criterion> criterion;
-  std::unique_ptr<fracture::StressAverage> average;   ///< or none
-  std::unique_ptr<fracture::CrackVicinity> vicinity;  ///< or none
+  fracture::FractureLaw law;
 };
 
 }  // namespace crackle::dynamics

@@ -3,8 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/fracture/break_record.h"
-#include "crackle/fracture/criterion.h"
-#include "crackle/fracture/softening.h"
+#include "crackle/fracture/release.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/edges.h"
 #include "crackle/mechanics/initial_strain.h"
@@ -16,9 +15,9 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -30,32 +29,22 @@ std::array<Vector, n_cuts> cut_areas(const mechanics::TetrahedronOperator& tetra
 /// The cut with the largest normal traction n . sigma . n; the lower number if equal.
 int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const mechanics::Symmetric& sigma);
 
-/// The edges crossed by a cut.
-mechanics::EdgeSet crossed_edges(int cut);
-
-/// Share of its stiffness that a breaking local tetrahedron keeps, by the phase time of its break [s].
-using RemainingShare = std::function<double(std::int32_t tetrahedron, double phase_time)>;
-
 /// A body that can break: its constant operators, its internal force and its set of broken tetrahedra, on one
 /// subdomain.
 ///
-/// Release by elements: a broken tetrahedron carries no load. Release by facets: it releases the edges
-/// crossed by its most loaded cut (mechanics::EdgeStiffness), and those around which all tetrahedra are
-/// broken (the bridging rule), without which neighbouring tetrahedra with different cuts would bridge the
-/// crack forever.
+/// What a breaking tetrahedron loses is decided by its Release.
 ///
 /// Ranks that hold the same tetrahedron compute bitwise the same stress, so they break it consistently
 /// without communication.
 class BreakableBody {
 public:
   /// @param subdomain must outlive the object
+  /// @param release nullptr: by elements, at once
   BreakableBody(const geometry::Subdomain& subdomain, mechanics::MaterialField material,
-                input::Release release = input::Release::element,
-                input::Contact contact = input::Contact::none);
+                std::unique_ptr<Release> release = nullptr, input::Contact contact = input::Contact::none);
   BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
-                input::Release release = input::Release::element,
-                input::Contact contact = input::Contact::none)
-      : BreakableBody(subdomain, mechanics::MaterialField(material), release, contact) {}
+                std::unique_ptr<Release> release = nullptr, input::Contact contact = input::Contact::none)
+      : BreakableBody(subdomain, mechanics::MaterialField(material), std::move(release), contact) {}
   BreakableBody(const BreakableBody&) = delete;
   BreakableBody& operator=(const BreakableBody&) = delete;
 
@@ -76,11 +65,11 @@ public:
   const std::vector<std::array<std::int32_t, 4>>& face_neighbours() const;
   /// Local tetrahedra in order of breaking.
   std::span<const std::int32_t> broken_tetrahedra() const { return order_; }
+  const Release& release_law() const { return *release_; }
+  /// Replaces it while the body is intact.
+  void set_release(std::unique_ptr<Release> release) { release_ = std::move(release); }
   /// True if tetrahedra soften before they break.
-  bool softens() const { return softening_.has_value(); }
-  /// The stress at which a tetrahedron softens or breaks next, relative to that at which it first softened; 1
-  /// while it is intact. Both stresses are those of the intact material at the same strain.
-  double threshold(std::int32_t tetrahedron) const;
+  bool softens() const { return release_->softens(); }
   /// Local tetrahedra whose stiffness was reduced, in order; repeated for each reduction.
   std::span<const std::int32_t> changes() const { return changes_; }
   /// Breaks counted by this rank, in order of breaking.
@@ -115,28 +104,22 @@ public:
     if (!initial_strain_.is_none()) initial_strain_.set_time(time);
   }
 
-  /// Enables softening of tetrahedra before they break.
-  /// @param dissipation of each local tetrahedron, per volume [J/m^3]
-  void soften(const SofteningLaw& law, std::vector<double> dissipation);
-
   /// Breaks a tetrahedron, or reduces the stiffness of a softening one by a tooth; the recorded energy and
   /// cut are computed from the given strain. Local; every rank that holds it must do the same.
-  /// @param remaining share of the stiffness that a breaking tetrahedron keeps for now
+  /// @param moves in a dynamic phase the stiffness may fall over time, otherwise it is lost at once
   void release(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
-               double phase_time, double remaining = 0);
+               double phase_time, bool moves = false);
 
   /// Continues the releases that are under way. The energy is added to that of the break. Local, like
   /// release().
-  /// @param remaining share of the stiffness of a local tetrahedron that broke at a phase time [s]
   /// @param strain current strain of a local tetrahedron
-  void continue_releases(const RemainingShare& remaining,
-                         const std::function<mechanics::Symmetric(std::int32_t)>& strain);
+  void continue_releases(double phase_time, const std::function<mechanics::Symmetric(std::int32_t)>& strain);
   /// True if tetrahedra of this rank are being released.
   bool is_releasing() const { return !releasing_.empty(); }
 
   /// Restores releases recorded by an earlier run: all that this rank holds, counted or not.
-  /// @param remaining as for continue_releases(); empty: all are complete
-  void restore(const Releases& releases, const RemainingShare& remaining = {});
+  /// @param phase_time now, in the phase of these releases; infinity: all are complete
+  void restore(const Releases& releases, double phase_time = infinity);
 
   /// Applies the bridging rule after breaks since the last call; no effect with release by elements.
   /// Collective; does not call check_peers() before. A rank that fails before its communication throws; the
@@ -160,20 +143,14 @@ private:
     std::int64_t edge;
     auto operator<=>(const BridgingEdge&) const = default;
   };
-  /// Softening state of a tetrahedron.
-  struct Softened {
-    int n_fallen = 0;
-    double ductility = 0;
-  };
   mechanics::Symmetric total_strain(std::int32_t tetrahedron, std::span<const double> displacement) const {
     return mechanics::strain(operators_.tetrahedra[index(tetrahedron)], displacement);
   }
   template <class Strain>
   std::vector<double> energies(const Strain& strain) const;
   std::vector<BridgingEdge> find_bridging_edges() const;
-  /// @return false when no tooth is left
-  bool reduce_stiffness(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
-                        double phase_time);
+  void reduce(std::int32_t tetrahedron, double share, const mechanics::Symmetric& strain, double load_time,
+              double phase_time, double ductility);
   /// A break whose tetrahedron still has part of its stiffness.
   struct Releasing {
     std::int32_t tetrahedron;
@@ -184,7 +161,7 @@ private:
   void release_edges(std::int32_t tetrahedron, mechanics::EdgeSet edges);
 
   const geometry::Subdomain* subdomain_;
-  input::Release release_;
+  std::unique_ptr<Release> release_;
   input::Contact contact_;
   mechanics::MaterialField material_;
   mechanics::PdsOperators operators_;
@@ -197,17 +174,10 @@ private:
   std::vector<std::int32_t> order_;
   std::vector<Releasing> releasing_;
   std::vector<std::int32_t> changes_;
-  std::optional<SofteningLaw> softening_;
-  std::vector<double> dissipation_;  // of each softening tetrahedron, per volume [J/m^3]
-  std::unordered_map<std::int32_t, Softened> softened_;
   std::vector<StiffnessReduction> stiffness_reductions_;
   std::size_t n_checked_ = 0;  // number of entries in order_ whose edges were checked
   std::vector<BridgeRelease> bridge_releases_;
   std::vector<Break> records_;
 };
-
-/// Informs a criterion of the stresses at which softened tetrahedra give way next.
-/// @param changed local tetrahedra whose stiffness was reduced
-void update_strengths(Criterion& criterion, const BreakableBody& body, std::span<const std::int32_t> changed);
 
 }  // namespace crackle::fracture

@@ -14,7 +14,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <unordered_map>
@@ -55,12 +54,14 @@ class CrackVicinity {
 public:
   /// Local.
   /// @param ends that count as cracks
-  /// @param growth_strengths of each local tetrahedron at a crack [Pa]; empty: as where there is no crack
+  /// @param growth_strengths of each local tetrahedron at a crack [Pa]; empty: as where there is no crack;
+  /// must
+  ///   outlive the object
   /// @param average relative to the criterion's strengths, or nullptr
   /// @param spacings of the mesh at each local tetrahedron [m]
   /// @param by_means as input::Fracture::nucleates_by_means()
   CrackVicinity(const BreakableBody& body, Criterion& criterion, StressAverage* average,
-                std::vector<double> growth_strengths, std::span<const SquareEnd> ends,
+                std::span<const double> growth_strengths, std::span<const SquareEnd> ends,
                 std::span<const double> spacings, bool by_means);
 
   /// The means that must reach the strength beside the own stress, or nullptr.
@@ -85,7 +86,7 @@ private:
   const BreakableBody* body_;
   Criterion* criterion_;
   StressAverage* average_;
-  std::vector<double> growth_strengths_;
+  std::span<const double> growth_strengths_;
   std::vector<double> delays_;  // of each local tetrahedron [s]
   mechanics::NodeTetrahedra round_node_;
   std::optional<NodalMeans> means_;
@@ -96,14 +97,5 @@ private:
   std::vector<Arriving> arriving_;                             // of these
   std::vector<std::int32_t> changed_;
 };
-
-/// The vicinity for an intact body, or none if the input does not distinguish nucleation and growth: if it
-/// gives a toughness alone, softening, or a strength alone that holds for the own stress.
-/// Collective; equal for any number of ranks.
-/// @param growth growth_strengths()
-std::unique_ptr<CrackVicinity> make_crack_vicinity(const parallel::Communicator& group,
-                                                   const input::Parameters& parameters,
-                                                   const BreakableBody& body, std::vector<double> growth,
-                                                   Criterion& criterion, StressAverage* average);
 
 }  // namespace crackle::fracture

@@ -102,11 +102,11 @@ private:
   std::vector<std::uint8_t> is_softened_;  // likewise
 };
 
-/// Makes the criterion selected by the input.
+/// Makes the criterion selected by the input, with the stress that it selects.
 /// @param strengths sigma_0 of each tetrahedron, or strengths derived from the input's toughness [Pa]
 /// @param time_step with which advance() will be called [s]
 /// @param impulses K_f of each tetrahedron [Pa^beta s]
-std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
+std::unique_ptr<Criterion> make_criterion(const input::Fracture& fracture, std::vector<double> strengths,
                                           double time_step, mechanics::TetrahedronField<double> impulses);
 
 }  // namespace crackle::fracture

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/input/parameters.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/mechanics/tensor.h"
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace crackle::fracture {
 
@@ -76,5 +78,8 @@ public:
   LargestPrincipalStress();
   double operator()(const mechanics::Symmetric& stress) const override { return largest_principal(stress); }
 };
+
+/// The measure that the input selects.
+std::unique_ptr<const EquivalentStress> make_equivalent_stress(const input::Fracture& fracture);
 
 }  // namespace crackle::fracture

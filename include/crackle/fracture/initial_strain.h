@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/fracture/variation.h"
-#include "crackle/input/parameters.h"
+#include "crackle/input/material_model.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/mechanics/initial_strain.h"
 
@@ -14,12 +14,12 @@ namespace crackle::fracture {
 /// expansion, or the strain whose elastic stress is opposite to the given one. One part for each table of the
 /// input. Equal for any number of ranks. Local.
 /// @param elasticity of these tetrahedra
-mechanics::InitialStrain make_initial_strain(const input::Parameters& parameters,
+mechanics::InitialStrain make_initial_strain(const input::MaterialModel& model,
                                              const mechanics::ElasticityField& elasticity,
                                              const TetrahedronSpan& tetrahedra);
 
 /// The same at a time of the load curves, for files.
-std::vector<mechanics::Symmetric> initial_strain_at(const input::Parameters& parameters, double time,
+std::vector<mechanics::Symmetric> initial_strain_at(const input::MaterialModel& model, double time,
                                                     const mechanics::ElasticityField& elasticity,
                                                     const TetrahedronSpan& tetrahedra);
 

@@ -3,7 +3,7 @@
 
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/variation.h"
-#include "crackle/input/parameters.h"
+#include "crackle/input/material_model.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/communicator.h"
 
@@ -13,7 +13,7 @@ namespace crackle::fracture {
 
 /// Stiffness and density of each tetrahedron: those of its material, times the sample's variation.
 /// Equal for any number of ranks. Local.
-mechanics::MaterialField make_material_field(const input::Parameters& parameters, std::uint64_t sample,
+mechanics::MaterialField make_material_field(const input::MaterialModel& model, std::uint64_t sample,
                                              const TetrahedronSpan& tetrahedra);
 
 /// Speeds of waves in the slowest of a body's materials, each the mean over its volume of what one wave takes
@@ -24,7 +24,7 @@ struct BodyWaves {
 };
 
 /// Collective; equal for any number of ranks.
-BodyWaves slowest_waves(const parallel::Communicator& group, const input::Parameters& parameters,
+BodyWaves slowest_waves(const parallel::Communicator& group, const input::MaterialModel& model,
                         const BreakableBody& body);
 
 }  // namespace crackle::fracture

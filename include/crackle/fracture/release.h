@@ -1,68 +1,90 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/variation.h"
 #include "crackle/input/parameters.h"
+#include "crackle/mechanics/residual_stiffness.h"
 #include "crackle/mechanics/tetrahedron_field.h"
-#include "crackle/parallel/communicator.h"
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace crackle::fracture {
 
-/// v_r of a material without one of its own, as a share of its Rayleigh speed: those of glassy materials have
-/// 0.3 to 0.8.
-inline constexpr double usual_release_share = 0.7;
+/// How a tetrahedron that meets the criterion gives way. Serves the tetrahedra of one body.
+class Release {
+public:
+  /// How the stiffness of a breaking tetrahedron falls in a dynamic phase: linearly.
+  struct Course {
+    mechanics::TetrahedronField<double> time{0.0};  ///< until it is lost [s]; 0: lost at once
+    double step = 0;                                ///< of the dynamic phase [s]
+  };
+  /// What a tetrahedron keeps that does not break yet.
+  struct Reduction {
+    double share;      ///< of its stiffness
+    double ductility;  ///< as in StiffnessReduction
+  };
 
-/// Tetrahedra break within some h / v_r at this overload, relative to the strength, if no impulse is given:
-/// too little for it to matter.
-inline constexpr double inert_overload = 0.002;
+  explicit Release(Course course) : course_(std::move(course)) {}
+  virtual ~Release() = default;
+  Release(const Release&) = delete;
+  Release& operator=(const Release&) = delete;
 
-/// v_r of a material [m/s]: the input's or, with a toughness, the usual share of the Rayleigh speed; 0 where
-/// the release takes a given time, or none.
-double release_speed(const input::Parameters& parameters, std::size_t material);
+  /// The edges that a breaking tetrahedron loses.
+  /// @param cut the most loaded one, see Break
+  virtual mechanics::EdgeSet edges([[maybe_unused]] int cut) const { return mechanics::all_edges; }
+  /// True if a broken tetrahedron loses the edges, too, around which all others are broken.
+  virtual bool opens_bridges() const { return false; }
 
-/// Over which the stiffness of each local tetrahedron falls when it breaks in a dynamic phase [s]; 0: at
-/// once. The input's time, or the local spacing over v_r: then the discrete problem of a running crack has no
-/// length but the spacing, and its speed does not depend on that. Collective; bitwise equal for any number of
-/// ranks.
-mechanics::TetrahedronField<double> release_times(const parallel::Communicator& group,
-                                                  const input::Parameters& parameters,
-                                                  const BreakableBody& body);
+  /// True if tetrahedra soften before they break.
+  virtual bool softens() const { return false; }
+  /// The next step of an unbroken tetrahedron; empty if it breaks.
+  /// @param energy of the intact material at its strain, per volume [J/m^3]
+  virtual std::optional<Reduction> reduce([[maybe_unused]] std::int32_t tetrahedron,
+                                          [[maybe_unused]] double energy) {
+    return {};
+  }
+  /// Restores one step of an earlier run.
+  virtual void restore([[maybe_unused]] std::int32_t tetrahedron, [[maybe_unused]] double ductility) {}
+  /// The stress at which a tetrahedron softens or breaks next, relative to that at which it first softened; 1
+  /// while it is intact. Both stresses are those of the intact material at the same strain.
+  virtual double threshold([[maybe_unused]] std::int32_t tetrahedron) const { return 1; }
 
-/// The same of the tetrahedra of a whole realization. Local.
-mechanics::TetrahedronField<double> release_times(const input::Parameters& parameters,
-                                                  const TetrahedronSpan& tetrahedra);
+  /// The share of its stiffness that a tetrahedron keeps in the coming step of a dynamic phase: the mean over
+  /// the step.
+  /// @param since_break [s]
+  virtual double remaining(std::int32_t tetrahedron, double since_break) const;
 
-/// Collective. @throws parallel::AgreedError on every rank when more than 1 % of the tetrahedra are released
-/// in less than two time steps, but not at once
-void refuse_short_releases(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                           const mechanics::TetrahedronField<double>& release_times, double time_step);
+  const mechanics::TetrahedronField<double>& time() const { return course_.time; }
 
-/// K_f of each local tetrahedron [Pa^beta s]: the input's or (inert_overload sigma_0)^beta h / v_r, with the
-/// usual v_r where there is none. Collective; bitwise equal for any number of ranks.
-/// @param strengths sigma_0 of each local tetrahedron [Pa]
-/// @param growth growth_strengths(), which apply where there are any
-mechanics::TetrahedronField<double> impulses(const parallel::Communicator& group,
-                                             const input::Parameters& parameters, const BreakableBody& body,
-                                             std::span<const double> strengths,
-                                             std::span<const double> growth);
+private:
+  Course course_;
+};
 
-/// The dissipation of a steady crack, relative to that of a slow one: Gamma / G, within 8 % of strips with
-/// v_r = 200 to 1600 m/s in PMMA at 0.2 to 0.6 c_R (jobs/method.md).
-/// @param speed of the crack, below the Rayleigh speed [m/s]
-double dissipation_ratio(double speed, double release_speed, double rayleigh_speed);
+/// A broken tetrahedron carries no load.
+class ElementRelease : public Release {
+public:
+  using Release::Release;
+};
 
-/// Cracks that are given this multiple of G.
-inline constexpr double usual_drive = 2;
+/// A broken tetrahedron releases the edges crossed by its most loaded cut (mechanics::EdgeStiffness), and
+/// those around which all tetrahedra are broken (the bridging rule), without which neighbouring tetrahedra
+/// with different cuts would bridge the crack forever.
+class FacetRelease : public Release {
+public:
+  using Release::Release;
+  mechanics::EdgeSet edges(int cut) const override;
+  bool opens_bridges() const override { return true; }
+};
 
-/// The speed at which cracks dissipate usual_drive [m/s].
-double driven_crack_speed(double release_speed, double rayleigh_speed);
+/// The edges crossed by a cut.
+mechanics::EdgeSet crossed_edges(int cut);
 
-/// The v_r with which cracks run at a speed under usual_drive [m/s]: driven_crack_speed() inverted.
-double release_speed_for(double crack_speed, double rayleigh_speed);
+/// The release that the input asks for.
+/// @param dissipation of each local tetrahedron with softening, see Softening
+std::unique_ptr<Release> make_release(const input::Fracture& fracture, Release::Course course = {},
+                                      std::vector<double> dissipation = {});
 
 }  // namespace crackle::fracture

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/fracture/release.h"
 #include "crackle/input/parameters.h"
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace crackle::fracture {
@@ -37,6 +42,29 @@ private:
 
   input::SofteningCurve curve_;
   int n_teeth_;
+};
+
+/// Softening: a tetrahedron loses its stiffness tooth by tooth before it breaks.
+class Softening final : public Release {
+public:
+  /// @param dissipation of each local tetrahedron, per volume [J/m^3]
+  Softening(const SofteningLaw& law, std::vector<double> dissipation, Course course = {})
+      : Release(std::move(course)), law_(law), dissipation_(std::move(dissipation)) {}
+
+  bool softens() const override { return true; }
+  std::optional<Reduction> reduce(std::int32_t tetrahedron, double energy) override;
+  void restore(std::int32_t tetrahedron, double ductility) override;
+  double threshold(std::int32_t tetrahedron) const override;
+
+private:
+  struct Softened {
+    int n_fallen = 0;
+    double ductility = 0;
+  };
+
+  SofteningLaw law_;
+  std::vector<double> dissipation_;
+  std::unordered_map<std::int32_t, Softened> softened_;
 };
 
 /// Energy dissipated by the teeth under proportional strain, relative to the energy at first softening.

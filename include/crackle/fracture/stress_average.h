@@ -3,11 +3,9 @@
 
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/equivalent_stress.h"
-#include "crackle/input/parameters.h"
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -139,11 +137,5 @@ private:
   std::vector<std::int32_t> place_of_node_;  // in the ball under search, or -1
   std::size_t n_breaks_seen_ = 0;
 };
-
-/// The average selected by the input; null if stress is not averaged.
-/// @param body, strengths must outlive the result
-std::unique_ptr<StressAverage> make_stress_average(const input::Fracture& parameters,
-                                                   const BreakableBody& body,
-                                                   std::span<const double> strengths);
 
 }  // namespace crackle::fracture

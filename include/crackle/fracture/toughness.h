@@ -5,7 +5,7 @@
 #include "crackle/fracture/variation.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/subdomain.h"
-#include "crackle/input/parameters.h"
+#include "crackle/input/material_model.h"
 #include "crackle/input/poisson_limits.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
@@ -25,10 +25,10 @@ using input::toughness_factor;
 double spacings_per_length(input::Release release, double poisson_ratio);
 
 /// Energy per crack area for a strength and a spacing, one of fracture_spacings() [J/m^2].
-double toughness_of(const input::Parameters& parameters, double strength, double spacing);
+double toughness_of(const input::MaterialModel& model, double strength, double spacing);
 
 /// Strength that gives the energy per crack area at a spacing [Pa].
-double strength_of(const input::Parameters& parameters, double toughness, double spacing);
+double strength_of(const input::MaterialModel& model, double toughness, double spacing);
 
 /// Range of a quantity over several places.
 struct Range {
@@ -36,13 +36,9 @@ struct Range {
   double greatest = 0;
 };
 
-/// The spacings required by the input along the ligaments: from each notch tip straight ahead to the opposite
+/// The spacings that a mesh requires along the ligaments: from each notch tip straight ahead to the opposite
 /// face or the next notch [m]. Empty without notches.
-std::optional<Range> spacing_along_ligaments(const input::Parameters& parameters, const geometry::Body& body);
-
-/// The toughness corresponding to a strength [Pa] at these spacings [J/m^2].
-std::optional<Range> toughness_along_ligaments(const input::Parameters& parameters,
-                                               const geometry::Body& body, double strength);
+std::optional<Range> spacing_along_ligaments(const input::Mesh& mesh, const geometry::Body& body);
 
 /// Local spacing at each local tetrahedron: the mean over its corners of the edge length of a regular
 /// tetrahedron with the mean volume of the tetrahedra around the corner [m]. Collective; bitwise equal for
@@ -54,34 +50,35 @@ std::vector<double> local_spacings(const TetrahedronSpan& whole);
 
 /// The spacing that relates strength and toughness of each local tetrahedron: the local one, or the
 /// equivalent of the ball over which stress is averaged [m]. Collective as local_spacings().
-std::vector<double> fracture_spacings(const parallel::Communicator& group,
-                                      const input::Parameters& parameters, const BreakableBody& body);
+std::vector<double> fracture_spacings(const parallel::Communicator& group, const input::MaterialModel& model,
+                                      const BreakableBody& body);
 
-/// Strength of each local tetrahedron [Pa]: the input's for its material, or for the interface that it
-/// touches; or the one that gives the toughness at the local spacing or the averaging length; multiplied by
-/// the sample's variation. If the input gives both, that of nucleation: the input's, or the larger of the two
-/// if the stress that must reach it is not a mean around nodes; with softening the input's. Collective;
-/// bitwise equal for any number of ranks.
-std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
-                                          const input::Parameters& parameters, std::uint64_t sample,
-                                          const BreakableBody& body);
+/// Strengths of the local tetrahedra of a sample [Pa].
+struct Strengths {
+  /// The input's for its material, or for the interface that it touches; or the one that gives the toughness
+  /// at the local spacing or the averaging length; multiplied by the sample's variation. If the input gives
+  /// both, that of nucleation: the input's, or the larger of the two if the stress that must reach it is not
+  /// a mean around nodes; with softening the input's.
+  std::vector<double> nucleation;
+  /// At a crack, see CrackVicinity; empty if the input gives only one of strength and toughness, or
+  /// softening.
+  std::vector<double> growth;
+};
+
+/// Collective; bitwise equal for any number of ranks.
+Strengths tetrahedron_strengths(const parallel::Communicator& group, const input::MaterialModel& model,
+                                std::uint64_t sample, const BreakableBody& body);
 
 /// Energy per crack area that corresponds to the strength of each local tetrahedron [J/m^2]. Collective as
 /// local_spacings().
 std::vector<double> tetrahedron_toughness(const parallel::Communicator& group,
-                                          const input::Parameters& parameters, const BreakableBody& body,
+                                          const input::MaterialModel& model, const BreakableBody& body,
                                           std::span<const double> strengths);
 
-/// Strength of each local tetrahedron at a crack [Pa], if it differs from tetrahedron_strengths(): see
-/// CrackVicinity. Collective; bitwise equal for any number of ranks.
-/// @return empty if the input gives only one of strength and toughness, or softening
-std::vector<double> growth_strengths(const parallel::Communicator& group, const input::Parameters& parameters,
-                                     std::uint64_t sample, const BreakableBody& body);
-
-/// Enables softening of an intact body if the input requests it. Each tetrahedron then dissipates, per
-/// volume, the sample's local toughness divided by the width of the crack band. Collective; equal for any
-/// number of ranks.
-void soften_by_input(const parallel::Communicator& group, const input::Parameters& parameters,
-                     std::uint64_t sample, BreakableBody& body);
+/// What each softening tetrahedron dissipates, per volume: the sample's local toughness divided by the width
+/// of the crack band [J/m^3]. Collective; equal for any number of ranks.
+/// @return empty without softening
+std::vector<double> dissipations(const parallel::Communicator& group, const input::MaterialModel& model,
+                                 std::uint64_t sample, const BreakableBody& body);
 
 }  // namespace crackle::fracture

@@ -3,7 +3,7 @@
 
 #include "crackle/geometry/point.h"
 #include "crackle/geometry/subdomain.h"
-#include "crackle/input/parameters.h"
+#include "crackle/input/material_model.h"
 
 #include <cstdint>
 #include <span>
@@ -42,7 +42,7 @@ inline TetrahedronSpan span_of(const geometry::Subdomain& subdomain) {
 ///
 /// Depends on (seed, sample) and, without a correlation length, on the tetrahedron's number; rounded to 16
 /// bits, since the last bits of logarithms and powers differ between processors.
-std::vector<double> variation_factors(const input::Parameters& parameters, std::uint64_t sample,
+std::vector<double> variation_factors(const input::MaterialModel& model, std::uint64_t sample,
                                       const TetrahedronSpan& tetrahedra);
 
 /// Factor of the stiffness, the density or both of a material in each tetrahedron: 1 without
@@ -51,19 +51,19 @@ std::vector<double> variation_factors(const input::Parameters& parameters, std::
 /// that number is a weighted sum with the one behind the factor of strength (a Gaussian copula). Rounded as
 /// variation_factors().
 /// @param material its number
-std::vector<double> stiffness_factors(const input::Parameters& parameters, std::size_t material,
+std::vector<double> stiffness_factors(const input::MaterialModel& model, std::size_t material,
                                       std::uint64_t sample, const TetrahedronSpan& tetrahedra);
 
 /// Factor of the strength of each tetrahedron of a sample's realization, or of part of it: the
 /// variation_factors if the strength varies; their square roots if the toughness does, since the toughness of
 /// a strength criterion is proportional to the strength squared. If the input gives both, which are then
 /// independent, 1 in the latter case.
-std::vector<double> strength_factors(const input::Parameters& parameters, std::uint64_t sample,
+std::vector<double> strength_factors(const input::MaterialModel& model, std::uint64_t sample,
                                      const TetrahedronSpan& tetrahedra);
 
 /// Factor of the toughness of each tetrahedron if the input gives both strength and toughness: the
 /// variation_factors if it varies, their squares if both do, and 1 if only the strength does.
-std::vector<double> toughness_factors(const input::Parameters& parameters, std::uint64_t sample,
+std::vector<double> toughness_factors(const input::MaterialModel& model, std::uint64_t sample,
                                       const TetrahedronSpan& tetrahedra);
 
 }  // namespace crackle::fracture

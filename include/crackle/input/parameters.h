@@ -7,6 +7,7 @@
 #include "crackle/input/body_load.h"
 #include "crackle/input/boundary_kind.h"
 #include "crackle/input/profile.h"
+#include "crackle/input/release_kind.h"
 #include "crackle/plane/shape.h"
 
 #include <algorithm>
@@ -281,7 +282,6 @@ struct Interface {
 };
 
 enum class Accumulation { cumulative, step };  ///< of damage
-enum class Release { element, facet, softening };
 /// The stress that must reach the strength where there is no crack: beside the tetrahedron's own the mean
 /// around one of its corners, or its own alone.
 enum class Nucleation { nodal_mean, own_stress };
@@ -327,13 +327,14 @@ struct Fracture {
   Nucleation nucleation = Nucleation::nodal_mean;
   std::optional<Variation> variation = {};
 
+  /// True if tetrahedra lose their stiffness in steps that dissipate the toughness.
+  bool softens() const { return traits(release).softens; }
   bool has_strength_and_toughness() const { return strength > 0 && toughness > 0; }
   /// True if the strength applies to the nucleation of cracks only, and the toughness to their growth.
-  bool separates_nucleation() const { return has_strength_and_toughness() && release != Release::softening; }
+  bool separates_nucleation() const { return has_strength_and_toughness() && !softens(); }
   /// True if the stress at the nucleation of cracks is a mean around nodes.
   bool nucleates_by_means() const {
-    return nucleation == Nucleation::nodal_mean && strength > 0 && length == 0 &&
-           release != Release::softening;
+    return nucleation == Nucleation::nodal_mean && strength > 0 && length == 0 && !softens();
   }
 };
 

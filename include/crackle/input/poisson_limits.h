@@ -22,7 +22,7 @@ inline double fitted_to_poisson_ratio(double at_zero, double exponent, double po
 /// the energy c(nu) strength^2 h / E per crack area. This is c, fitted to the instability loads of cracked
 /// strips and of bars in three-point bending (jobs/method.md).
 inline double toughness_factor(Release release, double poisson_ratio) {
-  return fitted_to_poisson_ratio(release == Release::facet ? 0.97 : 0.91, 0.46, poisson_ratio);
+  return fitted_to_poisson_ratio(traits(release).toughness_factor, 0.46, poisson_ratio);
 }
 
 }  // namespace crackle::input

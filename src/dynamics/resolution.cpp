@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/resolution.h"
+#include "crackle/dynamics/resolution.h"
 
 #include "crackle/common/quantity_text.h"
 #include "crackle/fracture/crack_vicinity.h"
@@ -13,7 +13,7 @@
 #include <cmath>
 #include <utility>
 
-namespace crackle::fracture {
+namespace crackle::dynamics {
 
 namespace {
 
@@ -28,22 +28,22 @@ constexpr double spacings_per_correlation_length = 2;
 /// Spacings over the height of a round end that resolve its stress.
 constexpr double cells_per_round_end = 3;
 
-double finest_spacing(const input::Parameters& parameters, const geometry::Body& body) {
-  return geometry::SpacingField(body, parameters.mesh).lower_bound(body.bounds());
+double finest_spacing(const input::Mesh& mesh, const geometry::Body& body) {
+  return geometry::SpacingField(body, mesh).lower_bound(body.bounds());
 }
 
 /// A warning if a uniform strength makes the toughness vary along the crack paths; otherwise empty.
 std::string uneven_toughness_text(const input::Parameters& parameters, const geometry::Body& body,
                                   double time_step) {
-  const input::Fracture fracture = parameters.fracture_of(0);
-  if (fracture.toughness > 0 || fracture.length > 0) return {};
-  const auto criterion = make_criterion(parameters, {fracture.strength}, time_step,
-                                        mechanics::TetrahedronField(fracture.impulse));
+  const input::Fracture law = parameters.fracture_of(0);
+  if (law.toughness > 0 || law.length > 0) return {};
+  const auto criterion = fracture::make_criterion(law, {law.strength}, time_step,
+                                                  mechanics::TetrahedronField(law.impulse));
   const auto range = toughness_along_ligaments(parameters, body, criterion->strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(
       "with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the ligaments; make "
-      "the spacing even there with [[mesh.region]], or give fracture.toughness instead of fracture.strength",
+      "the spacing even there with [[mesh.region]], or give law.toughness instead of law.strength",
       range->least, range->greatest);
 }
 
@@ -62,21 +62,21 @@ std::string weak_mesh_text(const input::Parameters& parameters, const geometry::
   constexpr double low_share = 0.7;
   if (parameters.time.start != input::Start::rest && !body.crack_starts().empty()) return {};
   for (std::size_t m = 0; m < parameters.materials.size(); ++m) {
-    const input::Fracture fracture = parameters.fracture_of(m);
+    const input::Fracture law = parameters.fracture_of(m);
     const input::Material& material = parameters.materials[m];
-    if (fracture.toughness == 0 || fracture.strength > 0) continue;
+    if (law.toughness == 0 || law.strength > 0) continue;
     const double spacing =
-        fracture.length > 0 ? spacings_per_length(fracture.release, material.poisson_ratio) * fracture.length
+        law.length > 0 ? fracture::spacings_per_length(law.release, material.poisson_ratio) * law.length
                             : parameters.mesh.spacing;
-    const double factor = toughness_factor(fracture.release, material.poisson_ratio);
-    const double held = std::sqrt(fracture.toughness * material.youngs_modulus / (factor * spacing));
-    const double usual = usual_strength(material, fracture.toughness);
+    const double factor = fracture::toughness_factor(law.release, material.poisson_ratio);
+    const double held = std::sqrt(law.toughness * material.youngs_modulus / (factor * spacing));
+    const double usual = usual_strength(material, law.toughness);
     if (held >= low_share * usual) continue;
     return fmt::format(
         "with a toughness alone tetrahedra of {} hold {}, whether at a crack or not, while such a material{} "
-        "has a strength of some {}, if not more: cracks may start where none would; give fracture.strength, "
+        "has a strength of some {}, if not more: cracks may start where none would; give law.strength, "
         "too",
-        fracture.length > 0 ? "this averaging length" : quantity_text(spacing, "m"),
+        law.length > 0 ? "this averaging length" : quantity_text(spacing, "m"),
         quantity_text(held, "Pa"), material.name.empty() ? "" : fmt::format(" as \"{}\"", material.name),
         quantity_text(usual, "Pa"));
   }
@@ -87,7 +87,7 @@ std::string weak_mesh_text(const input::Parameters& parameters, const geometry::
 std::string unresolved_length_text(const input::Parameters& parameters, const geometry::Body& body) {
   const double length = parameters.fracture.length;
   if (length == 0) return {};
-  const double greatest = crack_spacing(parameters, body).greatest;
+  const double greatest = crack_spacing(parameters.mesh, body).greatest;
   if (spacings_per_ball * greatest <= length) return {};
   return fmt::format(
       "the averaging length of {} is less than {:.2g} times the greatest spacing where cracks run, {}, so "
@@ -98,8 +98,8 @@ std::string unresolved_length_text(const input::Parameters& parameters, const ge
 
 /// A warning if the mesh does not resolve the process zone of softening; otherwise empty.
 std::string unresolved_softening_text(const input::Parameters& parameters, const geometry::Body& body) {
-  if (parameters.fracture.release != input::Release::softening) return {};
-  const double greatest = crack_spacing(parameters, body).greatest;
+  if (!parameters.fracture.softens()) return {};
+  const double greatest = crack_spacing(parameters.mesh, body).greatest;
   const double admissible = input::resolving_share * input::process_zone_length(parameters);
   if (greatest <= admissible) return {};
   const double snap_back = input::snap_back_spacing(parameters);
@@ -123,7 +123,7 @@ std::string unsuited_correlation_text(const char* of, double length, const char*
         "the correlation length of the {}, {}, exceeds the body, {}: each sample is nearly uniform, and "
         "samples differ from each other instead",
         of, quantity_text(length, "m"), quantity_text(longest, "m"));
-  const double finest = finest_spacing(parameters, body);
+  const double finest = finest_spacing(parameters.mesh, body);
   if (length >= spacings_per_correlation_length * finest) return {};
   return fmt::format(
       "the correlation length of the {}, {}, is less than {:.0f} spacings of {}, so results depend on the "
@@ -155,33 +155,41 @@ std::string unresolved_stiffness_text(const input::Parameters& parameters,
 /// A warning for each square end that is too high for a crack: it has two corners, whose load follows the
 /// spacing.
 std::vector<std::string> high_end_texts(const input::Parameters& parameters, const geometry::Body& body) {
-  if (parameters.fracture.length > 0 || parameters.fracture.release == input::Release::softening) return {};
+  if (parameters.fracture.length > 0 || parameters.fracture.softens()) return {};
   const geometry::SpacingField spacing(body, parameters.mesh);
   std::vector<std::string> texts;
-  for (const SquareEnd& end : square_ends(parameters.specimen)) {
+  for (const fracture::SquareEnd& end : fracture::square_ends(parameters.specimen)) {
     const double height = 2 * end.half_height;
     const auto point = [&](double advance) {
       return geometry::Point{body.size()[0] / 2, end.place[0] + advance * end.ahead[0],
                              end.place[1] + advance * end.ahead[1]};
     };
-    if (!is_high(end, spacing, body.size()[0]) || !body.contains(point(0.01 * height))) continue;
+    if (!fracture::is_high(end, spacing, body.size()[0]) || !body.contains(point(0.01 * height))) continue;
     texts.push_back(fmt::format(
         "the square end of specimen.notch[{}] is {} high, more than {} spacings of {}: it is no crack, and "
         "its "
         "load follows the spacing; give from and to with end = \"round\", a notch_spacing of at most {} and "
-        "fracture.strength; or, for a crack, a notch_spacing of at least {}",
-        end.notch, quantity_text(height, "m"), highest_end_in_spacings, quantity_text(spacing(point(0)), "m"),
+        "law.strength; or, for a crack, a notch_spacing of at least {}",
+        end.notch, quantity_text(height, "m"), fracture::highest_end_in_spacings, quantity_text(spacing(point(0)), "m"),
         quantity_text(height / cells_per_round_end, "m"),
-        quantity_text(height / highest_end_in_spacings, "m")));
+        quantity_text(height / fracture::highest_end_in_spacings, "m")));
   }
   return texts;
 }
 
 }  // namespace
 
-Range crack_spacing(const input::Parameters& parameters, const geometry::Body& body) {
-  return spacing_along_ligaments(parameters, body)
-      .value_or(Range{finest_spacing(parameters, body), parameters.mesh.spacing});
+fracture::Range crack_spacing(const input::Mesh& mesh, const geometry::Body& body) {
+  return fracture::spacing_along_ligaments(mesh, body)
+      .value_or(fracture::Range{finest_spacing(mesh, body), mesh.spacing});
+}
+
+std::optional<fracture::Range> toughness_along_ligaments(const input::Parameters& parameters,
+                                                         const geometry::Body& body, double strength) {
+  const auto spacing = fracture::spacing_along_ligaments(parameters.mesh, body);
+  if (!spacing) return std::nullopt;
+  return fracture::Range{fracture::toughness_of(parameters, strength, spacing->least),
+                         fracture::toughness_of(parameters, strength, spacing->greatest)};
 }
 
 std::vector<std::string> resolution_warnings(const input::Parameters& parameters, const geometry::Body& body,
@@ -201,4 +209,4 @@ std::vector<std::string> resolution_warnings(const input::Parameters& parameters
   return warnings;
 }
 
-}  // namespace crackle::fracture
+}  // namespace crackle::dynamics

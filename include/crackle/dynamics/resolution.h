@@ -5,13 +5,19 @@
 #include "crackle/geometry/body.h"
 #include "crackle/input/parameters.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
-namespace crackle::fracture {
+namespace crackle::dynamics {
 
 /// The spacings where cracks run: along the ligaments, or anywhere in a body without notches [m].
-Range crack_spacing(const input::Parameters& parameters, const geometry::Body& body);
+fracture::Range crack_spacing(const input::Mesh& mesh, const geometry::Body& body);
+
+/// The toughness corresponding to a strength [Pa] at the spacings along the ligaments [J/m^2]; empty without
+/// notches.
+std::optional<fracture::Range> toughness_along_ligaments(const input::Parameters& parameters,
+                                                         const geometry::Body& body, double strength);
 
 /// Warnings where the input's mesh does not resolve its fracture model: a toughness that varies with the
 /// spacing, an averaging ball, process zone or correlation length of too few spacings.
@@ -19,4 +25,4 @@ Range crack_spacing(const input::Parameters& parameters, const geometry::Body& b
 std::vector<std::string> resolution_warnings(const input::Parameters& parameters, const geometry::Body& body,
                                              double time_step);
 
-}  // namespace crackle::fracture
+}  // namespace crackle::dynamics

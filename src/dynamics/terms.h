@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/moving_body.h"
+#include "crackle/dynamics/term.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// All terms of one dynamic phase, and their sums. Calls are passed on in a fixed order, in which prescribed
+/// motions come first: their components are not kicked, and damping follows the drive.
+class Terms {
+public:
+  /// Those of the context. Local. The context's members must outlive the object.
+  /// @param given the state at the start, before prescribe()
+  /// @param nodes_per_block of the implementation
+  Terms(const MotionContext& context, const MotionState& given, std::int32_t nodes_per_block);
+
+  void prescribe(double time, MotionState& state) const;
+  void start(double time, const MotionState& state);
+
+  /// True if a term acts on nodes of a block between the kick by the internal force and the drift.
+  bool act_on(std::size_t block) const { return acts_[block] != 0; }
+  void before_kick(std::size_t block, const Substep& substep, MovingNodes& nodes);
+  void after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes);
+  void after_drift(std::size_t block, const Substep& substep, MovingNodes& nodes);
+  void end_step(const mechanics::StepSpan& step, MovingNodes& nodes);
+  void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state);
+
+  // Since the start of the phase [J]. Collective; bitwise equal for any number of ranks if the state is.
+  double supplied(double time, const MotionState& state) const;
+  double dissipated() const;
+  double stored(const MotionState& state) const;
+
+  /// Of all terms together. Collective.
+  Demand demand(double from, double to) const;
+
+  /// Adds their state to the checkpoint. Collective.
+  void save(MotionCheckpoint& checkpoint) const;
+  /// Restores it. Local. @throws std::runtime_error when the checkpoint has other terms
+  void restore(const MotionCheckpoint& checkpoint);
+
+private:
+  const parallel::Communicator* group_;
+  std::vector<std::unique_ptr<Term>> terms_;
+  std::vector<std::uint8_t> acts_;  // by block
+};
+
+}  // namespace crackle::dynamics
