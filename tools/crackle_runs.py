@@ -103,7 +103,8 @@ SOME_FAILED = 2
 
 
 def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: int = 1, beside: Iterable[Path] = ()) -> crackle.Ensemble:
-    """The samples of an input, computed in `folder`; a run that was stopped goes on, finished ones are not computed again.
+    """The samples of an input, computed in `folder`; a run that was stopped goes on, finished ones are not computed again. Samples are
+    added where the folder has the same input with fewer; where it has more, they stay.
 
     @param may_fail: some samples may fail; without it that is a RunError
     @param ranks: of mpirun, a master and workers; 1 without mpirun
@@ -112,10 +113,12 @@ def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: i
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / "input.toml"
     copies = [(file, folder / file.name) for file in beside]
-    unchanged = source.is_file() and source.read_text() == text and all(
+    before = source.read_text() if source.is_file() else ""
+    unchanged = _without_samples(before) == _without_samples(text) and all(
         copy.is_file() and copy.read_bytes() == file.read_bytes() for file, copy in copies)
+    is_enough = unchanged and _n_samples(before) >= _n_samples(text)
     results = folder / "out"
-    if not (unchanged and (results / "ensemble.h5").is_file() and (folder / "done").is_file()):
+    if not (is_enough and (results / "ensemble.h5").is_file() and (folder / "done").is_file()):
         source.write_text(text)
         for file, copy in copies:
             shutil.copy(file, copy)
@@ -132,6 +135,14 @@ def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: i
     else:
         _tell_other_commit(results / "ensemble.h5", program)
     return crackle.open(results)
+
+
+def _without_samples(text: str) -> str:
+    return re.sub(r"(?m)^samples *=.*\n", "", text)
+
+
+def _n_samples(text: str) -> int:
+    return tomllib.loads(text)["ensemble"]["samples"]
 
 
 def status_of(command: list[str], log: IO) -> int:

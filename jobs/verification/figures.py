@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figures of the verification, beside their references, and the table of them."""
+"""Figures of the verification, beside their references, and the table of them; comparisons of the law with one before it."""
 from __future__ import annotations
 
 import re
 import subprocess
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Callable, Sequence
 
+import crackle
 import numpy as np
 
-from crackle_runs import ROOT, RunError, markdown
+from crackle_runs import ROOT, RunError, markdown, run, with_keys
 
 MILLIMETRE = 1e-3
 
@@ -19,6 +22,64 @@ class Figure:
     quantity: str
     found: str
     reference: str
+    before: str = ""  # found with another law
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is found in each sample of a run."""
+
+    title: str
+    of: Callable[[crackle.Ensemble], Sequence[float]]  # of the samples that are done; NaN for one that has none
+    form: str  # of the mean
+    reference: str = "equal"
+    unit: str = ""
+
+    def cell(self, ensemble: crackle.Ensemble | None) -> str:
+        """Mean and standard deviation of the samples that have it, their number and, where it differs, that of all."""
+        values = np.array(self.of(ensemble) if ensemble is not None else [], float)
+        there = values[np.isfinite(values)]
+        number = f"({len(there)})" if len(there) == len(values) else f"({len(there)} of {len(values)})"
+        return f"{mean(list(there), self.form)}{self.unit} {number}" if len(there) else f"none {number}" if len(values) else "–"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The same quantities of several inputs, under the law and under one before it."""
+
+    case: str
+    name: str  # of the folders
+    inputs: dict[str, str]  # by what they differ in
+    quantities: Sequence[Quantity]
+    n_samples: int
+    before: dict[str, str | None] = field(default_factory=dict)  # keys of the other law; without any only the law is computed
+
+    def runs(self, folder: Path) -> list[tuple[str, Path]]:
+        """Input and folder of each run, those of the other law last."""
+        keys = {"ensemble.samples": f"{self.n_samples}"}
+        return [(with_keys(text, keys | law), folder / f"{self.name}-{label}{'-before' if law else ''}")
+                for law in ({}, self.before)[:1 + bool(self.before)] for label, text in self.inputs.items()]
+
+    def __call__(self, folder: Path, program: Path, is_kept: bool = False) -> list[Figure]:
+        """@param is_kept: of the samples that are there, computing none"""
+        found = [_kept(place) if is_kept else run(text, place, program) for text, place in self.runs(folder)]
+        laws = found[:len(self.inputs)], found[len(self.inputs):]
+        return [Figure(self.case, quantity.title, cells[0], quantity.reference, cells[1]) for quantity in self.quantities
+                for cells in [["; ".join(map(quantity.cell, law)) for law in laws]]]
+
+
+def _kept(folder: Path) -> crackle.Ensemble | None:
+    ensemble = crackle.open(folder / "out") if any(folder.glob("out/samples/*.h5")) else None
+    return ensemble if ensemble is not None and ensemble.done else None
+
+
+def each(of: Callable[[crackle.Sample], float]) -> Callable[[crackle.Ensemble], list[float]]:
+    return lambda ensemble: [of(ensemble[number]) for number in ensemble.done]
+
+
+def result(name: str, factor: float = 1) -> Callable[[crackle.Ensemble], Sequence[float]]:
+    """A result of `crackle stats --columns`."""
+    return lambda ensemble: factor * ensemble.samples[name][ensemble.done].to_numpy(float)
 
 
 def mean(values: list[float], form: str) -> str:
@@ -36,7 +97,7 @@ def output_of(test: str) -> str:
 
 
 def table(figures: list[Figure]) -> str:
-    previous = ["", *(figure.case for figure in figures)]
-    return markdown(["case", "figure", "found", "reference"],
-                    [[figure.case if figure.case != before else "", figure.quantity, figure.found, figure.reference]
-                     for figure, before in zip(figures, previous)])
+    previous, compared = ["", *(figure.case for figure in figures)], any(figure.before for figure in figures)
+    return markdown(["case", "figure", "found", *(["before"] if compared else []), "reference"],
+                    [[figure.case if figure.case != before else "", figure.quantity, figure.found, *([figure.before or "–"] if compared else []),
+                      figure.reference] for figure, before in zip(figures, previous)])

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Loads at which cracks start where there is none, by strength with toughness; used like cases.py."""
+"""Loads at which cracks start where there is none, by strength with toughness."""
 from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Callable
 
+import crackle
 import numpy as np
 
-from crackle_runs import JOBS, run, with_keys
-from figures import MILLIMETRE, Figure, mean
+from crackle_runs import JOBS, ROOT, run, with_keys
+from fast import IMMEDIATE
+from figures import MILLIMETRE, Comparison, Figure, Quantity, result
 from plates import GALLERY, semicircular_notches
 from problems import BAR_ARM, BAR_HEIGHT, BAR_SPAN
 
@@ -16,9 +19,9 @@ STRENGTH, RATIOS, SPACINGS = 400e6, (0.2, 0.38), (0.6, 0.4, 0.3)  # [Pa], Poisso
 BAR_WIDTH = 2 * MILLIMETRE  # half of the gallery's
 HOWLAND = 3.14  # largest stress over that far away, hole of a fifth of the width
 CERAMIC = {"material.youngs_modulus": '"380 GPa"', "material.density": '"3900 kg/m^3"', "fracture.strength": '"400 MPa"',
-           "fracture.toughness": '"42 J/m^2"', "fracture.release_time": '"0 s"', "fracture.length": None, "mesh.base": '"own"', "ensemble.samples": "8",
-           "time.duration": '"1 us"', "time.after_separation": '"1 fs"'}
-MODULUS, SCALE, BARS = 10, 580e6, 60  # of Weibull's law for 1 mm^3 [Pa], and samples
+           "fracture.toughness": '"42 J/m^2"', "fracture.release_time": None, "fracture.impulse": None, "fracture.length": None,
+           "mesh.base": '"own"', "time.duration": '"1 us"', "time.after_separation": '"1 fs"'}
+MODULUS, SCALE = 10, 580e6  # of Weibull's law for 1 mm^3 [Pa]
 
 
 def bar(spacing: float, keys: dict[str, str | None]) -> str:
@@ -52,18 +55,14 @@ BODIES = {"bent bar of 3 mm": (bar, bar_stress),
           "semicircular notches of 2 in 20 mm": (notched, lambda load: semicircular_notches(0.2) * load / 20e-6)}
 
 
-def smooth_surfaces(folder: Path, program: Path) -> list[Figure]:
-    """The load at the first break over that at which the exact stress reaches the strength."""
-    case = f"Load at the first break over that of the exact stress; ν = {' and '.join(map(str, RATIOS))}, {', '.join(map(str, SPACINGS))} mm"
-    return [Figure(case, name,
-                   "; ".join(", ".join(_first_breaks(name, spacing, nu, folder, program) for spacing in SPACINGS) for nu in RATIOS), "1")
-            for name in BODIES]
+def _over_exact(stress: Callable[[np.ndarray], np.ndarray]) -> Callable[[crackle.Ensemble], np.ndarray]:
+    return lambda ensemble: stress(ensemble.samples.first_break_load[ensemble.done].to_numpy()) / STRENGTH
 
 
-def _first_breaks(name: str, spacing: float, nu: float, folder: Path, program: Path) -> str:
-    text, stress = BODIES[name]
-    samples = run(text(spacing, {"material.poisson_ratio": str(nu)}), folder / f"start-{name.split()[0]}-{spacing}-{nu}", program)
-    return mean(stress(samples.samples.first_break_load.to_numpy()) / STRENGTH, ".2f")
+smooth_surfaces = {f"{name.split()[0]}-{nu}": Comparison(
+    f"Load at the first break over that of the exact stress, {', '.join(map(str, SPACINGS))} mm; before: by own stress", f"start-{name.split()[0]}-{nu}",
+    {f"{spacing}": text(spacing, {"material.poisson_ratio": str(nu)}) for spacing in SPACINGS},
+    (Quantity(f"{name}, ν = {nu}", _over_exact(stress), ".3f", "1"),), 8, IMMEDIATE) for name, (text, stress) in BODIES.items() for nu in RATIOS}
 
 
 def effective_volume() -> float:
@@ -72,12 +71,15 @@ def effective_volume() -> float:
     return BAR_WIDTH * BAR_HEIGHT / 2 * span / (MODULUS + 1)
 
 
+BARS, BAR_SPACINGS = 60, (0.6, 0.4, 0.3)  # [mm]
+
+
 def weibull_bars(folder: Path, program: Path) -> list[Figure]:
     """Weibull's modulus and scale of the loads at fracture of bars in bending, by maximum likelihood."""
     from scipy.stats import weibull_min  # not needed for a run
     expected = SCALE * (1e-9 / effective_volume()) ** (1 / MODULUS)
     moduli, scales = [], []
-    for spacing in SPACINGS[:2]:
+    for spacing in BAR_SPACINGS:
         text = bar(spacing, {"fracture.strength": f'"{SCALE * 1e-6} MPa"', "ensemble.samples": str(BARS)})
         text += f'[fracture.variation]\ndistribution = "weibull"\nmodulus = {MODULUS}\nreference_volume = "1 mm^3"\n'
         loads = run(text, folder / f"weibull-bars-{spacing}", program).samples.peak_load.to_numpy()
@@ -85,6 +87,40 @@ def weibull_bars(folder: Path, program: Path) -> list[Figure]:
         error = 1.96 / math.sqrt(len(loads))  # of the estimates: 0.78 of the modulus, 1.05 / modulus of the scale
         moduli.append(f"{modulus:.1f} ± {0.78 * error * modulus:.1f}")
         scales.append(f"{scale / expected:.3f} ± {1.05 * error / modulus * scale / expected:.3f}")
-    case = f"{BARS} bars with a Weibull strength in four-point bending, {' and '.join(map(str, SPACINGS[:2]))} mm; 95 % intervals"
-    return [Figure(case, "modulus", ", ".join(moduli), f"{MODULUS}"),
-            Figure(case, "scale over that of the effective volume", ", ".join(scales), "1")]
+    case = f"{BARS} bars with a Weibull strength in four-point bending, {', '.join(map(str, BAR_SPACINGS))} mm; 95 % intervals"
+    return [Figure(case, "modulus", "; ".join(moduli), f"{MODULUS}"),
+            Figure(case, "scale over that of the effective volume", "; ".join(scales), "1")]
+
+
+# The paper's slot
+
+TIPS = (0.2, 0.15, 0.1, 0.07)  # spacings at the slots' ends [mm]
+CREAGER_PARIS = 660  # load of the plate of 5 mm at which they have the paper's strength at a round end [N]
+
+
+def slotted(tip: float, end: str) -> str:
+    """The paper's plate, 1 mm thick, with its strength and slots with this end."""
+    slots = "".join(f'[[specimen.notch]]\nfrom = ["{outside} mm", "{at} mm"]\nto = ["{inside} mm", "{at} mm"]\nheight = "0.6 mm"\nend = "{end}"\n'
+                    for outside, inside, at in ((0, 2.5, 67), (24.5, 22, 73)))
+    head, tail = (ROOT / "jobs" / "thin-plate.toml").read_text().split("[[specimen.notch]]", 1)
+    return with_keys(head + slots + tail[tail.index("[mesh]"):],
+                     {"mesh.spacing": '"1 mm"', "mesh.notch_spacing": f'"{tip} mm"', "mesh.growth": "0.2", "fracture.strength": '"35 MPa"',
+                      "fracture.toughness": '"57 J/m^2"', "time.duration": '"2 us"', "output.frames": "0"})
+
+
+slots = {f"slot-{end}": Comparison(
+    f"The paper's slot with a {end} end, 35 MPa and 57 J/m², {', '.join(map(str, TIPS))} mm there; before: by own stress", f"slot-{end}",
+    {f"{tip}": slotted(tip, end) for tip in TIPS},
+    (Quantity("load at the onset, for 5 mm of thickness", result("onset_force", 5), ".0f", reference, " N"),), 8, IMMEDIATE)
+    for end, reference in (("round", f"{CREAGER_PARIS} N, Creager and Paris 1967"), ("square", "grows without bound"))}
+
+# A bond
+
+LENGTH = {"fracture.length": '"1.2 mm"'}
+BOND_LAWS = {"means around nodes": {}, "own stress": {"fracture.nucleation": '"own-stress"'}, "averaged over 1.2 mm": LENGTH, "over 2.4 mm": {"fracture.length": '"2.4 mm"'},
+             "softening": {"fracture.toughness": '"300 J/m^2"', "fracture.release": '"softening"'}}
+bond = Comparison(f"Bond of 12 MPa; {', '.join(BOND_LAWS)}", "bond",
+                  {law.replace(" ", "-"): with_keys((JOBS / "bond.toml").read_text(), keys) for law, keys in BOND_LAWS.items()},
+                  (Quantity("load", result("onset_force"), ".1f", "48 N", " N"),), 4)
+
+CASES = {**smooth_surfaces, "weibull-bars": weibull_bars, **slots, "bond": bond}

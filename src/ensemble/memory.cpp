@@ -27,6 +27,7 @@ namespace {
 constexpr double libraries = 50e6;    // and the program, per rank
 constexpr double computed = 380;      // per tetrahedron computed by a rank: operators, solver, motion
 constexpr double averaged = 150;      // additional, with averaged stress: neighbours, balls
+constexpr double by_means = 20;       // additional, with nucleation by means around nodes: sums, marks
 constexpr double pushed = 75;         // additional, with each body force: weights, work, remainders
 constexpr double viscous = 85;        // additional, with bulk viscosity: coefficients, forces, remainders
 constexpr double kept = 30;           // per tetrahedron of a realization
@@ -114,6 +115,7 @@ double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) 
 MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout) {
   const double each = computed + (parameters.fracture.length > 0 ? averaged : 0) +
+                      (parameters.fracture_of(0).nucleates_by_means() ? by_means : 0) +
                       (parameters.bulk_viscosity().acts() ? viscous : 0) +
                       pushed * static_cast<double>(parameters.body_forces().size());
   const double part = each * n_tetrahedra / layout.ranks_per_group;

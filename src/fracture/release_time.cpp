@@ -24,7 +24,7 @@ namespace {
 constexpr double few = 0.01;
 
 // Gamma / G = 1 + scale (v / v_r)^rise / (1 - v / c_R)^limit
-constexpr double dissipation_scale = 1.9, dissipation_rise = 1.67, dissipation_limit = 1.12;
+constexpr double dissipation_scale = 2.26, dissipation_rise = 1.68, dissipation_limit = 1.05;
 
 double usual_release_speed(const input::Material& material) {
   return usual_release_share * mechanics::rayleigh_speed(material);

@@ -92,7 +92,7 @@ class Command(unittest.TestCase):
             started = calibrate("--measured", "300 m/s", "--error", "5 m/s", "--samples", "3", speeds=())
             computed = [float(speed) for speed in re.findall(r"release speed ([\d.]+) m/s", started.stdout)]
             v, rayleigh = 300, 961.8  # epoxy's with nu = 0.3: Gamma / G = 2
-            self.assertAlmostEqual(computed[2] / (v * (1.9 / (1 - v / rayleigh) ** 1.12) ** (1 / 1.67)), 1, delta=0.02)
+            self.assertAlmostEqual(computed[2] / (v * (2.26 / (1 - v / rayleigh) ** 1.05) ** (1 / 1.68)), 1, delta=0.02)
             self.assertAlmostEqual(computed[4] / computed[2], 2, delta=0.01)
             self.assertTrue((folder / "out" / "calibration.png").is_file())
             wrong = calibrate("--measured", "300 m/s", "--error", "5 m/s", "--result", "crack_spead")

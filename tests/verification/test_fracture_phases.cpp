@@ -3,7 +3,7 @@
 #include "crackle/dynamics/sample_run.h"
 #include "support/box_mesh.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cmath>
 #include <cstdio>
@@ -53,6 +53,17 @@ TEST(RunAway, UniformBarUnderDeadLoadComesApartInOnePhase) {
   EXPECT_GT(result.onset_force, 0.5 * 35e6 * 0.002 * 0.004);
   EXPECT_NEAR(result.onset_time, result.onset_force / 10, 1e-9 * result.onset_time);
   EXPECT_LT(result.energy_error, 1e-3);
+}
+
+TEST(RunAway, AtAMarginalOverloadIsTold) {
+  auto parameters = pulled_bar();
+  const auto mesh = bar_mesh(parameters);
+  parameters.time.arrest = 1e-5;
+  EXPECT_EQ(run(parameters, mesh).note, "");
+  parameters.fracture.impulse *= 2e4;  // a break takes longer, but less than the arrest window
+  EXPECT_THAT(run(parameters, mesh).note,
+              testing::MatchesRegex("at the onset a stress exceeded the strength by only .* %, at which a "
+                                    "tetrahedron breaks in .* us: the crack may creep before it runs, .*"));
 }
 
 TEST(RunAway, WithStepMemoryIsAtTheStrengthOfOneStep) {
