@@ -64,8 +64,7 @@ mechanics::TetrahedronField<double> release_times_of(const input::MaterialModel&
 double release_speed(const input::MaterialModel& model, std::size_t material) {
   const input::Fracture fracture = model.fracture_of(material);
   if (fracture.release_speed > 0) return fracture.release_speed;
-  const bool is_usual =
-      !fracture.release_time && fracture.toughness > 0 && !fracture.softens();
+  const bool is_usual = !fracture.release_time && fracture.toughness > 0 && !fracture.softens();
   return is_usual ? usual_release_speed(model.materials[material]) : 0;
 }
 
@@ -121,7 +120,8 @@ mechanics::TetrahedronField<double> impulses(const parallel::Communicator& group
   const double exponent = model.fracture.exponent;
   return field_of(span_of(body.subdomain()), differs, [&](std::size_t t, std::size_t m) {
     if (given[m] > 0) return given[m];
-    const double over = inert_overload * (strengths.growth.empty() ? strengths.nucleation[t] : strengths.growth[t]);
+    const double over =
+        inert_overload * (strengths.growth.empty() ? strengths.nucleation[t] : strengths.growth[t]);
     return (exponent == 2 ? over * over : std::pow(over, exponent)) * spacing[t] / speed[m];
   });
 }
