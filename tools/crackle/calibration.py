@@ -12,7 +12,7 @@ from scipy import optimize, signal, special, stats
 
 from .emulator import Basis, Emulator, Inputs, Values, imputed
 from .files import ResultsError
-from .inference import wilson
+from .inference import SIGNIFICANT, wilson
 from .observations import Observable, check_places, is_same_load, needs_files, observe, observed_samples
 from .path_frame import PathFrame
 from .posterior import FULL, PART, SMALL, Block, Likelihood, Observed, Points, Terms, observed, random_numbers, sample
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LEVEL = 0.9  # of the intervals
-SIGNIFICANT = 0.05
 UNEVEN = 0.01  # p from which on the scatter of meshes is a function of the inputs
 COVERAGE_LEVELS = (0.5, 0.9)
 MOST_LEFT_OUT = 200  # draws

@@ -16,7 +16,7 @@ from scipy import stats
 
 SIGNIFICANT = 0.05  # p-values up to this count as significant
 N_RANDOM, MOST_EXACT = 9999, 20_000  # labellings: so many random ones if there are more than so many
-ROUNDING = 1e-9
+ROUNDING = 1e-9  # statistics that differ by less, relatively, are equal
 CHUNK = 2000  # labellings at a time
 
 

@@ -13,11 +13,9 @@ from typing import Optional, Sequence
 import numpy as np
 from scipy import stats
 
-from .inference import Difference, TwoSamples, difference_of_means
+from .inference import MOST_EXACT, N_RANDOM, ROUNDING, Difference, TwoSamples, difference_of_means
 
-ROUNDING = 1e-9  # statistics that differ by less, relatively, are equal
 LEVEL = 0.05
-MOST_EXACT, N_RANDOM = 20_000, 9_999  # permutations: all of them up to so many, else so many at random
 N_TRIALS, N_OF_TRIAL = 200, 199  # pseudo-experiments, and permutations for each; LEVEL is a multiple of 1 / (N_OF_TRIAL + 1)
 MOST_COLUMNS, MOST_EXPERIMENTS = 10, 500  # in pseudo-experiments
 COUNTING_SHARE = 0.9  # columns count that at least this share of the samples reaches
