@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/cracks/crack_speed.h"
 
-#include "projection.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -242,6 +240,9 @@ public:
       if (stretch.length > length_) break;
       windows_.push_back(stretch);
       scatter.push_back(stretch.scatter[1]);
+      const double end = stretch.start + stretch.length;
+      const double wave = stretch.length * trajectory.slowness(stretch.start, end);
+      if (wave > 0 && time_over(stretch, 1, -1, 2) < wave) jumps_.emplace_back(stretch.start, end);
     }
     if (scatter.empty()) return;
     // The lower quartile: changes of speed add to the scatter.
@@ -251,6 +252,14 @@ public:
   }
 
   bool is_empty() const { return windows_.empty(); }
+
+  /// True if the stretch overlaps a window that the front passes faster than a Rayleigh wave, which no crack
+  /// does: it has jumped to what opened on its own ahead of it or beside it.
+  bool has_jump(const Stretch& stretch) const {
+    return std::ranges::any_of(jumps_, [&](const auto& jump) {
+      return jump.first < stretch.start + stretch.length && jump.second > stretch.start;
+    });
+  }
 
   /// True if a polynomial fits the stretch within its scatter: the next degree adds little, and the time of
   /// each window in the stretch agrees with the polynomial.
@@ -290,6 +299,7 @@ private:
   double spacing_;
   double scatter_ = 0;  ///< of a column's time about a line over a window [s^2]
   std::vector<Stretch> windows_;
+  std::vector<std::pair<double, double>> jumps_;  ///< windows with a jump, from and to [m]
 };
 
 /// Raises the largest speed, and the largest ratio to the Rayleigh speed there, to those over a window; NaN
@@ -302,6 +312,7 @@ void raise(CrackSpeed& largest, const History& history, const FrontTrajectory& t
   CrackSpeed found;
   double least_upper = infinity, least_upper_ratio = infinity;
   for (const Stretch& stretch : stretches) {
+    if (windows.has_jump(stretch)) continue;
     for (std::size_t degree = 1; degree <= largest_degree; ++degree) {
       // A parabola needs more than one window of data, and is steepest at an end.
       if (degree > 1 && stretch.length < 2 * window) break;
@@ -333,7 +344,7 @@ void raise(CrackSpeed& largest, const History& history, const FrontTrajectory& t
 CrackSpeed max_crack_speed(const geometry::Body& body, std::span<const FrontTrajectory> trajectories) {
   CrackSpeed largest;
   for (const FrontTrajectory& trajectory : trajectories) {
-    Front front(Projection(body).thickness(), trajectory.spacing);
+    Front front(body.size()[0], trajectory.spacing);
     for (const Opened& opened : trajectory.opened) front.open(opened);
     for (const History& history : front.histories()) raise(largest, history, trajectory);
   }

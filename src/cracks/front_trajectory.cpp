@@ -7,7 +7,7 @@
 #include "crackle/cracks/branching.h"
 #include "crackle/cracks/crack_ligaments.h"
 
-#include "crack_graph.h"
+#include "crossings.h"
 #include "polyline.h"
 
 #include <algorithm>
@@ -21,22 +21,18 @@ namespace crackle::cracks {
 
 namespace {
 
-/// A step to the side is one from branch to branch if it is longer than this [spacings], and this many times
-/// as fast as the crack usually advances.
-constexpr double least_side_step = 1, side_step_speed = 1.5;
-
 Polyline::Place operator-(const Polyline::Place& a, const Polyline::Place& b) {
   return {a.advance - b.advance, a.across - b.across};
 }
 
-/// A path's steps from one branch to another beside it.
+/// A chain's steps from one branch to another beside it.
 class SideSteps {
 public:
-  /// Takes the steps out of the path: what is left of each is as long as the crack runs meanwhile.
+  /// Takes the steps out of the path: what is left of each is as long as a crack can run meanwhile.
   /// @param reached when the crack had opened at each place or farther on [s]
-  /// @param speed of the crack along the chord [m/s]
-  SideSteps(std::vector<Polyline::Place>& path, const std::vector<double>& reached, double speed,
-            double spacing) {
+  /// @param slowness of Rayleigh waves at each place [s/m]
+  SideSteps(std::vector<Polyline::Place>& path, const std::vector<double>& reached,
+            const std::vector<double>& slowness, double spacing) {
     Polyline::Place last = path.front(), out{0, 0};
     for (std::size_t i = 1; i < path.size();) {
       // To the next place at which the crack was before it was farther on.
@@ -44,8 +40,10 @@ public:
       while (next + 1 < path.size() && reached[next + 1] == reached[i]) ++next;
       const Polyline::Place here = path[next];
       const double ahead = here.advance - last.advance, step = here.across - last.across;
-      const double run = (reached[next] - reached[i - 1]) * speed;
-      if (std::abs(step) > least_side_step * spacing && std::hypot(ahead, step) > side_step_speed * run) {
+      const auto from = slowness.begin() + static_cast<std::ptrdiff_t>(i - 1);
+      const double least = *std::min_element(from, from + static_cast<std::ptrdiff_t>(next + 2 - i));
+      const double run = (reached[next] - reached[i - 1]) / least;
+      if (std::abs(step) > 2 * spacing && std::hypot(ahead, step) > run) {
         const double pace = std::clamp(run, 0.01 * ahead, ahead) / static_cast<double>(next + 1 - i);
         for (std::size_t k = i; k <= next; ++k) path[k] = {path[k - 1].advance + pace, path[k - 1].across};
         out = here - path[next];
@@ -82,7 +80,7 @@ std::vector<FrontTrajectory::Opened> opened_by(const CrackSurface& surface,
   std::vector<FrontTrajectory::Opened> all;
   for (std::size_t i = 0; i < facets.size();) {
     const CrackFacet& facet = surface.facets[facets[i]];
-    FrontTrajectory::Opened opened{facet.time, 0, {infinity, -infinity}};
+    FrontTrajectory::Opened opened{facet.time, 0, {facet.corner[0][0], facet.corner[0][0]}};
     geometry::Point sum{};
     double n = 0;
     for (; i < facets.size(); ++i) {
@@ -90,8 +88,8 @@ std::vector<FrontTrajectory::Opened> opened_by(const CrackSurface& surface,
       if (other.tetrahedron != facet.tetrahedron || other.time != facet.time) break;
       for (const geometry::Point& corner : other.corner) {
         sum = sum + corner;
-        opened.x[0] = std::min(opened.x[0], Projection::depth(corner));
-        opened.x[1] = std::max(opened.x[1], Projection::depth(corner));
+        opened.x[0] = std::min(opened.x[0], corner[0]);
+        opened.x[1] = std::max(opened.x[1], corner[0]);
         n += 1;
       }
     }
@@ -103,28 +101,17 @@ std::vector<FrontTrajectory::Opened> opened_by(const CrackSurface& surface,
   return all;
 }
 
-/// Median speed along the chord.
-double usual_speed(const std::vector<Polyline::Place>& path, const std::vector<double>& reached) {
-  std::vector<double> speeds;
-  for (std::size_t i = 1; i < path.size(); ++i)
-    if (reached[i] > reached[i - 1])
-      speeds.push_back((path[i].advance - path[i - 1].advance) / (reached[i] - reached[i - 1]));
-  if (speeds.empty()) return infinity;
-  const auto middle = speeds.begin() + static_cast<std::ptrdiff_t>(speeds.size() / 2);
-  std::ranges::nth_element(speeds, middle);
-  return *middle;
-}
-
 /// Adds when the front comes to the points of a path, and its runs between jumps.
-void follow_front(std::vector<FrontTrajectory::Point>& points, double reach) {
+/// @param places along the chain before it is smoothed [m]
+void follow_front(std::vector<FrontTrajectory::Point>& points, const std::vector<double>& places,
+                  double reach) {
   std::vector<double> come;  // when the front comes to each point itself
   int run = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     double before = i == 0 ? -infinity : come[i - 1];
-    for (std::size_t k = i; k-- > 0 && points[i].place - points[k].place <= reach;)
-      before = std::min(before, come[k]);
+    for (std::size_t k = i; k-- > 0 && places[i] - places[k] <= reach;) before = std::min(before, come[k]);
     const bool has_opened_before = points[i].time < before;
-    if (i > 0 && (has_opened_before || points[i].place - points[i - 1].place > reach)) ++run;
+    if (i > 0 && (has_opened_before || places[i] - places[i - 1] > reach)) ++run;
     points[i].run = has_opened_before ? -1 : run;
     come.push_back(std::max(points[i].time, before));
   }
@@ -135,58 +122,66 @@ void follow_front(std::vector<FrontTrajectory::Point>& points, double reach) {
 }  // namespace
 
 double FrontTrajectory::slowness(double from, double to) const {
-  const double usual = points.front().slowness;  // sums are of differences, which are 0 in one material
-  double sum = 0, n = 0;
-  for (const Point& point : points) {
-    if (point.place < from || point.place > to) continue;
-    sum += point.slowness - usual;
-    n += 1;
-  }
-  return n > 0 ? usual + sum / n : usual;
+  const double usual = points.front().slowness;
+  const auto delay_until = [&](double place) {
+    const auto next = std::ranges::upper_bound(points, place, {}, &Point::place);
+    if (next == points.begin()) return 0.0;
+    const Point& last = *std::prev(next);
+    const double ahead = place - last.place;
+    const double here = next == points.end()
+                            ? last.slowness
+                            : std::lerp(last.slowness, next->slowness, ahead / (next->place - last.place));
+    return last.delay + ahead * ((last.slowness + here) / 2 - usual);
+  };
+  return usual + (delay_until(to) - delay_until(from)) / (to - from);
 }
 
 std::vector<FrontTrajectory> front_trajectories(const geometry::Body& body, const CrackSurface& surface,
                                                 const mechanics::TetrahedronField<double>& rayleigh_speed) {
   std::vector<FrontTrajectory> trajectories;
-  const Projection projection(body);
-  const std::vector<CrackLigament> chords = crack_ligaments(body, surface, Followed::chords);
+  const double thickness = body.size()[0];
+  std::vector<CrackLigament> chords = crack_chords(body, surface);
   const CrackBranches branches = find_branches(body, surface, chords);
-  for (const CrackLigament& chord : chords) {
+  for (CrackLigament& chord : chords) {
+    std::erase_if(chord.facets, [&](std::size_t i) { return branches.branch[i] > 0; });
     const geometry::CrackStart& line = chord.line;
+    const double spacing = mean_spacing(surface, chord.facets);
+    std::vector<Polyline::Place> places;
+    std::vector<double> times, slowness;
+    Indices facets;
+    for (const ChainLink& link : longest_chain(surface, chord.facets, line, spacing, thickness, false)) {
+      facets.insert(facets.end(), link.facets.begin(), link.facets.end());
+      const double advance = (static_cast<double>(link.slab) + 0.5) * spacing;
+      const auto crossing = main_crossing(intersect(surface, link.facets, line.plane_at(advance)), thickness);
+      if (!crossing) continue;  // the rough edges of a piece can leave gaps
+      places.push_back({advance, crossing->mean});
+      times.push_back(crossing->arrival);
+      slowness.push_back(mean_slowness(surface, link.facets, rayleigh_speed));
+    }
+    if (places.size() < 2) continue;
+    sort_unique(facets);
+    std::vector<double> reached = times;
+    for (std::size_t i = reached.size() - 1; i-- > 0;) reached[i] = std::min(reached[i], reached[i + 1]);
+    const SideSteps steps(places, reached, slowness, spacing);
+    const std::vector<double> unsmoothed = Polyline(places).arc_lengths();
+    const Polyline path = Polyline(std::move(places)).smoothed(path_smoothing * spacing);
+    const double first = std::hypot(path.front().advance, path.front().across - dot(line.tip, line.across));
     const geometry::CrackStart& start = body.crack_starts()[index(chord.origin)];
     const double ligament = start.is_straight ? start.ligament : line.ligament;
-    for (const auto& [branch, own] : by_branch(chord.facets, branches)) {
-      const double spacing = mean_spacing(surface, own);
-      std::vector<Polyline::Place> places;
-      std::vector<double> times, slowness;
-      Indices facets;
-      for (const PathLink& link : CrackGraph(projection, surface, own, line, spacing).longest_path(false)) {
-        facets.insert(facets.end(), link.facets.begin(), link.facets.end());
-        const double advance = (static_cast<double>(link.level) + 0.5) * spacing;
-        const auto crossing =
-            main_crossing(intersect(surface, link.facets, line.plane_at(advance)), projection.thickness());
-        if (!crossing) continue;  // the rough edges of a piece can leave gaps
-        places.push_back({advance, crossing->mean});
-        times.push_back(crossing->arrival);
-        slowness.push_back(mean_slowness(surface, link.facets, rayleigh_speed));
-      }
-      if (places.size() < 2) continue;
-      sort_unique(facets);
-      std::vector<double> reached = times;
-      for (std::size_t i = reached.size() - 1; i-- > 0;) reached[i] = std::min(reached[i], reached[i + 1]);
-      const SideSteps steps(places, reached, usual_speed(places, reached), spacing);
-      const Polyline path = Polyline(std::move(places)).smoothed(path_smoothing * spacing);
-      const double first =
-          branch > 0 ? 0 : std::hypot(path.front().advance, path.front().across - dot(line.tip, line.across));
-      FrontTrajectory found{
-          chord.origin, branch > 0,
-          spacing,      std::max(speed_window_share * ligament, speed_window_spacings * spacing),
-          {},           opened_by(surface, facets, line, path, steps, first)};
-      for (std::size_t i = 0; i < times.size(); ++i)
-        found.points.push_back({first + path.arc_lengths()[i], times[i], 0, 0, slowness[i]});
-      follow_front(found.points, front_reach * spacing);
-      trajectories.push_back(std::move(found));
+    FrontTrajectory found{chord.origin,
+                          spacing,
+                          std::max(speed_window_share * ligament, speed_window_spacings * spacing),
+                          {},
+                          opened_by(surface, facets, line, path, steps, first)};
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      FrontTrajectory::Point point{first + path.arc_lengths()[i], times[i], 0, 0, slowness[i], 0};
+      if (i > 0)
+        point.delay = found.points.back().delay + (point.place - found.points.back().place) *
+                                                      ((slowness[i - 1] + slowness[i]) / 2 - slowness[0]);
+      found.points.push_back(point);
     }
+    follow_front(found.points, unsmoothed, front_reach * spacing);
+    trajectories.push_back(std::move(found));
   }
   return trajectories;
 }
