@@ -37,8 +37,8 @@ std::string uneven_toughness_text(const input::Parameters& parameters, const geo
                                   double time_step) {
   const input::Fracture law = parameters.fracture_of(0);
   if (law.toughness > 0 || law.length > 0) return {};
-  const auto criterion = fracture::make_criterion(law, {law.strength}, time_step,
-                                                  mechanics::TetrahedronField(law.impulse));
+  const auto criterion =
+      fracture::make_criterion(law, {law.strength}, time_step, mechanics::TetrahedronField(law.impulse));
   const auto range = toughness_along_ligaments(parameters, body, criterion->strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(
@@ -67,7 +67,7 @@ std::string weak_mesh_text(const input::Parameters& parameters, const geometry::
     if (law.toughness == 0 || law.strength > 0) continue;
     const double spacing =
         law.length > 0 ? fracture::spacings_per_length(law.release, material.poisson_ratio) * law.length
-                            : parameters.mesh.spacing;
+                       : parameters.mesh.spacing;
     const double factor = fracture::toughness_factor(law.release, material.poisson_ratio);
     const double held = std::sqrt(law.toughness * material.youngs_modulus / (factor * spacing));
     const double usual = usual_strength(material, law.toughness);
@@ -76,9 +76,8 @@ std::string weak_mesh_text(const input::Parameters& parameters, const geometry::
         "with a toughness alone tetrahedra of {} hold {}, whether at a crack or not, while such a material{} "
         "has a strength of some {}, if not more: cracks may start where none would; give law.strength, "
         "too",
-        law.length > 0 ? "this averaging length" : quantity_text(spacing, "m"),
-        quantity_text(held, "Pa"), material.name.empty() ? "" : fmt::format(" as \"{}\"", material.name),
-        quantity_text(usual, "Pa"));
+        law.length > 0 ? "this averaging length" : quantity_text(spacing, "m"), quantity_text(held, "Pa"),
+        material.name.empty() ? "" : fmt::format(" as \"{}\"", material.name), quantity_text(usual, "Pa"));
   }
   return {};
 }
@@ -170,8 +169,8 @@ std::vector<std::string> high_end_texts(const input::Parameters& parameters, con
         "its "
         "load follows the spacing; give from and to with end = \"round\", a notch_spacing of at most {} and "
         "law.strength; or, for a crack, a notch_spacing of at least {}",
-        end.notch, quantity_text(height, "m"), fracture::highest_end_in_spacings, quantity_text(spacing(point(0)), "m"),
-        quantity_text(height / cells_per_round_end, "m"),
+        end.notch, quantity_text(height, "m"), fracture::highest_end_in_spacings,
+        quantity_text(spacing(point(0)), "m"), quantity_text(height / cells_per_round_end, "m"),
         quantity_text(height / fracture::highest_end_in_spacings, "m")));
   }
   return texts;
