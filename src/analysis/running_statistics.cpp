@@ -322,6 +322,8 @@ RunningStatistics::RunningStatistics(const input::Parameters& parameters)
   statistics_.base = parameters.mesh.base;
   statistics_.replicates = parameters.ensemble.replicates;
   statistics_.crack_parts = crack_parts(parameters);
+  statistics_.has_strength_scatter =
+      parameters.fracture.variation.has_value() || !parameters.random.empty() || statistics_.n_starts == 0;
   stop_ = parameters.ensemble.stop;
   if (!stop_) return;
   looks_ = look_schedule(parameters.ensemble.samples, stop_->min_samples);

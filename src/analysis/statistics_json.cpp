@@ -6,6 +6,7 @@
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/stop_rule.h"
+#include "crackle/analysis/weibull_fit.h"
 #include "crackle/common/text_table.h"
 #include "crackle/geometry/outline.h"
 #include "crackle/input/reader.h"
@@ -322,6 +323,19 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
           {"results", results}};
 }
 
+Json weibull_of(std::span<const SampleSummary> samples, double confidence) {
+  const auto estimate = [](const FittedParameter& one) {
+    return Json{{"value", one.value}, {"lower", one.lower}, {"upper", one.upper}};
+  };
+  Json fits = Json::object();
+  for (const auto& [load, fit] : weibull_fits(samples, confidence))
+    fits[load.name] = {{"modulus", estimate(fit.modulus)},
+                       {"scale", estimate(fit.scale)},
+                       {"n_broken", fit.n_broken},
+                       {"n_run_out", fit.n_unbroken}};
+  return fits;
+}
+
 }  // namespace
 
 std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
@@ -344,6 +358,8 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
                                 const char*) { document["specimen"][name] = table(values, shape); });
   document["results"] =
       describe_results(result_statistics(samples, statistics.confidence, origin, statistics.replicates));
+  if (statistics.has_strength_scatter && statistics.replicates == 1)
+    document["weibull"] = weibull_of(samples, statistics.confidence);
   document["samples"] = samples_of(samples, statistics, origin);
   document["crack_path"] = crack_path(
       samples, parameters.sections,

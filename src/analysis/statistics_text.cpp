@@ -2,6 +2,7 @@
 #include "crackle/analysis/path_groups.h"
 #include "crackle/analysis/result_list.h"
 #include "crackle/analysis/statistics.h"
+#include "crackle/analysis/weibull_fit.h"
 #include "crackle/common/index.h"
 #include "crackle/common/quantity_text.h"
 #include "crackle/common/text_table.h"
@@ -254,6 +255,22 @@ void append_parts(std::string& text, const Statistics& statistics, std::span<con
   text += "\n" + aligned(table);
 }
 
+/// Weibull's distribution of the loads, where it is one of strengths.
+void append_weibull(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples) {
+  if (!statistics.has_strength_scatter || statistics.replicates > 1) return;
+  const std::string interval = interval_head(statistics.confidence);
+  TextTable table{{"Weibull's distribution", "modulus", interval, "scale", interval, "broken", "unbroken"}};
+  for (const auto& [load, fit] : weibull_fits(samples, statistics.confidence)) {
+    const ShownUnit unit = load.unit_for(fit.scale.value);
+    table.push_back({with_unit(load.label, unit.name), shown(fit.modulus.value, ".3g"),
+                     shown_range(fit.modulus.lower, fit.modulus.upper, ".3g"),
+                     shown(fit.scale.value, ".4g", unit.factor),
+                     shown_range(fit.scale.lower, fit.scale.upper, ".4g", unit.factor),
+                     fmt::to_string(fit.n_broken), fmt::to_string(fit.n_unbroken)});
+  }
+  if (table.size() > 1) text += "\n" + aligned(table, 1, true);
+}
+
 /// Which samples no number below covers, and which it covers although they are unfinished.
 void append_left_out(std::string& text, const Statistics& statistics,
                      std::span<const SampleSummary> samples) {
@@ -305,6 +322,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   append_shares(text, results);
   append_counts(text, results, statistics.confidence);
   append_quantiles(text, results, statistics.n_starts == 0, statistics.confidence);
+  append_weibull(text, statistics, samples);
   append_parts(text, statistics, samples);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (!samples[i].error.empty())
