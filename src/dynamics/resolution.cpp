@@ -43,7 +43,7 @@ std::string uneven_toughness_text(const input::Parameters& parameters, const geo
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(
       "with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the ligaments; make "
-      "the spacing even there with [[mesh.region]], or give law.toughness instead of law.strength",
+      "the spacing even there with [[mesh.region]], or give fracture.toughness instead of fracture.strength",
       range->least, range->greatest);
 }
 
@@ -74,7 +74,7 @@ std::string weak_mesh_text(const input::Parameters& parameters, const geometry::
     if (held >= low_share * usual) continue;
     return fmt::format(
         "with a toughness alone tetrahedra of {} hold {}, whether at a crack or not, while such a material{} "
-        "has a strength of some {}, if not more: cracks may start where none would; give law.strength, "
+        "has a strength of some {}, if not more: cracks may start where none would; give fracture.strength, "
         "too",
         law.length > 0 ? "this averaging length" : quantity_text(spacing, "m"), quantity_text(held, "Pa"),
         material.name.empty() ? "" : fmt::format(" as \"{}\"", material.name), quantity_text(usual, "Pa"));
@@ -168,7 +168,7 @@ std::vector<std::string> high_end_texts(const input::Parameters& parameters, con
         "the square end of specimen.notch[{}] is {} high, more than {} spacings of {}: it is no crack, and "
         "its "
         "load follows the spacing; give from and to with end = \"round\", a notch_spacing of at most {} and "
-        "law.strength; or, for a crack, a notch_spacing of at least {}",
+        "fracture.strength; or, for a crack, a notch_spacing of at least {}",
         end.notch, quantity_text(height, "m"), fracture::highest_end_in_spacings,
         quantity_text(spacing(point(0)), "m"), quantity_text(height / cells_per_round_end, "m"),
         quantity_text(height / fracture::highest_end_in_spacings, "m")));

@@ -111,6 +111,8 @@ TEST(ModelLimits, NearlyIncompressibleTetrahedraLock) {
               ElementsAre(AllOf(HasSubstr("Poisson's ratio 0.45"), HasSubstr("1.06 times too stiff"),
                                 Not(HasSubstr("strength")))));
   plate.fracture = R"(strength = "30 MPa")";
+  EXPECT_THAT(warnings(plate.parameters()), ElementsAre(HasSubstr("breaks at about 0.94 times its load")));
+  plate.fracture += "\nnucleation = \"own-stress\"";
   EXPECT_THAT(warnings(plate.parameters()), ElementsAre(HasSubstr("breaks at about 0.7 times its load")));
   plate.poisson_ratio = "0.49";
   EXPECT_THAT(warnings(plate.parameters()),

@@ -66,7 +66,7 @@ height = "1 mm")"};
   return {compact, triangle, disk, box};
 }
 
-TEST(Plate, SurfacesEncloseTheVolume) {
+TEST(PlateBody, SurfacesEncloseTheVolume) {
   for (const PlateText& plate : some_plates()) {
     const auto body = make_body(parsed(plate).specimen);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -100,7 +100,7 @@ TEST(Plate, SurfacesEncloseTheVolume) {
   }
 }
 
-TEST(Plate, PointsOnWallsStayThere) {
+TEST(PlateBody, PointsOnWallsStayThere) {
   for (const PlateText& plate : some_plates()) {
     const auto body = make_body(parsed(plate).specimen);
     for (std::size_t id = 0; id < body->faces().size(); ++id) {
@@ -134,7 +134,7 @@ TEST(Plate, PointsOnWallsStayThere) {
   }
 }
 
-TEST(Plate, NamesOfFaces) {
+TEST(PlateBody, NamesOfFaces) {
   const auto body = make_body(parsed(some_plates()[0]).specimen);
   EXPECT_EQ(body->faces_named("edge-0").size(), 1u);
   EXPECT_EQ(body->faces_named("edge-0"), body->faces_named("z-min"));
@@ -155,7 +155,7 @@ TEST(Plate, NamesOfFaces) {
 }
 
 // A clockwise outline keeps the names of its edges.
-TEST(Plate, NumberOfCrackStartsFollowsFromTheInput) {
+TEST(PlateBody, NumberOfCrackStartsFollowsFromTheInput) {
   std::vector<input::Specimen> specimens{
       {{1, 2, 3}, {}}, {{1, 20, 30}, {{input::Face::z_max, 5, 2, 1}, {input::Face::y_min, 9, 2, 1}}}};
   for (const PlateText& plate : some_plates()) specimens.push_back(parsed(plate).specimen);
@@ -163,7 +163,7 @@ TEST(Plate, NumberOfCrackStartsFollowsFromTheInput) {
     EXPECT_EQ(n_crack_starts(specimen), make_body(specimen)->crack_starts().size());
 }
 
-TEST(Plate, OutlineInEitherDirection) {
+TEST(PlateBody, OutlineInEitherDirection) {
   PlateText forwards{R"(thickness = "1 mm"
 outline = [["0 mm", "0 mm"], ["9 mm", "1 mm"], ["8 mm", "9 mm"], ["1 mm", "7 mm"]])"};
   PlateText backwards{R"(thickness = "1 mm"
@@ -177,7 +177,7 @@ outline = [["0 mm", "0 mm"], ["1 mm", "7 mm"], ["8 mm", "9 mm"], ["9 mm", "1 mm"
               other->faces()[index(other->faces_named(same).at(0))].outward);
 }
 
-TEST(Plate, Symmetries) {
+TEST(PlateBody, Symmetries) {
   const auto codes = [](const PlateText& plate) {
     const auto body = make_body(parsed(plate).specimen);
     std::vector<int> found;
@@ -199,7 +199,7 @@ TEST(Plate, Symmetries) {
   EXPECT_EQ(body->symmetries()[2].crack_start, (std::vector<std::int32_t>{0, 2, 1, 3}));
 }
 
-TEST(Plate, ASlotThatIsTheNewEndHasItsPlaceInTheSymmetries) {
+TEST(PlateBody, ASlotThatIsTheNewEndHasItsPlaceInTheSymmetries) {
   // A disk with a flat at the top: the slot's wall is z-max as well.
   PlateText disk{R"(thickness = "3 mm"
 outline = "circle"
@@ -259,7 +259,7 @@ height = "1 mm")"};
   return {{keyhole, 0, 14}, {cross, 480 - 15, 14}, {stepped, 480 - 8 - 1.8, 7}, {square, 480 - 16 - 4, 14}};
 }
 
-TEST(Plate, HolesAndSlotsMayMeet) {
+TEST(PlateBody, HolesAndSlotsMayMeet) {
   for (const auto& [text, area, tip] : meeting_plates()) {
     SCOPED_TRACE(text.text());
     const input::Parameters parameters = parsed(text);
@@ -291,7 +291,7 @@ TEST(Plate, HolesAndSlotsMayMeet) {
   }
 }
 
-TEST(Plate, RealizationsConform) {
+TEST(PlateBody, RealizationsConform) {
   for (const PlateText& plate : some_plates()) {
     const input::Parameters parameters = parsed(plate);
     const auto body = make_body(parameters.specimen);

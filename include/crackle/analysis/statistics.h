@@ -87,10 +87,10 @@ struct Statistics : PathStatistics {
   std::vector<std::string> start_names;       ///< likewise
   std::vector<std::string> crack_parts;       ///< see analysis::crack_parts
   bool has_strength_scatter = false;  ///< by the input, or as the body has no crack starts: loads show it
-  RankStatistics leader;                      ///< a row for each class
-  RankStatistics leader_one_crack;            ///< the same over samples with Pattern::one_crack
-  RankStatistics leader_two_cracks;           ///< and Pattern::two_cracks
-  RankStatistics follower;                    ///< for each class, a row for each other start
+  RankStatistics leader;              ///< a row for each class
+  RankStatistics leader_one_crack;    ///< the same over samples with Pattern::one_crack
+  RankStatistics leader_two_cracks;   ///< and Pattern::two_cracks
+  RankStatistics follower;            ///< for each class, a row for each other start
 };
 
 /// Calls visit(name, ranked statistics) for the members of type RankStatistics; the names are those of the
