@@ -23,11 +23,21 @@ def released_in(time: str) -> dict[str, str | None]:
     return OWN | {"fracture.release_time": f'"{time}"', "fracture.impulse": '"1e-8 MPa^2 s"'}
 
 
+def starts_elsewhere(sample: crackle.Sample) -> np.ndarray:
+    """Of each facet whether its crack started elsewhere than at the slot."""
+    with sample.open() as root:
+        return root["crack_surface/cracks/notch"][...][root["crack_surface/crack"][...]] < 0
+
+
+def arrivals(sample: crackle.Sample, places: np.ndarray) -> np.ndarray:
+    """When the slot's crack had the first facet at each y or beyond it [s]; NaN if it had none."""
+    surface, own = sample.crack_surface, ~starts_elsewhere(sample)
+    y, time = surface.corners.values[own, :, 1].mean(axis=1), surface.time.values[own]
+    return np.array([time[y >= place].min() if (y >= place).any() else math.nan for place in places])
+
+
 def arrival(sample: crackle.Sample, place: float) -> float:
-    """When the first facet at this y or beyond it opened [s]; NaN if none did."""
-    surface = sample.crack_surface
-    times = surface.time.values[surface.corners.values[:, :, 1].mean(axis=1) >= place]
-    return float(times.min()) if len(times) else math.nan
+    return float(arrivals(sample, np.array([place]))[0])
 
 
 def rayleigh(sample: crackle.Sample) -> float:
@@ -39,7 +49,7 @@ def front_speed(low: float, high: float) -> Callable[[crackle.Sample], float]:
     places = np.arange(low * MILLIMETRE, high * MILLIMETRE + STEP / 2, STEP)
 
     def speed(sample: crackle.Sample) -> float:
-        times = np.array([arrival(sample, place) for place in places])
+        times = arrivals(sample, places)
         return float(np.polyfit(times, places, 1)[0]) / rayleigh(sample) if np.isfinite(times).all() else math.nan
     return speed
 
@@ -208,10 +218,9 @@ def start_and_angle(sample: crackle.Sample) -> tuple[float, float]:
 def has_false_crack(sample: crackle.Sample) -> bool:
     """Whether a crack of more than STRAY started elsewhere than at the slot."""
     with sample.open() as root:
-        notch, crack = root["crack_surface/cracks/notch"][...], root["crack_surface/crack"][...]
-    corners = sample.crack_surface.corners.values[:, :, 1:]
-    return any(np.ptp(corners[crack == number].reshape(-1, 2), axis=0).max() > STRAY
-               for number in np.flatnonzero(notch < 0) if (crack == number).any())
+        crack = root["crack_surface/crack"][...]
+    corners, is_stray = sample.crack_surface.corners.values[:, :, 1:], starts_elsewhere(sample)
+    return any(np.ptp(corners[crack == number].reshape(-1, 2), axis=0).max() > STRAY for number in np.unique(crack[is_stray]))
 
 
 kalthoff = Comparison(
