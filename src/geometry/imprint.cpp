@@ -3,6 +3,7 @@
 
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
+#include "crackle/common/known_values.h"
 #include "crackle/geometry/mother_points.h"
 
 #include "tolerances.h"
@@ -163,13 +164,7 @@ private:
     Point full = part.patch.domain.lower;
     for (std::size_t k = 0; k < 2; ++k) full[part.axis[k]] = own[k];
     Point p = part.patch.at(full);
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto near = known_[i].lower_bound(p[i] - tolerance_);
-      if (near != known_[i].end() && *near <= p[i] + tolerance_)
-        p[i] = *near;
-      else
-        known_[i].insert(p[i]);
-    }
+    for (std::size_t i = 0; i < 3; ++i) p[i] = known_[i].aligned(p[i], tolerance_);
     return p;
   }
 
@@ -296,7 +291,7 @@ private:
   double tolerance_;  ///< [m]
   double merging_;
   std::size_t n_plain_ = 0;
-  std::array<std::set<double>, 3> known_;
+  std::array<KnownValues, 3> known_;
   std::vector<Point> corners_;
   std::vector<Edge> edges_;
   std::vector<Border> borders_;

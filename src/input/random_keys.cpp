@@ -331,13 +331,12 @@ Key parameter_key(const Parameter& parameter) {
           parameter.synonyms};
 }
 
-/// Checks that the parameters of one distribution are consistent.
-void check_distribution(const RandomInput& random, const std::string& table, Findings& findings) {
-  const auto is_given = [](double value) { return !std::isnan(value); };
+/// Checks that one distribution has the parameters that it takes. @return whether it has
+bool check_presence(const RandomInput& random, const std::string& table, Findings& findings) {
   const Signature& signature = signature_of(random.distribution);
   const char* const name = distribution_names[static_cast<std::size_t>(random.distribution)];
   bool complete = true;
-  const auto check_presence = [&](std::string_view parameter) {
+  const auto check = [&](std::string_view parameter) {
     const std::string key = table + "." + std::string(parameter);
     if (findings.faulty(key)) complete = false;
     const bool needed = contains(signature.required, parameter);
@@ -351,10 +350,15 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
       complete = false;
     }
   };
-  for (const Parameter& parameter : parameters_of_random) check_presence(parameter.name);
-  for (const char* const name_of : {shape_parameter.name, "values", "weights"}) check_presence(name_of);
-  if (!complete) return;
+  for (const Parameter& parameter : parameters_of_random) check(parameter.name);
+  for (const char* const name_of : {shape_parameter.name, "values", "weights"}) check(name_of);
+  return complete;
+}
 
+/// Checks that the parameters of one distribution are consistent.
+void check_distribution(const RandomInput& random, const std::string& table, Findings& findings) {
+  if (!check_presence(random, table, findings)) return;
+  const auto is_given = [](double value) { return !std::isnan(value); };
   const auto report = [&](const char* parameter, const std::string& message) {
     findings.report(table + "." + parameter, message);
   };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The shape of the body in the plane of the plate.
 #include "consistency.h"
+#include "crackle/common/known_values.h"
 #include "crackle/plane/subdivision.h"
 #include "dimension.h"
 #include "figures.h"
@@ -12,7 +13,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -255,19 +255,12 @@ private:
 
   /// Makes coordinates equal that differ by rounding, so that walls of several figures in one plane are so.
   void align_corners() {
-    std::array<std::set<double>, 2> known;
+    std::array<KnownValues, 2> known;
     for (const Point& p : outline_)
       for (std::size_t i = 0; i < 2; ++i) known[i].insert(p[i]);
-    const double near = rounding * size_;
     for (plane::Loop& loop : shape_.loops)
       for (Point& p : loop.corners)
-        for (std::size_t i = 0; i < 2; ++i) {
-          const auto other = known[i].lower_bound(p[i] - near);
-          if (other != known[i].end() && *other <= p[i] + near)
-            p[i] = *other;
-          else
-            known[i].insert(p[i]);
-        }
+        for (std::size_t i = 0; i < 2; ++i) p[i] = known[i].aligned(p[i], rounding * size_);
   }
 
   /// Every figure has a wall, which its name stands for.
