@@ -36,7 +36,7 @@ struct LoadFit {
   WeibullFit fit;
 };
 
-/// Of the load at the first break and of the peak load, over the completed samples.
+/// Fits the load at the first break and the peak load, over the completed samples.
 /// @param samples independent
 std::vector<LoadFit> weibull_fits(std::span<const SampleSummary> samples, double confidence);
 

@@ -51,7 +51,7 @@ public:
   virtual double force_quantum() const = 0;
 };
 
-/// What a term demands of the numbers of a phase, at most; 0: nothing. Equal on every rank.
+/// The demands of a term on the numbers of a phase, at most; 0: none. Equal on every rank.
 struct Demand {
   double stress = 0;        ///< that its forces cause where they act [Pa]
   double velocity = 0;      ///< that it prescribes [m/s]
@@ -112,7 +112,7 @@ public:
   /// Between two times of the load curves [s]. Collective.
   virtual Demand demand([[maybe_unused]] double from, [[maybe_unused]] double to) const { return {}; }
 
-  /// What restore() needs, gathered on the root. Collective.
+  /// The state that restore() needs, gathered on the root. Collective.
   virtual std::vector<parallel::NumberedRows> save() const { return {}; }
   /// @throws std::runtime_error when the rows are those of another term
   virtual void restore([[maybe_unused]] const std::vector<parallel::NumberedRows>& rows) {}

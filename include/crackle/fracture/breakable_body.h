@@ -32,7 +32,7 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const mec
 /// A body that can break: its constant operators, its internal force and its set of broken tetrahedra, on one
 /// subdomain.
 ///
-/// What a breaking tetrahedron loses is decided by its Release.
+/// Its Release decides what a breaking tetrahedron loses.
 ///
 /// Ranks that hold the same tetrahedron compute bitwise the same stress, so they break it consistently
 /// without communication.

@@ -59,7 +59,7 @@ public:
   /// As of Criterion.
   double strength(std::size_t tetrahedron) const { return criterion_->strength(tetrahedron); }
   std::span<const double> strengths() const { return criterion_->strengths(); }
-  /// Of each local tetrahedron at a crack [Pa]; empty: as elsewhere.
+  /// The strength of each local tetrahedron at a crack [Pa]; empty: as elsewhere.
   std::span<const double> growth_strengths() const { return growth_; }
   /// The share of its strength above which a tetrahedron must be passed to advance() at the end of a step.
   double screening_share() const { return screening_share_; }

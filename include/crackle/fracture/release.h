@@ -21,7 +21,7 @@ public:
     mechanics::TetrahedronField<double> time{0.0};  ///< until it is lost [s]; 0: lost at once
     double step = 0;                                ///< of the dynamic phase [s]
   };
-  /// What a tetrahedron keeps that does not break yet.
+  /// The stiffness left to a tetrahedron that does not break yet.
   struct Reduction {
     double share;      ///< of its stiffness
     double ductility;  ///< as in StiffnessReduction

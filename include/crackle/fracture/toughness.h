@@ -75,8 +75,8 @@ std::vector<double> tetrahedron_toughness(const parallel::Communicator& group,
                                           const input::MaterialModel& model, const BreakableBody& body,
                                           std::span<const double> strengths);
 
-/// What each softening tetrahedron dissipates, per volume: the sample's local toughness divided by the width
-/// of the crack band [J/m^3]. Collective; equal for any number of ranks.
+/// The dissipation of each softening tetrahedron, per volume: the sample's local toughness divided by the
+/// width of the crack band [J/m^3]. Collective; equal for any number of ranks.
 /// @return empty without softening
 std::vector<double> dissipations(const parallel::Communicator& group, const input::MaterialModel& model,
                                  std::uint64_t sample, const BreakableBody& body);

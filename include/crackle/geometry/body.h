@@ -159,7 +159,7 @@ private:
     bool holds(const plane::Point& own) const { return rim && rim->contains(own); }
     double distance_to_border(const plane::Point& own) const;
   };
-  /// What meets at an edge or a corner.
+  /// The faces that meet at an edge or a corner.
   struct Junction {
     std::vector<FaceId> faces;
     unsigned exact_axes = 0;  ///< bit i is set if one of the faces is normal to axis i
