@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/quantity_text.h"
-#include "crackle/ensemble/estimate.h"
-#include "crackle/ensemble/memory.h"
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/input/parameters.h"
+#include "common/quantity_text.h"
+#include "ensemble/estimate.h"
+#include "ensemble/memory.h"
+#include "geometry/body.h"
+#include "geometry/mother_points.h"
+#include "geometry/realization.h"
+#include "input/parameters.h"
 
 #include <cstdint>
 #include <optional>

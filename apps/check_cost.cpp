@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "check.h"
 
-#include "crackle/common/heartbeat.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/common/text_table.h"
-#include "crackle/dynamics/first_break_prediction.h"
-#include "crackle/dynamics/model_limits.h"
-#include "crackle/input/reader.h"
+#include "common/heartbeat.h"
+#include "common/quantity_text.h"
+#include "common/text_table.h"
+#include "dynamics/first_break_prediction.h"
+#include "dynamics/model_limits.h"
+#include "input/reader.h"
 
 #include "commands.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/printable.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/common/whole_number.h"
-#include "crackle/geometry/mesh_statistics.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "common/failure.h"
+#include "common/printable.h"
+#include "common/regular_file.h"
+#include "common/whole_number.h"
+#include "geometry/mesh_statistics.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/text_table.h"
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/input/reader.h"
-#include "crackle/parallel/communicator.h"
+#include "common/text_table.h"
+#include "geometry/body.h"
+#include "geometry/realization.h"
+#include "input/reader.h"
+#include "parallel/communicator.h"
 
 #include <cstdint>
 #include <filesystem>

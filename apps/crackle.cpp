@@ -2,12 +2,12 @@
 // Parse the command line, run one command, turn failures into exit statuses.
 #include "crackle.h"
 
-#include "crackle/common/nearest_name.h"
-#include "crackle/common/printable.h"
-#include "crackle/input/reader.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/version.h"
+#include "common/nearest_name.h"
+#include "common/printable.h"
+#include "input/reader.h"
+#include "parallel/agreement.h"
 #include "parallel_command.h"
+#include "version.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>

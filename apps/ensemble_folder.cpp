@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ensemble_folder.h"
 
+#include "analysis/result_list.h"
 #include "commands.h"
-#include "crackle/analysis/result_list.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/ensemble/base_points.h"
-#include "crackle/ensemble/results.h"
-#include "crackle/ensemble/sample_plan.h"
-#include "crackle/ensemble/sweep_table.h"
-#include "crackle/geometry/body.h"
-#include "crackle/input/reader.h"
-#include "crackle/io/ensemble_file.h"
-#include "crackle/io/sample_file.h"
-#include "crackle/parallel/collectives.h"
+#include "common/failure.h"
+#include "common/regular_file.h"
+#include "ensemble/base_points.h"
+#include "ensemble/results.h"
+#include "ensemble/sample_plan.h"
+#include "ensemble/sweep_table.h"
+#include "geometry/body.h"
+#include "input/reader.h"
+#include "io/ensemble_file.h"
+#include "io/sample_file.h"
+#include "parallel/collectives.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/sample_summary.h"
-#include "crackle/analysis/statistics.h"
-#include "crackle/input/parameters.h"
-#include "crackle/parallel/communicator.h"
+#include "analysis/sample_summary.h"
+#include "analysis/statistics.h"
+#include "input/parameters.h"
+#include "parallel/communicator.h"
 
 #include <filesystem>
 #include <string>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle init: writes an input to start from.
 #include "commands.h"
-#include "crackle/input/reader.h"
-#include "crackle/io/text_file.h"
-#include "crackle/parallel/agreement.h"
+#include "input/reader.h"
+#include "io/text_file.h"
+#include "parallel/agreement.h"
 #include "problems.h"
 #include "python_command.h"
 

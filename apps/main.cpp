@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The program: signals, the start and end of MPI and PETSc, and one command line.
 #include "crackle.h"
-#include "crackle/ensemble/stop_request.h"
+#include "ensemble/stop_request.h"
 #include "runtime.h"
 
 #include <csignal>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle match: experiments beside an ensemble; in Python.
-#include "crackle/common/whole_number.h"
+#include "common/whole_number.h"
 #include "python_command.h"
 
 #include <fmt/format.h>

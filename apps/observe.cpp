@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle observe: for the Python package, what it needs of an ensemble beside its result files.
+#include "analysis/statistics.h"
 #include "commands.h"
-#include "crackle/analysis/statistics.h"
-#include "crackle/common/index.h"
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/outline.h"
-#include "crackle/geometry/symmetry.h"
-#include "crackle/input/copula.h"
-#include "crackle/input/reader.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/uncertainty/random_inputs.h"
+#include "common/index.h"
 #include "ensemble_folder.h"
+#include "geometry/body.h"
+#include "geometry/outline.h"
+#include "geometry/symmetry.h"
+#include "input/copula.h"
+#include "input/reader.h"
+#include "parallel/agreement.h"
+#include "uncertainty/random_inputs.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>

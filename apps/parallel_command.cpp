@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "parallel_command.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/whole_number.h"
-#include "crackle/parallel/agreement.h"
+#include "common/failure.h"
+#include "common/whole_number.h"
+#include "parallel/agreement.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "commands.h"
-#include "crackle/common/real.h"
-#include "crackle/ensemble/case.h"
+#include "common/real.h"
+#include "ensemble/case.h"
 
 #include <functional>
 #include <optional>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "python_command.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/parallel/agreement.h"
+#include "common/failure.h"
+#include "parallel/agreement.h"
 
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle run: runs the ensemble.
-#include "crackle/ensemble/run.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/whole_number.h"
-#include "crackle/parallel/agreement.h"
+#include "ensemble/run.h"
+#include "common/failure.h"
+#include "common/whole_number.h"
+#include "parallel/agreement.h"
 
 #include "parallel_command.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle sample: runs one sample on all ranks as one group.
-#include "crackle/ensemble/run.h"
+#include "ensemble/run.h"
 
 #include "parallel_command.h"
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle watch: repeatedly shows the results of a running ensemble so far. Reads only.
+#include "analysis/result_list.h"
 #include "commands.h"
-#include "crackle/analysis/result_list.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/ensemble/folder_lock.h"
-#include "crackle/ensemble/progress.h"
-#include "crackle/ensemble/sample_report.h"
-#include "crackle/io/checkpoint_file.h"
-#include "crackle/io/sample_file.h"
-#include "crackle/parallel/agreement.h"
+#include "common/regular_file.h"
+#include "ensemble/folder_lock.h"
+#include "ensemble/progress.h"
+#include "ensemble/sample_report.h"
+#include "io/checkpoint_file.h"
+#include "io/sample_file.h"
+#include "parallel/agreement.h"
 
 #include "ensemble_folder.h"
 #include "parallel_command.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/version.h"
+#include "version.h"
 
 #include "git_commit.h"
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/bases.h"
-#include "crackle/analysis/leader_frame.h"
-#include "crackle/analysis/result_list.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/input/reader.h"
+#include "analysis/bases.h"
+#include "analysis/leader_frame.h"
+#include "analysis/result_list.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "input/reader.h"
 
 #include <boost/math/distributions/students_t.hpp>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/bases.h"
-#include "crackle/common/index.h"
-#include "crackle/common/text_table.h"
+#include "analysis/bases.h"
+#include "common/index.h"
+#include "common/text_table.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/censored_values.h"
+#include "analysis/censored_values.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
+#include "common/index.h"
+#include "common/real.h"
 
 #include <numeric>
 #include <utility>

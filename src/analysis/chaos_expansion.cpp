@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "chaos_expansion.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/uncertainty/polynomials.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "uncertainty/polynomials.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/exceedance.h"
+#include "analysis/exceedance.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/input/reader.h"
+#include "common/failure.h"
+#include "input/reader.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/grouped_values.h"
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
+#include "analysis/grouped_values.h"
+#include "common/index.h"
+#include "common/real.h"
 
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/students_t.hpp>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/leader_frame.h"
+#include "analysis/leader_frame.h"
 
-#include "crackle/common/index.h"
-#include "crackle/geometry/outline.h"
-#include "crackle/geometry/symmetry.h"
+#include "common/index.h"
+#include "geometry/outline.h"
+#include "geometry/symmetry.h"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/path_groups.h"
+#include "analysis/path_groups.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/common/text_table.h"
-#include "crackle/cracks/crack_pattern.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "common/text_table.h"
+#include "cracks/crack_pattern.h"
 
 #include <fmt/format.h>
 

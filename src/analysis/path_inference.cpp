@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/path_inference.h"
+#include "analysis/path_inference.h"
 
-#include "crackle/analysis/permutation_test.h"
-#include "crackle/common/index.h"
-#include "crackle/common/random.h"
-#include "crackle/common/text_table.h"
+#include "analysis/permutation_test.h"
+#include "common/index.h"
+#include "common/random.h"
+#include "common/text_table.h"
 
 #include <fmt/format.h>
 #include <boost/math/distributions/normal.hpp>

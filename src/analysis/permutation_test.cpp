@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/permutation_test.h"
+#include "analysis/permutation_test.h"
 
-#include "crackle/analysis/grouped_values.h"
-#include "crackle/common/random.h"
-#include "crackle/common/real.h"
+#include "analysis/grouped_values.h"
+#include "common/random.h"
+#include "common/real.h"
 
 #include <algorithm>
 #include <array>

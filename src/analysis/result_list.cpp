@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/result_list.h"
+#include "analysis/result_list.h"
 
 #include <fmt/format.h>
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/running_statistics.h"
+#include "analysis/running_statistics.h"
 
-#include "crackle/analysis/censored_values.h"
-#include "crackle/analysis/grouped_values.h"
-#include "crackle/analysis/path_groups.h"
-#include "crackle/analysis/result_list.h"
-#include "crackle/analysis/stop_rule.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/cracks/crack_pattern.h"
+#include "analysis/censored_values.h"
+#include "analysis/grouped_values.h"
+#include "analysis/path_groups.h"
+#include "analysis/result_list.h"
+#include "analysis/stop_rule.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "cracks/crack_pattern.h"
 
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/sample_summary.h"
+#include "analysis/sample_summary.h"
 
-#include "crackle/analysis/result_list.h"
-#include "crackle/common/index.h"
-#include "crackle/common/packing.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/cracks/crack_pattern.h"
-#include "crackle/cracks/crack_speed.h"
-#include "crackle/dynamics/resolution.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "analysis/result_list.h"
+#include "common/index.h"
+#include "common/packing.h"
+#include "common/quantity_text.h"
+#include "cracks/crack_pattern.h"
+#include "cracks/crack_speed.h"
+#include "dynamics/resolution.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include <fmt/format.h>
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/sensitivity.h"
+#include "analysis/sensitivity.h"
 
-#include "crackle/analysis/grouped_values.h"
-#include "crackle/analysis/result_list.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/common/random.h"
-#include "crackle/common/real.h"
-#include "crackle/geometry/body.h"
-#include "crackle/input/reader.h"
+#include "analysis/grouped_values.h"
+#include "analysis/result_list.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "common/quantity_text.h"
+#include "common/random.h"
+#include "common/real.h"
+#include "geometry/body.h"
+#include "input/reader.h"
 
 #include "chaos_expansion.h"
 

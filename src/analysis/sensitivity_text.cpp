@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/sensitivity.h"
-#include "crackle/common/index.h"
-#include "crackle/input/reader.h"
+#include "analysis/sensitivity.h"
+#include "common/index.h"
+#include "input/reader.h"
 
 #include <fmt/format.h>
 

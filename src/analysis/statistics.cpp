@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/statistics.h"
+#include "analysis/statistics.h"
 
-#include "crackle/analysis/censored_values.h"
-#include "crackle/analysis/running_statistics.h"
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
+#include "analysis/censored_values.h"
+#include "analysis/running_statistics.h"
+#include "common/index.h"
+#include "common/real.h"
 
 #include <fmt/format.h>
 

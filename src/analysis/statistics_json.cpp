@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/censored_values.h"
-#include "crackle/analysis/leader_frame.h"
-#include "crackle/analysis/path_inference.h"
-#include "crackle/analysis/result_list.h"
-#include "crackle/analysis/sensitivity.h"
-#include "crackle/analysis/statistics.h"
-#include "crackle/analysis/stop_rule.h"
-#include "crackle/analysis/weibull_fit.h"
-#include "crackle/common/text_table.h"
-#include "crackle/geometry/outline.h"
-#include "crackle/input/reader.h"
+#include "analysis/censored_values.h"
+#include "analysis/leader_frame.h"
+#include "analysis/path_inference.h"
+#include "analysis/result_list.h"
+#include "analysis/sensitivity.h"
+#include "analysis/statistics.h"
+#include "analysis/stop_rule.h"
+#include "analysis/weibull_fit.h"
+#include "common/text_table.h"
+#include "geometry/outline.h"
+#include "input/reader.h"
 
 #include <nlohmann/json.hpp>
 

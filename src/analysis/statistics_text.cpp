@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/path_groups.h"
-#include "crackle/analysis/result_list.h"
-#include "crackle/analysis/statistics.h"
-#include "crackle/analysis/weibull_fit.h"
-#include "crackle/common/index.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/common/text_table.h"
+#include "analysis/path_groups.h"
+#include "analysis/result_list.h"
+#include "analysis/statistics.h"
+#include "analysis/weibull_fit.h"
+#include "common/index.h"
+#include "common/quantity_text.h"
+#include "common/text_table.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/stop_rule.h"
+#include "analysis/stop_rule.h"
 
-#include "crackle/common/real.h"
+#include "common/real.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/weibull_fit.h"
+#include "analysis/weibull_fit.h"
 
-#include "crackle/analysis/statistics.h"
-#include "crackle/common/index.h"
-#include "crackle/common/random.h"
+#include "analysis/statistics.h"
+#include "common/index.h"
+#include "common/random.h"
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/tools/minima.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/checksum.h"
+#include "common/checksum.h"
 
 #include <fmt/format.h>
 

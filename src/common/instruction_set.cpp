@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/instruction_set.h"
+#include "common/instruction_set.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include <array>
 

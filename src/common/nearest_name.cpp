@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/nearest_name.h"
+#include "common/nearest_name.h"
 
 #include <algorithm>
 #include <numeric>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/quantity_text.h"
+#include "common/quantity_text.h"
 
 #include <fmt/format.h>
 

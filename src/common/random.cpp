@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/random.h"
+#include "common/random.h"
 
-#include "crackle/common/checksum.h"
+#include "common/checksum.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/regular_file.h"
+#include "common/regular_file.h"
 
-#include "crackle/common/failure.h"
+#include "common/failure.h"
 
 #include <cerrno>
 #include <cstring>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/text_table.h"
+#include "common/text_table.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "branch_window.h"
 
-#include "crackle/cracks/branching.h"
+#include "cracks/branching.h"
 
 #include "polyline.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/cracks/branching.h"
+#include "cracks/branching.h"
 
-#include "crackle/common/disjoint_sets.h"
-#include "crackle/common/index.h"
+#include "common/disjoint_sets.h"
+#include "common/index.h"
 
 #include "branch_window.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/cracks/crack_history.h"
+#include "cracks/crack_history.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include "polyline.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/cracks/crack_ligaments.h"
+#include "cracks/crack_ligaments.h"
 
-#include "crackle/common/disjoint_sets.h"
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
+#include "common/disjoint_sets.h"
+#include "common/index.h"
+#include "common/vector.h"
 
 #include "crossings.h"
 

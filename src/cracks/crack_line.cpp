@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/cracks/crack_line.h"
+#include "cracks/crack_line.h"
 
-#include "crackle/common/index.h"
-#include "crackle/cracks/crack_ligaments.h"
+#include "common/index.h"
+#include "cracks/crack_ligaments.h"
 
 #include "crossings.h"
 #include "polyline.h"

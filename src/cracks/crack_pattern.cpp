@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/cracks/crack_pattern.h"
+#include "cracks/crack_pattern.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/common/vector.h"
-#include "crackle/cracks/crack_ligaments.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "common/vector.h"
+#include "cracks/crack_ligaments.h"
 
 #include "crossings.h"
 

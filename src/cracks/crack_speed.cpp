@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/cracks/crack_speed.h"
+#include "cracks/crack_speed.h"
 
 #include <algorithm>
 #include <array>

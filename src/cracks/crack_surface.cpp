@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/cracks/crack_surface.h"
+#include "cracks/crack_surface.h"
 
-#include "crackle/common/disjoint_sets.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/common/vector.h"
+#include "common/disjoint_sets.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "common/vector.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/cracks/section_crossings.h"
-#include "crackle/geometry/body.h"
+#include "cracks/section_crossings.h"
+#include "geometry/body.h"
 
 #include <cstdint>
 #include <optional>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/cracks/front_trajectory.h"
+#include "cracks/front_trajectory.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/common/vector.h"
-#include "crackle/cracks/branching.h"
-#include "crackle/cracks/crack_ligaments.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "common/vector.h"
+#include "cracks/branching.h"
+#include "cracks/crack_ligaments.h"
 
 #include "crossings.h"
 #include "polyline.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "averaged_breaking_check.h"
 
-#include "crackle/common/index.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "parallel/collectives.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/breaking_check.h"
-#include "crackle/fracture/stress_average.h"
+#include "dynamics/breaking_check.h"
+#include "fracture/stress_average.h"
 
 #include "stress_cache.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "break_release.h"
 
-#include "crackle/dynamics/checkpoint.h"
+#include "dynamics/checkpoint.h"
 
 namespace crackle::dynamics {
 

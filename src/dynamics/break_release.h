@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/fracture/break_record.h"
+#include "dynamics/moving_body.h"
+#include "fracture/break_record.h"
 
 #include "step_failure.h"
 

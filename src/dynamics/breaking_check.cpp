@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/breaking_check.h"
+#include "dynamics/breaking_check.h"
 
 #include "averaged_breaking_check.h"
 #include "local_breaking_check.h"

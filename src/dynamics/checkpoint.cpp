@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/checkpoint.h"
+#include "dynamics/checkpoint.h"
 
-#include "crackle/common/packing.h"
-#include "crackle/parallel/collectives.h"
+#include "common/packing.h"
+#include "parallel/collectives.h"
 
 #include <algorithm>
 #include <concepts>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "condition_terms.h"
 
-#include "crackle/common/index.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include "mechanics/node_cells.h"
 

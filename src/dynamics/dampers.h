@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/moving_body.h"
+#include "dynamics/moving_body.h"
 
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/dynamics/term.h"
+#include "dynamics/moving_body.h"
+#include "dynamics/term.h"
 
 #include "viscous_force.h"
 

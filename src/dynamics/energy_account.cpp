@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/energy_account.h"
+#include "dynamics/energy_account.h"
 
-#include "crackle/common/index.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include <fmt/format.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/explicit_phase.h"
+#include "dynamics/explicit_phase.h"
 
-#include "crackle/dynamics/breaking_check.h"
-#include "crackle/dynamics/separation.h"
-#include "crackle/fracture/connectivity.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "dynamics/breaking_check.h"
+#include "dynamics/separation.h"
+#include "fracture/connectivity.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include "break_release.h"
 #include "loose_loads.h"

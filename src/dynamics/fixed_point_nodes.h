@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/dynamics/term.h"
-#include "crackle/mechanics/fixed_point_scale.h"
+#include "common/index.h"
+#include "dynamics/term.h"
+#include "mechanics/fixed_point_scale.h"
 
 #include "fixed_point_state.h"
 

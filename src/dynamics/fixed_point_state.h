@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/large_vector.h"
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/mechanics/fixed_point_scale.h"
+#include "common/large_vector.h"
+#include "dynamics/moving_body.h"
+#include "mechanics/fixed_point_scale.h"
 
 #include "kernels/kernels.h"
 

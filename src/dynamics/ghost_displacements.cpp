@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ghost_displacements.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/common/stopwatch.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "common/stopwatch.h"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/sample_result.h"
-#include "crackle/parallel/ghost_exchange.h"
+#include "dynamics/sample_result.h"
+#include "parallel/ghost_exchange.h"
 
 #include "kernels/kernels.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/history.h"
+#include "dynamics/history.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/dynamics/machine_load.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "dynamics/machine_load.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/fracture/breakable_body.h"
-#include "crackle/mechanics/operators.h"
+#include "common/index.h"
+#include "fracture/breakable_body.h"
+#include "mechanics/operators.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/integrator.h"
+#include "dynamics/integrator.h"
 
 #include <array>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "local_breaking_check.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "parallel/collectives.h"
 
 #include <algorithm>
 #include <iterator>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/breaking_check.h"
+#include "dynamics/breaking_check.h"
 
 #include "stress_cache.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "loose_loads.h"
 
-#include "crackle/common/index.h"
-#include "crackle/dynamics/separation.h"
-#include "crackle/fracture/connectivity.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "dynamics/separation.h"
+#include "fracture/connectivity.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include <algorithm>
 #include <array>

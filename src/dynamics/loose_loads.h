@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/checkpoint.h"
-#include "crackle/fracture/breakable_body.h"
-#include "crackle/mechanics/conditions.h"
-#include "crackle/parallel/communicator.h"
-#include "crackle/parallel/node_layout.h"
-#include "crackle/parallel/numbered_rows.h"
+#include "dynamics/checkpoint.h"
+#include "fracture/breakable_body.h"
+#include "mechanics/conditions.h"
+#include "parallel/communicator.h"
+#include "parallel/node_layout.h"
+#include "parallel/numbered_rows.h"
 
 #include <cstdint>
 #include <optional>

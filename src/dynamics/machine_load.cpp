@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/machine_load.h"
+#include "dynamics/machine_load.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include <algorithm>
 #include <cmath>

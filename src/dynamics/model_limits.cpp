@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/model_limits.h"
+#include "dynamics/model_limits.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/interpolation.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/input/plausibility.h"
-#include "crackle/mechanics/elasticity.h"
+#include "common/index.h"
+#include "common/interpolation.h"
+#include "common/quantity_text.h"
+#include "geometry/mother_points.h"
+#include "input/plausibility.h"
+#include "mechanics/elasticity.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "phase_end.h"
 
-#include "crackle/dynamics/separation.h"
+#include "dynamics/separation.h"
 
 namespace crackle::dynamics {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "phase_output.h"
 
-#include "crackle/parallel/exact_sum.h"
+#include "parallel/exact_sum.h"
 
 #include <algorithm>
 #include <cmath>

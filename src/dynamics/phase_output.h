@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/explicit_phase.h"
+#include "dynamics/explicit_phase.h"
 
 #include <cstdint>
 #include <vector>

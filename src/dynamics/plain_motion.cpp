@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/index.h"
-#include "crackle/dynamics/energy_account.h"
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/fracture/equivalent_stress.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "dynamics/energy_account.h"
+#include "dynamics/moving_body.h"
+#include "fracture/equivalent_stress.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include "initial_force.h"
 #include "terms.h"

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/quasi_static.h"
+#include "dynamics/quasi_static.h"
 
-#include "crackle/common/index.h"
-#include "crackle/dynamics/machine_load.h"
-#include "crackle/dynamics/separation.h"
-#include "crackle/fracture/connectivity.h"
-#include "crackle/fracture/equivalent_stress.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/ghost_exchange.h"
+#include "common/index.h"
+#include "dynamics/machine_load.h"
+#include "dynamics/separation.h"
+#include "fracture/connectivity.h"
+#include "fracture/equivalent_stress.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/ghost_exchange.h"
 
 #include "loose_loads.h"
 #include "stiffness_ratio.h"

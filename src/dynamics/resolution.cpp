@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/resolution.h"
+#include "dynamics/resolution.h"
 
-#include "crackle/common/quantity_text.h"
-#include "crackle/fracture/crack_vicinity.h"
-#include "crackle/fracture/criterion.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/input/softening_limits.h"
+#include "common/quantity_text.h"
+#include "fracture/crack_vicinity.h"
+#include "fracture/criterion.h"
+#include "geometry/mother_points.h"
+#include "input/softening_limits.h"
 
 #include <fmt/format.h>
 

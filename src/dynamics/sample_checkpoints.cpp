@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "sample_checkpoints.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include "loose_loads.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/stopwatch.h"
-#include "crackle/dynamics/checkpoint.h"
-#include "crackle/dynamics/explicit_phase.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/dynamics/sample_setup.h"
+#include "common/stopwatch.h"
+#include "dynamics/checkpoint.h"
+#include "dynamics/explicit_phase.h"
+#include "dynamics/sample_run.h"
+#include "dynamics/sample_setup.h"
 
 #include <cstdint>
 #include <optional>

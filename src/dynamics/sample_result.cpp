@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/sample_result.h"
+#include "dynamics/sample_result.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include <algorithm>
 #include <array>

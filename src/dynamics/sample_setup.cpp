@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/sample_setup.h"
+#include "dynamics/sample_setup.h"
 
-#include "crackle/fracture/initial_strain.h"
-#include "crackle/fracture/release_time.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/mechanics/rigid_motion.h"
-#include "crackle/parallel/agreement.h"
+#include "fracture/initial_strain.h"
+#include "fracture/release_time.h"
+#include "geometry/mother_points.h"
+#include "mechanics/rigid_motion.h"
+#include "parallel/agreement.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/separation.h"
+#include "dynamics/separation.h"
 
-#include "crackle/common/index.h"
-#include "crackle/fracture/connectivity.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "fracture/connectivity.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include <algorithm>
 #include <cmath>

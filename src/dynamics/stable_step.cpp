@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/stable_step.h"
+#include "dynamics/stable_step.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/common/random.h"
-#include "crackle/dynamics/integrator.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/geometry/partition.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/exact_sum.h"
-#include "crackle/parallel/ghost_exchange.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "common/random.h"
+#include "dynamics/integrator.h"
+#include "fracture/material_field.h"
+#include "geometry/partition.h"
+#include "parallel/agreement.h"
+#include "parallel/exact_sum.h"
+#include "parallel/ghost_exchange.h"
 
 #include "viscous_force.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "state_range.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include <algorithm>
 #include <array>

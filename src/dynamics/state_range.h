@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/mechanics/fixed_point_scale.h"
+#include "dynamics/moving_body.h"
+#include "mechanics/fixed_point_scale.h"
 
 #include "terms.h"
 

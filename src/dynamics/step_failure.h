@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/communicator.h"
+#include "parallel/agreement.h"
+#include "parallel/communicator.h"
 
 #include <optional>
 #include <string>

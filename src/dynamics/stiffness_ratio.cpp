@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stiffness_ratio.h"
 
-#include "crackle/common/index.h"
-#include "crackle/dynamics/energy_account.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "dynamics/energy_account.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include "mechanics/node_cells.h"
 

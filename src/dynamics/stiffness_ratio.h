@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/fracture/breakable_body.h"
-#include "crackle/mechanics/conditions.h"
-#include "crackle/mechanics/static_solver.h"
-#include "crackle/parallel/communicator.h"
-#include "crackle/parallel/node_field.h"
+#include "fracture/breakable_body.h"
+#include "mechanics/conditions.h"
+#include "mechanics/static_solver.h"
+#include "parallel/communicator.h"
+#include "parallel/node_field.h"
 
 #include <cstddef>
 #include <span>

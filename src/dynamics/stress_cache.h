@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/mechanics/tensor.h"
+#include "common/index.h"
+#include "mechanics/tensor.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/dynamics/term.h"
+#include "dynamics/moving_body.h"
+#include "dynamics/term.h"
 
 #include <cstddef>
 #include <cstdint>

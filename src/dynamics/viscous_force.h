@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/geometry/subdomain.h"
-#include "crackle/input/parameters.h"
-#include "crackle/mechanics/elasticity.h"
-#include "crackle/mechanics/operators.h"
-#include "crackle/mechanics/residual_stiffness.h"
+#include "common/index.h"
+#include "geometry/subdomain.h"
+#include "input/parameters.h"
+#include "mechanics/elasticity.h"
+#include "mechanics/operators.h"
+#include "mechanics/residual_stiffness.h"
 
 #include <algorithm>
 #include <array>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/base_points.h"
+#include "ensemble/base_points.h"
 
-#include "crackle/common/freed_memory.h"
-#include "crackle/common/heartbeat.h"
-#include "crackle/ensemble/material_map.h"
-#include "crackle/ensemble/progress.h"
-#include "crackle/ensemble/realization_queue.h"
-#include "crackle/ensemble/results.h"
-#include "crackle/io/ensemble_file.h"
+#include "common/freed_memory.h"
+#include "common/heartbeat.h"
+#include "ensemble/material_map.h"
+#include "ensemble/progress.h"
+#include "ensemble/realization_queue.h"
+#include "ensemble/results.h"
+#include "io/ensemble_file.h"
 
 #include <fmt/format.h>
 

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/case.h"
+#include "ensemble/case.h"
 
-#include "crackle/analysis/statistics.h"
-#include "crackle/common/heartbeat.h"
-#include "crackle/common/index.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/common/text_table.h"
-#include "crackle/dynamics/model_limits.h"
-#include "crackle/ensemble/base_points.h"
-#include "crackle/ensemble/results.h"
-#include "crackle/io/sample_file.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "analysis/statistics.h"
+#include "common/heartbeat.h"
+#include "common/index.h"
+#include "common/quantity_text.h"
+#include "common/regular_file.h"
+#include "common/text_table.h"
+#include "dynamics/model_limits.h"
+#include "ensemble/base_points.h"
+#include "ensemble/results.h"
+#include "io/sample_file.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include <fmt/format.h>
 

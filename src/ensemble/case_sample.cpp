@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "case_sample.h"
 
-#include "crackle/common/real.h"
-#include "crackle/cracks/crack_surface.h"
-#include "crackle/ensemble/base_points.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/geometry/partition.h"
-#include "crackle/io/checkpoint_file.h"
-#include "crackle/io/sample_file.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/uncertainty/random_inputs.h"
+#include "common/real.h"
+#include "cracks/crack_surface.h"
+#include "ensemble/base_points.h"
+#include "fracture/material_field.h"
+#include "geometry/partition.h"
+#include "io/checkpoint_file.h"
+#include "io/sample_file.h"
+#include "parallel/agreement.h"
+#include "uncertainty/random_inputs.h"
 
 #include <system_error>
 #include <utility>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/ensemble/case.h"
+#include "ensemble/case.h"
 
 #include <optional>
 

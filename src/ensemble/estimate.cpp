@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/estimate.h"
+#include "ensemble/estimate.h"
 
-#include "crackle/dynamics/integrator.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/geometry/partition.h"
-#include "crackle/geometry/subdomain.h"
+#include "dynamics/integrator.h"
+#include "dynamics/sample_run.h"
+#include "geometry/partition.h"
+#include "geometry/subdomain.h"
 
 #include <algorithm>
 #include <cmath>

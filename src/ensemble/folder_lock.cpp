@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/folder_lock.h"
+#include "ensemble/folder_lock.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/common/stopwatch.h"
-#include "crackle/common/whole_number.h"
+#include "common/failure.h"
+#include "common/regular_file.h"
+#include "common/stopwatch.h"
+#include "common/whole_number.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

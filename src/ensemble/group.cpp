@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/group.h"
-#include "crackle/common/quantity_text.h"
+#include "ensemble/group.h"
+#include "common/quantity_text.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/common/stopwatch.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/message.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "common/stopwatch.h"
+#include "parallel/agreement.h"
+#include "parallel/message.h"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/material_map.h"
+#include "ensemble/material_map.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/geometry/point.h"
-#include "crackle/io/raster.h"
+#include "common/failure.h"
+#include "geometry/point.h"
+#include "io/raster.h"
 
 #include <cmath>
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/estimate.h"
+#include "ensemble/estimate.h"
 
-#include "crackle/common/stopwatch.h"
-#include "crackle/dynamics/explicit_phase.h"
-#include "crackle/dynamics/quasi_static.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/dynamics/sample_setup.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/geometry/partition.h"
+#include "common/stopwatch.h"
+#include "dynamics/explicit_phase.h"
+#include "dynamics/quasi_static.h"
+#include "dynamics/sample_run.h"
+#include "dynamics/sample_setup.h"
+#include "fracture/material_field.h"
+#include "geometry/partition.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/memory.h"
+#include "ensemble/memory.h"
 
-#include "crackle/common/real.h"
-#include "crackle/ensemble/realization_queue.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/io/raster.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "common/real.h"
+#include "ensemble/realization_queue.h"
+#include "geometry/mother_points.h"
+#include "io/raster.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/progress.h"
+#include "ensemble/progress.h"
 
-#include "crackle/common/real.h"
-#include "crackle/common/text_table.h"
-#include "crackle/geometry/body.h"
+#include "common/real.h"
+#include "common/text_table.h"
+#include "geometry/body.h"
 
 #include <fmt/format.h>
 

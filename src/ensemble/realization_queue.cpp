@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/realization_queue.h"
+#include "ensemble/realization_queue.h"
 
-#include "crackle/parallel/agreement.h"
+#include "parallel/agreement.h"
 
 #include <fmt/format.h>
 

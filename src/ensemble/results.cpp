@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/results.h"
+#include "ensemble/results.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/packing.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/cracks/crack_pattern.h"
-#include "crackle/ensemble/folder_lock.h"
-#include "crackle/geometry/body.h"
-#include "crackle/io/ensemble_file.h"
-#include "crackle/io/sample_file.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/uncertainty/random_inputs.h"
+#include "common/failure.h"
+#include "common/packing.h"
+#include "common/regular_file.h"
+#include "cracks/crack_pattern.h"
+#include "ensemble/folder_lock.h"
+#include "geometry/body.h"
+#include "io/ensemble_file.h"
+#include "io/sample_file.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "uncertainty/random_inputs.h"
 
 #include <fmt/format.h>
 

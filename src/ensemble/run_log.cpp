@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/run_log.h"
+#include "ensemble/run_log.h"
 
-#include "crackle/common/regular_file.h"
+#include "common/regular_file.h"
 
 #include <fmt/format.h>
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/sample_plan.h"
+#include "ensemble/sample_plan.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/ensemble/results.h"
-#include "crackle/input/reader.h"
-#include "crackle/io/checkpoint_file.h"
-#include "crackle/io/sample_file.h"
-#include "crackle/io/text_file.h"
+#include "common/failure.h"
+#include "common/regular_file.h"
+#include "ensemble/results.h"
+#include "input/reader.h"
+#include "io/checkpoint_file.h"
+#include "io/sample_file.h"
+#include "io/text_file.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

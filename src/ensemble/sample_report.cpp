@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/sample_report.h"
+#include "ensemble/sample_report.h"
 
-#include "crackle/common/quantity_text.h"
+#include "common/quantity_text.h"
 
 #include <fmt/format.h>
 

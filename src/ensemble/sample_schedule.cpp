@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/sample_schedule.h"
+#include "ensemble/sample_schedule.h"
 
-#include "crackle/common/packing.h"
-#include "crackle/common/stopwatch.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/message.h"
-#include "crackle/parallel/sleeping_wait.h"
+#include "common/packing.h"
+#include "common/stopwatch.h"
+#include "parallel/collectives.h"
+#include "parallel/message.h"
+#include "parallel/sleeping_wait.h"
 
 #include <deque>
 #include <optional>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/stop_request.h"
+#include "ensemble/stop_request.h"
 
-#include "crackle/common/stopwatch.h"
-#include "crackle/common/whole_number.h"
+#include "common/stopwatch.h"
+#include "common/whole_number.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/sweep_table.h"
+#include "ensemble/sweep_table.h"
 
-#include "crackle/analysis/result_list.h"
-#include "crackle/analysis/running_statistics.h"
-#include "crackle/analysis/statistics.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/real.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/common/text_table.h"
-#include "crackle/common/whole_number.h"
-#include "crackle/cracks/crack_pattern.h"
-#include "crackle/ensemble/results.h"
+#include "analysis/result_list.h"
+#include "analysis/running_statistics.h"
+#include "analysis/statistics.h"
+#include "common/failure.h"
+#include "common/real.h"
+#include "common/regular_file.h"
+#include "common/text_table.h"
+#include "common/whole_number.h"
+#include "cracks/crack_pattern.h"
+#include "ensemble/results.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

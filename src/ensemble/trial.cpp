@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/trial.h"
+#include "ensemble/trial.h"
 
-#include "crackle/dynamics/sample_setup.h"
-#include "crackle/parallel/agreement.h"
+#include "dynamics/sample_setup.h"
+#include "parallel/agreement.h"
 
 #include "case_sample.h"
 

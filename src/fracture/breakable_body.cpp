@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/breakable_body.h"
+#include "fracture/breakable_body.h"
 
-#include "crackle/fracture/equivalent_stress.h"
-#include "crackle/geometry/dual_facets.h"
-#include "crackle/geometry/face_neighbours.h"
-#include "crackle/parallel/collectives.h"
+#include "fracture/equivalent_stress.h"
+#include "geometry/dual_facets.h"
+#include "geometry/face_neighbours.h"
+#include "parallel/collectives.h"
 
 #include <algorithm>
 #include <exception>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/connectivity.h"
+#include "fracture/connectivity.h"
 
-#include "crackle/common/disjoint_sets.h"
-#include "crackle/common/index.h"
-#include "crackle/geometry/dual_facets.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/ghost_exchange.h"
+#include "common/disjoint_sets.h"
+#include "common/index.h"
+#include "geometry/dual_facets.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/ghost_exchange.h"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/crack_vicinity.h"
+#include "fracture/crack_vicinity.h"
 
-#include "crackle/common/index.h"
-#include "crackle/geometry/point.h"
-#include "crackle/mechanics/elasticity.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "geometry/point.h"
+#include "mechanics/elasticity.h"
+#include "parallel/collectives.h"
 
 #include <algorithm>
 #include <cmath>

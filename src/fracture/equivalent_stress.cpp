@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/equivalent_stress.h"
+#include "fracture/equivalent_stress.h"
 
 #include <Eigen/Eigenvalues>
 

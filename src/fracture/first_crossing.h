@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/real.h"
-#include "crackle/fracture/equivalent_stress.h"
+#include "common/real.h"
+#include "fracture/equivalent_stress.h"
 
 #include <algorithm>
 #include <cstdint>

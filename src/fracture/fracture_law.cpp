@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/fracture_law.h"
+#include "fracture/fracture_law.h"
 
-#include "crackle/fracture/release_time.h"
-#include "crackle/parallel/agreement.h"
+#include "fracture/release_time.h"
+#include "parallel/agreement.h"
 
 #include <utility>
 

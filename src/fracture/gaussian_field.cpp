@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/gaussian_field.h"
+#include "fracture/gaussian_field.h"
 
-#include "crackle/common/vector.h"
+#include "common/vector.h"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/initial_strain.h"
+#include "fracture/initial_strain.h"
 
-#include "crackle/common/index.h"
-#include "crackle/geometry/point.h"
+#include "common/index.h"
+#include "geometry/point.h"
 
 #include <cmath>
 #include <span>

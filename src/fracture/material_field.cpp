@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/material_field.h"
+#include "fracture/material_field.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "parallel/exact_sum.h"
 
 #include <algorithm>
 

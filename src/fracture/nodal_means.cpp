@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/nodal_means.h"
+#include "fracture/nodal_means.h"
 
 #include <map>
 #include <utility>

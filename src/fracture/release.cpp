@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/release.h"
+#include "fracture/release.h"
 
-#include "crackle/fracture/softening.h"
-#include "crackle/geometry/dual_facets.h"
+#include "fracture/softening.h"
+#include "geometry/dual_facets.h"
 
 #include <algorithm>
 

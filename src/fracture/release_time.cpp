@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/release_time.h"
+#include "fracture/release_time.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/fracture/toughness.h"
-#include "crackle/mechanics/elasticity.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "common/quantity_text.h"
+#include "fracture/toughness.h"
+#include "mechanics/elasticity.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/stress_average.h"
+#include "fracture/stress_average.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
-#include "crackle/geometry/face_neighbours.h"
-#include "crackle/geometry/point.h"
+#include "common/index.h"
+#include "common/vector.h"
+#include "geometry/face_neighbours.h"
+#include "geometry/point.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/large_vector.h"
-#include "crackle/fracture/equivalent_stress.h"
-#include "crackle/geometry/subdomain.h"
-#include "crackle/mechanics/elasticity.h"
-#include "crackle/mechanics/operators.h"
+#include "common/large_vector.h"
+#include "fracture/equivalent_stress.h"
+#include "geometry/subdomain.h"
+#include "mechanics/elasticity.h"
+#include "mechanics/operators.h"
 
 #include "kernels/kernels.h"
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/toughness.h"
+#include "fracture/toughness.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/input/softening_limits.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/ghost_exchange.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "fracture/material_field.h"
+#include "geometry/mother_points.h"
+#include "input/softening_limits.h"
+#include "parallel/agreement.h"
+#include "parallel/ghost_exchange.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/tuler_butcher.h"
+#include "fracture/tuler_butcher.h"
 
-#include "crackle/fracture/equivalent_stress.h"
+#include "fracture/equivalent_stress.h"
 
 #include <algorithm>
 #include <cmath>

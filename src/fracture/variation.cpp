@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/variation.h"
+#include "fracture/variation.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/random.h"
-#include "crackle/common/vector.h"
-#include "crackle/fracture/gaussian_field.h"
-#include "crackle/geometry/quality.h"
+#include "common/index.h"
+#include "common/random.h"
+#include "common/vector.h"
+#include "fracture/gaussian_field.h"
+#include "geometry/quality.h"
 
 #include <fmt/format.h>
 #include <boost/math/special_functions/erf.hpp>

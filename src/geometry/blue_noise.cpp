@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blue_noise.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
+#include "common/index.h"
+#include "common/vector.h"
 
 #include "near_pairs.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/random.h"
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/mother_points.h"
+#include "common/random.h"
+#include "geometry/body.h"
+#include "geometry/mother_points.h"
 
 #include <functional>
 #include <vector>

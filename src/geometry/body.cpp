@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Location of points and tetrahedra in a body.
-#include "crackle/geometry/body.h"
+#include "geometry/body.h"
 
 #include "tolerances.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/index.h"
-#include "crackle/geometry/body.h"
+#include "common/index.h"
+#include "geometry/body.h"
 
 #include "tolerances.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/box.h"
+#include "geometry/box.h"
 
 #include <cmath>
 

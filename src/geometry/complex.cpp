@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/complex.h"
+#include "geometry/complex.h"
 
 namespace crackle::geometry {
 

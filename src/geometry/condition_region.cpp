@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/condition_region.h"
+#include "geometry/condition_region.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
+#include "common/failure.h"
+#include "common/index.h"
 
 #include "imprint.h"
 #include "plate.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/dual_facets.h"
+#include "geometry/dual_facets.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
-#include "crackle/geometry/point.h"
+#include "common/index.h"
+#include "common/vector.h"
+#include "geometry/point.h"
 
 #include <algorithm>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "imprint.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/common/known_values.h"
-#include "crackle/geometry/mother_points.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "common/known_values.h"
+#include "geometry/mother_points.h"
 
 #include "tolerances.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/condition_region.h"
+#include "geometry/body.h"
+#include "geometry/condition_region.h"
 
 #include <span>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/mesh_regions.h"
+#include "geometry/mesh_regions.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/geometry/symmetry.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "geometry/symmetry.h"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/mesh_statistics.h"
+#include "geometry/mesh_statistics.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
-#include "crackle/geometry/quality.h"
+#include "common/index.h"
+#include "common/vector.h"
+#include "geometry/quality.h"
 
 #include <algorithm>
 #include <numbers>

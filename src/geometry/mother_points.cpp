@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/mother_points.h"
+#include "geometry/mother_points.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "common/vector.h"
 
 #include "blue_noise.h"
 #include "redraw.h"

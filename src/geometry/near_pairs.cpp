@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "near_pairs.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
-#include "crackle/geometry/box.h"
+#include "common/index.h"
+#include "common/vector.h"
+#include "geometry/box.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/outline.h"
+#include "geometry/outline.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/partition.h"
+#include "geometry/partition.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/geometry/face_neighbours.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "geometry/face_neighbours.h"
 
 #include <metis.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/complex.h"
-#include "crackle/plane/side_index.h"
+#include "geometry/complex.h"
+#include "plane/side_index.h"
 
 #include <cstddef>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where the shape of a plate requires a finer mesh.
-#include "crackle/geometry/mother_points.h"
+#include "geometry/mother_points.h"
 #include "plate.h"
 #include "tolerances.h"
 

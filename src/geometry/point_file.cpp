@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/index.h"
+#include "common/index.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/printable.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/common/vector.h"
-#include "crackle/geometry/mother_points.h"
+#include "common/failure.h"
+#include "common/printable.h"
+#include "common/quantity_text.h"
+#include "common/vector.h"
+#include "geometry/mother_points.h"
 
 #include <fmt/format.h>
 #include <nanoflann.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/quality.h"
+#include "geometry/quality.h"
 
-#include "crackle/common/vector.h"
+#include "common/vector.h"
 
 #include <cmath>
 

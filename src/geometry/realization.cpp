@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/realization.h"
+#include "geometry/realization.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/freed_memory.h"
-#include "crackle/common/index.h"
-#include "crackle/geometry/face_neighbours.h"
-#include "crackle/geometry/symmetry.h"
+#include "common/failure.h"
+#include "common/freed_memory.h"
+#include "common/index.h"
+#include "geometry/face_neighbours.h"
+#include "geometry/symmetry.h"
 
 #include "redraw.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/random.h"
-#include "crackle/geometry/body.h"
+#include "common/random.h"
+#include "geometry/body.h"
 
 #include "tessellation.h"
 

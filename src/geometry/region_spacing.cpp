@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where the materials of a body require a finer mesh.
-#include "crackle/common/index.h"
-#include "crackle/geometry/mother_points.h"
+#include "common/index.h"
+#include "geometry/mother_points.h"
 
 #include "plate.h"
 #include "regions.h"

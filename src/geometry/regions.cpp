@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "regions.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include "plate.h"
 #include "tolerances.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/complex.h"
-#include "crackle/input/material_layout.h"
-#include "crackle/plane/side_index.h"
+#include "geometry/complex.h"
+#include "input/material_layout.h"
+#include "plane/side_index.h"
 
 #include <array>
 #include <vector>

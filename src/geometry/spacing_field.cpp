@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/mesh_regions.h"
-#include "crackle/geometry/mother_points.h"
+#include "geometry/mesh_regions.h"
+#include "geometry/mother_points.h"
 
 #include <fmt/format.h>
 

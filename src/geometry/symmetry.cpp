@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/symmetry.h"
+#include "geometry/symmetry.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
-#include "crackle/geometry/mesh_regions.h"
-#include "crackle/input/boundary_kind.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "common/vector.h"
+#include "geometry/mesh_regions.h"
+#include "input/boundary_kind.h"
 
 #include <algorithm>
 #include <array>

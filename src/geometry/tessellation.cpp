@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tessellation.h"
 
-#include "crackle/common/index.h"
-#include "crackle/geometry/quality.h"
+#include "common/index.h"
+#include "geometry/quality.h"
 
 #include <CGAL/Delaunay_triangulation_3.h>
 #include <CGAL/Delaunay_triangulation_cell_base_3.h>

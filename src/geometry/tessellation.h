@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/point.h"
+#include "geometry/body.h"
+#include "geometry/point.h"
 
 #include <limits>
 #include <memory>

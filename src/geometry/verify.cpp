@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
-#include "crackle/geometry/quality.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "common/vector.h"
+#include "geometry/quality.h"
+#include "geometry/realization.h"
+#include "parallel/exact_sum.h"
 
 #include <fmt/format.h>
 

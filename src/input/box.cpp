@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A box with slots cut into its faces.
+#include "common/failure.h"
 #include "consistency.h"
-#include "crackle/common/failure.h"
-#include "crackle/input/parameters.h"
+#include "input/parameters.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/input/copula.h"
+#include "input/copula.h"
 
 #include <algorithm>
 #include <cmath>

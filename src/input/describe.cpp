@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/checksum.h"
-#include "crackle/common/text_table.h"
-#include "crackle/input/reader.h"
+#include "common/checksum.h"
+#include "common/text_table.h"
+#include "input/reader.h"
 
 #include "renamed_keys.h"
 #include "schema.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "document.h"
 
-#include "crackle/common/printable.h"
-#include "crackle/common/whole_number.h"
+#include "common/printable.h"
+#include "common/whole_number.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

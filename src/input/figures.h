@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/input/parameters.h"
 #include "findings.h"
+#include "input/parameters.h"
 
 #include <optional>
 #include <string>

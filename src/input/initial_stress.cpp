@@ -3,7 +3,7 @@
 #include "consistency.h"
 #include "schema.h"
 
-#include "crackle/common/interpolation.h"
+#include "common/interpolation.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

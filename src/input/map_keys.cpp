@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [material.map]: rasters of materials, stiffness or strength.
+#include "common/checksum.h"
+#include "common/quantity_text.h"
 #include "consistency.h"
-#include "crackle/common/checksum.h"
-#include "crackle/common/quantity_text.h"
 #include "schema.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Consistency of materials and interfaces.
-#include "crackle/input/poisson_limits.h"
+#include "input/poisson_limits.h"
 
 #include "consistency.h"
 #include "dimension.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/input/material_layout.h"
+#include "input/material_layout.h"
 
-#include "crackle/plane/subdivision.h"
+#include "plane/subdivision.h"
 
 #include <algorithm>
 #include <cmath>

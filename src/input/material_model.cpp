@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/input/material_model.h"
+#include "input/material_model.h"
 
 namespace crackle::input {
 

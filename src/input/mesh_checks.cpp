@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
-#include "crackle/input/parameters.h"
-#include "crackle/input/poisson_limits.h"
-#include "crackle/input/softening_limits.h"
-#include "crackle/plane/subdivision.h"
 #include "dimension.h"
+#include "input/parameters.h"
+#include "input/poisson_limits.h"
+#include "input/softening_limits.h"
+#include "plane/subdivision.h"
 
 #include <fmt/format.h>
 

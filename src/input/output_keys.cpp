@@ -2,7 +2,7 @@
 #include "consistency.h"
 #include "schema.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include <algorithm>
 #include <array>

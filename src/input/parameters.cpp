@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/input/parameters.h"
+#include "input/parameters.h"
 
-#include "crackle/common/interpolation.h"
+#include "common/interpolation.h"
 
 #include <cmath>
 #include <iterator>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/input/plausibility.h"
+#include "input/plausibility.h"
 
+#include "common/quantity_text.h"
+#include "common/real.h"
 #include "consistency.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/common/real.h"
 #include "dimension.h"
 
 #include <fmt/format.h>

@@ -3,10 +3,10 @@
 #include "consistency.h"
 #include "schema.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/printable.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/input/copula.h"
+#include "common/index.h"
+#include "common/printable.h"
+#include "common/quantity_text.h"
+#include "input/copula.h"
 
 #include <array>
 #include <charconv>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Regions of materials: their outlines, and what can be wrong with them.
 #include "consistency.h"
-#include "crackle/input/material_layout.h"
 #include "dimension.h"
 #include "figures.h"
+#include "input/material_layout.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
-#include "crackle/common/checksum.h"
+#include "common/checksum.h"
 
 #include <cstdint>
 #include <fstream>

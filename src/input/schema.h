@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/real.h"
+#include "common/real.h"
 #include "table.h"
 #include "values.h"
 
-#include "crackle/input/parameters.h"
+#include "input/parameters.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

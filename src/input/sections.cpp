@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
-#include "crackle/input/reader.h"
 #include "dimension.h"
 #include "document.h"
 #include "findings.h"
+#include "input/reader.h"
 #include "schema.h"
 #include "units.h"
 #include "values.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/input/reader.h"
 #include "document.h"
+#include "input/reader.h"
 
 #include <cstddef>
 #include <string>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The shape of the body in the plane of the plate.
+#include "common/known_values.h"
 #include "consistency.h"
-#include "crackle/common/known_values.h"
-#include "crackle/plane/subdivision.h"
 #include "dimension.h"
 #include "figures.h"
+#include "plane/subdivision.h"
 
 #include <fmt/format.h>
 

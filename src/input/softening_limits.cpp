@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/input/softening_limits.h"
+#include "input/softening_limits.h"
 
-#include "crackle/common/real.h"
+#include "common/real.h"
 
 #include <algorithm>
 

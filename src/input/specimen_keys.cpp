@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
-#include "crackle/common/printable.h"
-#include "crackle/common/quantity_text.h"
+#include "common/printable.h"
+#include "common/quantity_text.h"
 
 #include <array>
 #include <cmath>

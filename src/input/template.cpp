@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/input/reader.h"
+#include "input/reader.h"
 
 #include "document.h"
 #include "schema.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "units.h"
 
-#include "crackle/common/real.h"
+#include "common/real.h"
 
 #include <fmt/format.h>
 #include <udunits2.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
-#include "crackle/common/nearest_name.h"
+#include "common/nearest_name.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

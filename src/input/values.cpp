@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "values.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/quantity_text.h"
+#include "common/failure.h"
+#include "common/quantity_text.h"
 
-#include "crackle/common/real.h"
+#include "common/real.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/input/reader.h"
 #include "dimension.h"
 #include "document.h"
 #include "findings.h"
+#include "input/reader.h"
 #include "units.h"
 
 #include <cstdint>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/io/checkpoint_file.h"
+#include "io/checkpoint_file.h"
 
-#include "crackle/common/packing.h"
-#include "crackle/input/reader.h"
-#include "crackle/version.h"
+#include "common/packing.h"
+#include "input/reader.h"
+#include "version.h"
 
 #include "partial_file.h"
 

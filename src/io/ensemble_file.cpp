@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/io/ensemble_file.h"
+#include "io/ensemble_file.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/packing.h"
-#include "crackle/input/reader.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/petsc.h"
+#include "common/failure.h"
+#include "common/packing.h"
+#include "input/reader.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/petsc.h"
 
 #include "hdf5.h"
 #include "partial_file.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/io/ensemble_file.h"
+#include "io/ensemble_file.h"
 
-#include "crackle/analysis/result_list.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/regular_file.h"
+#include "analysis/result_list.h"
+#include "common/failure.h"
+#include "common/regular_file.h"
 #include "hdf5.h"
 #include "provenance.h"
 #include "result_attributes.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "hdf5.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/regular_file.h"
+#include "common/failure.h"
+#include "common/regular_file.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "partial_file.h"
 
-#include "crackle/common/checksum.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/io/text_file.h"
+#include "common/checksum.h"
+#include "common/regular_file.h"
+#include "io/text_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

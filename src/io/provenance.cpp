@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "provenance.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/input/reader.h"
-#include "crackle/version.h"
+#include "common/failure.h"
+#include "input/reader.h"
+#include "version.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>

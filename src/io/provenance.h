@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/body.h"
-#include "crackle/input/parameters.h"
-#include "crackle/io/sample_file.h"
+#include "geometry/body.h"
 #include "hdf5.h"
+#include "input/parameters.h"
+#include "io/sample_file.h"
 #include "partial_file.h"
 
 #include <filesystem>

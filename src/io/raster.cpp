@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/io/raster.h"
+#include "io/raster.h"
 
-#include "crackle/common/checksum.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/printable.h"
-#include "crackle/common/quantity_text.h"
+#include "common/checksum.h"
+#include "common/failure.h"
+#include "common/printable.h"
+#include "common/quantity_text.h"
 
 #include "hdf5.h"
 

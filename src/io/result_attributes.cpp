@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "result_attributes.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/geometry/outline.h"
+#include "common/failure.h"
+#include "geometry/outline.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/result_list.h"
-#include "crackle/geometry/body.h"
-#include "crackle/input/parameters.h"
+#include "analysis/result_list.h"
+#include "geometry/body.h"
 #include "hdf5.h"
+#include "input/parameters.h"
 
 #include <string>
 

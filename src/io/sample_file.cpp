@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/io/sample_file.h"
+#include "io/sample_file.h"
 
-#include "crackle/common/checksum.h"
-#include "crackle/fracture/initial_strain.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/fracture/release_time.h"
-#include "crackle/input/reader.h"
+#include "common/checksum.h"
+#include "fracture/initial_strain.h"
+#include "fracture/material_field.h"
+#include "fracture/release_time.h"
+#include "input/reader.h"
 
 #include "hdf5.h"
 #include "partial_file.h"

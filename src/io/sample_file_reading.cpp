@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/io/sample_file.h"
+#include "io/sample_file.h"
 
-#include "crackle/analysis/result_list.h"
-#include "crackle/common/checksum.h"
-#include "crackle/common/failure.h"
-#include "crackle/common/regular_file.h"
-#include "crackle/io/ensemble_file.h"
+#include "analysis/result_list.h"
+#include "common/checksum.h"
+#include "common/failure.h"
+#include "common/regular_file.h"
+#include "io/ensemble_file.h"
 
 #include "hdf5.h"
 #include "provenance.h"

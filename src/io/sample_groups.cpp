@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "sample_groups.h"
 
-#include "crackle/mechanics/elasticity.h"
-#include "crackle/mechanics/governing_condition.h"
+#include "mechanics/elasticity.h"
+#include "mechanics/governing_condition.h"
 
 #include <fmt/format.h>
 

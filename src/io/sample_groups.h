@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/cracks/crack_history.h"
-#include "crackle/dynamics/sample_result.h"
-#include "crackle/input/parameters.h"
+#include "cracks/crack_history.h"
+#include "dynamics/sample_result.h"
+#include "input/parameters.h"
 
 #include "hdf5.h"
 #include "result_attributes.h"

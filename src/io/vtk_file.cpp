@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/io/vtk_file.h"
+#include "io/vtk_file.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/geometry/mesh_regions.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/quality.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "geometry/mesh_regions.h"
+#include "geometry/mother_points.h"
+#include "geometry/quality.h"
 
 #include "hdf5.h"
 #include "partial_file.h"

@@ -3,7 +3,7 @@
 // results are bitwise equal.
 #pragma once
 
-#include "crackle/common/instruction_set.h"
+#include "common/instruction_set.h"
 
 #include "kernels.h"
 

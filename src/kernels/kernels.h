@@ -3,7 +3,7 @@
 // their order. Compiled once for each instruction set; the results are bitwise equal.
 #pragma once
 
-#include "crackle/common/instruction_set.h"
+#include "common/instruction_set.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/index.h"
-#include "crackle/mechanics/conditions.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "mechanics/conditions.h"
+#include "parallel/exact_sum.h"
 
 #include <cmath>
 #include <utility>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "coarse_space.h"
 
-#include "crackle/common/index.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/reproducible.h"
+#include "common/index.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/reproducible.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/subdomain.h"
-#include "crackle/mechanics/edges.h"
-#include "crackle/mechanics/elasticity.h"
-#include "crackle/mechanics/operators.h"
-#include "crackle/mechanics/residual_stiffness.h"
-#include "crackle/parallel/communicator.h"
+#include "geometry/subdomain.h"
+#include "mechanics/edges.h"
+#include "mechanics/elasticity.h"
+#include "mechanics/operators.h"
+#include "mechanics/residual_stiffness.h"
+#include "parallel/communicator.h"
 
 #include "block_factors.h"
 #include "kernels/cell_kernels.h"

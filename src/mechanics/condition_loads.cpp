@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "condition_loads.h"
 
-#include "crackle/common/index.h"
-#include "crackle/mechanics/elasticity.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "mechanics/elasticity.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include "loaded_region.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/condition_region.h"
-#include "crackle/geometry/subdomain.h"
-#include "crackle/input/parameters.h"
-#include "crackle/mechanics/conditions.h"
-#include "crackle/parallel/communicator.h"
+#include "geometry/condition_region.h"
+#include "geometry/subdomain.h"
+#include "input/parameters.h"
+#include "mechanics/conditions.h"
+#include "parallel/communicator.h"
 
 #include <vector>
 

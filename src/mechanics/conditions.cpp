@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/conditions.h"
+#include "mechanics/conditions.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/condition_region.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "geometry/body.h"
+#include "geometry/condition_region.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include "condition_loads.h"
 #include "loaded_region.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/parallel/communicator.h"
-#include "crackle/parallel/reproducible.h"
+#include "parallel/communicator.h"
+#include "parallel/reproducible.h"
 
 #include <cmath>
 #include <cstddef>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/edges.h"
+#include "mechanics/edges.h"
 
-#include "crackle/common/index.h"
-#include "crackle/geometry/dual_facets.h"
+#include "common/index.h"
+#include "geometry/dual_facets.h"
 
 #include <algorithm>
 #include <numeric>

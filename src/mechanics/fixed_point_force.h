@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/common/large_vector.h"
-#include "crackle/geometry/subdomain.h"
-#include "crackle/mechanics/edges.h"
-#include "crackle/mechanics/fixed_point_scale.h"
+#include "common/index.h"
+#include "common/large_vector.h"
+#include "geometry/subdomain.h"
+#include "mechanics/edges.h"
+#include "mechanics/fixed_point_scale.h"
 
 #include "kernels/kernels.h"
 

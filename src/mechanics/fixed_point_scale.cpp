@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/fixed_point_scale.h"
+#include "mechanics/fixed_point_scale.h"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/governing_condition.h"
+#include "mechanics/governing_condition.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/initial_strain.h"
+#include "mechanics/initial_strain.h"
 
-#include "crackle/common/real.h"
+#include "common/real.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/load_curve.h"
+#include "mechanics/load_curve.h"
 
-#include "crackle/common/interpolation.h"
-#include "crackle/common/real.h"
+#include "common/interpolation.h"
+#include "common/real.h"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "loaded_region.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "common/vector.h"
+#include "parallel/exact_sum.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/elasticity.h"
+#include "mechanics/elasticity.h"
 
 namespace crackle::mechanics {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "node_cells.h"
 
-#include "crackle/common/real.h"
-#include "crackle/common/vector.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/ghost_exchange.h"
+#include "common/real.h"
+#include "common/vector.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/ghost_exchange.h"
 
 #include <algorithm>
 #include <cmath>

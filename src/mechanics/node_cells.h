@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/subdomain.h"
-#include "crackle/mechanics/edges.h"
-#include "crackle/parallel/communicator.h"
+#include "geometry/subdomain.h"
+#include "mechanics/edges.h"
+#include "parallel/communicator.h"
 
 #include "kernels/cell_kernels.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/operators.h"
+#include "mechanics/operators.h"
 
 #include <numeric>
 

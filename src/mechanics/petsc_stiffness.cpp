@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "petsc_stiffness.h"
 
-#include "crackle/common/index.h"
-#include "crackle/parallel/agreement.h"
+#include "common/index.h"
+#include "parallel/agreement.h"
 
 #include <algorithm>
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/subdomain.h"
-#include "crackle/mechanics/elasticity.h"
-#include "crackle/mechanics/operators.h"
-#include "crackle/mechanics/residual_stiffness.h"
-#include "crackle/parallel/communicator.h"
-#include "crackle/parallel/node_field.h"
-#include "crackle/parallel/petsc.h"
+#include "geometry/subdomain.h"
+#include "mechanics/elasticity.h"
+#include "mechanics/operators.h"
+#include "mechanics/residual_stiffness.h"
+#include "parallel/communicator.h"
+#include "parallel/node_field.h"
+#include "parallel/petsc.h"
 
 #include <cstdint>
 #include <span>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/residual_stiffness.h"
+#include "mechanics/residual_stiffness.h"
 
-#include "crackle/geometry/dual_facets.h"
+#include "geometry/dual_facets.h"
 
 namespace crackle::mechanics {
 

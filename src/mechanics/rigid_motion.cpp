@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/rigid_motion.h"
+#include "mechanics/rigid_motion.h"
 
-#include "crackle/common/index.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "parallel/exact_sum.h"
 
 #include <Eigen/Eigenvalues>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/static_solver.h"
+#include "mechanics/static_solver.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/index.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/ghost_exchange.h"
-#include "crackle/parallel/reproducible.h"
+#include "common/failure.h"
+#include "common/index.h"
+#include "parallel/agreement.h"
+#include "parallel/ghost_exchange.h"
+#include "parallel/reproducible.h"
 
 #include "coarse_space.h"
 #include "conjugate_gradients.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stiffness_product.h"
 
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
-#include "crackle/parallel/reproducible.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
+#include "parallel/reproducible.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/parallel/communicator.h"
 #include "fixed_point_force.h"
+#include "parallel/communicator.h"
 
 #include "kernels/cell_kernels.h"
 

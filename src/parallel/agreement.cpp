@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/agreement.h"
+#include "parallel/agreement.h"
 
-#include "crackle/common/printable.h"
-#include "crackle/parallel/collectives.h"
+#include "common/printable.h"
+#include "parallel/collectives.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/communicator.h"
+#include "parallel/communicator.h"
 
-#include "crackle/parallel/collectives.h"
+#include "parallel/collectives.h"
 
 #include <array>
 #include <stdexcept>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/exact_sum.h"
+#include "parallel/exact_sum.h"
 
-#include "crackle/common/index.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include <algorithm>
 #include <bit>

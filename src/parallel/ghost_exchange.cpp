@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/ghost_exchange.h"
+#include "parallel/ghost_exchange.h"
 
-#include "crackle/parallel/agreement.h"
+#include "parallel/agreement.h"
 
 namespace crackle::parallel {
 

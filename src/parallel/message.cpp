@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/message.h"
+#include "parallel/message.h"
 
-#include "crackle/parallel/sleeping_wait.h"
+#include "parallel/sleeping_wait.h"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/numbered_rows.h"
+#include "parallel/numbered_rows.h"
 
-#include "crackle/parallel/collectives.h"
+#include "parallel/collectives.h"
 
 #include <algorithm>
 #include <numeric>

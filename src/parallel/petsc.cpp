@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/petsc.h"
+#include "parallel/petsc.h"
 
 #include <new>
 #include <stdexcept>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/reproducible.h"
+#include "parallel/reproducible.h"
 
-#include "crackle/common/real.h"
-#include "crackle/parallel/collectives.h"
+#include "common/real.h"
+#include "parallel/collectives.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/sleeping_wait.h"
+#include "parallel/sleeping_wait.h"
 
 #include <algorithm>
 #include <thread>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/plane/shape.h"
+#include "plane/shape.h"
 
-#include "crackle/common/index.h"
-#include "crackle/plane/subdivision.h"
+#include "common/index.h"
+#include "plane/subdivision.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_2_algorithms.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/plane/shape.h"
+#include "plane/shape.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
+#include "common/index.h"
+#include "common/real.h"
 
 #include <algorithm>
 #include <cmath>

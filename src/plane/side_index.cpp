@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/plane/side_index.h"
+#include "plane/side_index.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/plane/subdivision.h"
+#include "plane/subdivision.h"
 
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/input/parameters.h"
+#include "input/parameters.h"
 
 #include <functional>
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/uncertainty/polynomials.h"
+#include "uncertainty/polynomials.h"
 
-#include "crackle/common/failure.h"
+#include "common/failure.h"
 
 #include "distribution.h"
 

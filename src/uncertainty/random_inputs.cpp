@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/uncertainty/random_inputs.h"
+#include "uncertainty/random_inputs.h"
 
-#include "crackle/common/failure.h"
-#include "crackle/common/quantity_text.h"
-#include "crackle/common/random.h"
-#include "crackle/input/copula.h"
-#include "crackle/input/reader.h"
+#include "common/failure.h"
+#include "common/quantity_text.h"
+#include "common/random.h"
+#include "input/copula.h"
+#include "input/reader.h"
 
 #include "distribution.h"
 

@@ -4,11 +4,11 @@
 // rank represents 250: it sleeps for 1/250 of a sample and pretends to make its mesh too.
 //
 //   mpirun -n 5 benchmark_hand_out INPUT [N]
-#include "crackle/common/stopwatch.h"
-#include "crackle/ensemble/base_points.h"
-#include "crackle/ensemble/sample_schedule.h"
-#include "crackle/input/reader.h"
-#include "crackle/parallel/sleeping_wait.h"
+#include "common/stopwatch.h"
+#include "ensemble/base_points.h"
+#include "ensemble/sample_schedule.h"
+#include "input/reader.h"
+#include "parallel/sleeping_wait.h"
 
 #include <fmt/format.h>
 #include <mpi.h>

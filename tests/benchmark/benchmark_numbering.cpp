@@ -3,12 +3,12 @@
 // the numbering of crackle (slabs), that of CGAL's tessellation (Hilbert curve), and a random one.
 //
 //   benchmark_numbering INPUT [options of Google Benchmark]
-#include "crackle/common/random.h"
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/partition.h"
-#include "crackle/geometry/subdomain.h"
-#include "crackle/input/reader.h"
-#include "crackle/mechanics/internal_force.h"
+#include "common/random.h"
+#include "geometry/body.h"
+#include "geometry/partition.h"
+#include "geometry/subdomain.h"
+#include "input/reader.h"
+#include "mechanics/internal_force.h"
 
 #include "plain_delaunay.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/point.h"
+#include "geometry/point.h"
 
 #include <span>
 #include <vector>

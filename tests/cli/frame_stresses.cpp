@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Prints the stress of every tetrahedron at every frame of the file of sample 1, as computed by the program:
 // frames x tetrahedra x 6 numbers in native doubles.
-#include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/initial_strain.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/fracture/release_time.h"
-#include "crackle/input/reader.h"
+#include "fracture/breakable_body.h"
+#include "fracture/initial_strain.h"
+#include "fracture/material_field.h"
+#include "fracture/release_time.h"
+#include "input/reader.h"
 
 #include "io/hdf5.h"
 #include "support/box_mesh.h"

@@ -12,18 +12,17 @@ ORDER = ["common", "parallel", "plane", "input", "uncertainty", "geometry", "ker
          "ensemble"]
 """A folder may include itself and those before it; src/README.md says what each is about."""
 
-INCLUDE = re.compile(r'^#include "(?:crackle/)?(?!crackle/)(\w+)/[\w/]+\.h"', re.MULTILINE)
+INCLUDE = re.compile(r'^#include "(\w+)/[\w/]+\.h"', re.MULTILINE)
 PROCESS_WIDE = re.compile(r"\bMPI_COMM_WORLD\b|\bPETSC_COMM_WORLD\b|\b(?:std::)?exit\(|\bMPI_Init(?:_thread)?\(|\bPetscInitialize")
 
 
 def sources(folder: str) -> list[Path]:
-    return [file for top in ("src", "include/crackle") for file in sorted((ROOT / top / folder).glob("*"))
-            if file.suffix in (".h", ".cpp")]
+    return [file for file in sorted((ROOT / "src" / folder).glob("*")) if file.suffix in (".h", ".cpp")]
 
 
 class Layers(unittest.TestCase):
     def test_every_folder_has_its_place(self):
-        folders = {path.name for top in ("src", "include/crackle") for path in (ROOT / top).iterdir() if path.is_dir()}
+        folders = {path.name for path in (ROOT / "src").iterdir() if path.is_dir()}
         self.assertEqual(folders, set(ORDER))
 
     def test_includes_go_one_way(self):
@@ -38,7 +37,7 @@ class Layers(unittest.TestCase):
             for file in sources(folder):
                 for name in re.findall(r'^#include "([^"]+)"', file.read_text(), re.MULTILINE):
                     with self.subTest(file=str(file.relative_to(ROOT)), included=name):
-                        self.assertTrue(any((top / name).is_file() for top in (ROOT / "include", ROOT / "src", file.parent))
+                        self.assertTrue(any((top / name).is_file() for top in (ROOT / "src", file.parent))
                                         or name == "git_commit.h")
 
     def test_switches_name_every_value(self):

@@ -182,7 +182,7 @@ class Contents(Folders):
         self.report_goes_on(" is of version")
 
     def test_the_known_formats_are_those_of_the_program(self):
-        header = (ROOT / "include/crackle/io/sample_file.h").read_text()
+        header = (ROOT / "src/io/sample_file.h").read_text()
         newest, oldest = (int(re.search(rf" {name}_schema_version = (\d+);", header)[1]) for name in ("sample", "oldest"))
         self.assertEqual(files.SCHEMA_VERSIONS, range(oldest, newest + 1))
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/ensemble/sample_schedule.h"
+#include "ensemble/sample_schedule.h"
 
 #include "support/group.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/ensemble/case.h"
-#include "crackle/input/reader.h"
+#include "common/index.h"
+#include "ensemble/case.h"
+#include "input/reader.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A sample that is suspended and continued repeatedly, on changing numbers of ranks, ends bitwise equal to an
 // undisturbed one.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/checkpoint.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "dynamics/checkpoint.h"
+#include "dynamics/sample_run.h"
+#include "parallel/collectives.h"
 
 #include "support/box_mesh.h"
 #include "support/group.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/result_list.h"
-#include "crackle/common/packing.h"
-#include "crackle/io/ensemble_file.h"
+#include "analysis/result_list.h"
+#include "common/packing.h"
+#include "io/ensemble_file.h"
 
-#include "crackle/io/sample_file.h"
-#include "crackle/parallel/agreement.h"
+#include "io/sample_file.h"
+#include "parallel/agreement.h"
 #include "support/group.h"
 #include "support/result_comparison.h"
 #include "support/temporary_folder.h"

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Whole ensembles with real meshes and files, and a cheap rule instead of the mechanics.
-#include "crackle/ensemble/run.h"
-#include "crackle/io/checkpoint_file.h"
-#include "crackle/io/ensemble_file.h"
-#include "crackle/io/sample_file.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "crackle/crackle.h"
+#include "io/checkpoint_file.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 #include "strip_plate.h"
 #include "support/group.h"
 #include "support/result_comparison.h"

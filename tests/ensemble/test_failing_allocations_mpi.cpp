@@ -2,7 +2,7 @@
 // A failed allocation on one rank, anywhere in a sample, ends the sample on all ranks of its group. The
 // allocations of this program's own code fail one after the other, each in a separate run; those of libraries
 // do not.
-#include "crackle/parallel/agreement.h"
+#include "parallel/agreement.h"
 
 #include "support/box_mesh.h"
 #include "support/group.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A failure on one rank in the middle of a step soon ends the phase on all ranks of the group, with the same
 // message.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/explicit_phase.h"
-#include "crackle/fracture/toughness.h"
-#include "crackle/parallel/agreement.h"
+#include "common/index.h"
+#include "dynamics/explicit_phase.h"
+#include "fracture/toughness.h"
+#include "parallel/agreement.h"
 
 #include "support/box_mesh.h"
 #include "support/group.h"

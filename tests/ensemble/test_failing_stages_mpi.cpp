@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Any stage of a sample may fail on any rank of its group: the sample fails with stage and reason, the other
 // samples of the ensemble are bitwise equal to those of an undisturbed run, and nothing deadlocks.
-#include "crackle/common/index.h"
-#include "crackle/ensemble/run.h"
-#include "crackle/input/reader.h"
-#include "crackle/io/sample_file.h"
-#include "crackle/mechanics/static_solver.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "ensemble/run.h"
+#include "input/reader.h"
+#include "io/sample_file.h"
+#include "mechanics/static_solver.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 #include "support/group.h"
 #include "support/result_comparison.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Non-finite numbers on one rank: no sum loses them, no rank deadlocks, no solver accepts them as an
 // equilibrium.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/stable_step.h"
-#include "crackle/mechanics/conditions.h"
-#include "crackle/mechanics/static_solver.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/exact_sum.h"
-#include "crackle/parallel/reproducible.h"
+#include "common/index.h"
+#include "dynamics/stable_step.h"
+#include "mechanics/conditions.h"
+#include "mechanics/static_solver.h"
+#include "parallel/agreement.h"
+#include "parallel/exact_sum.h"
+#include "parallel/reproducible.h"
 
 #include "mechanics/conjugate_gradients.h"
 #include "support/box_mesh.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bodies under every kind of load: bitwise equal on any number of ranks and after an interruption, and what
 // the loads do.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/sample_run.h"
+#include "common/index.h"
+#include "dynamics/sample_run.h"
 
 #include "support/box_mesh.h"
 #include "support/group.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Arrays sent in pieces, shares of a group, sleeping waits, failures of the root thrown on all ranks.
-#include "crackle/common/packing.h"
-#include "crackle/ensemble/group.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/message.h"
-#include "crackle/parallel/sleeping_wait.h"
+#include "common/packing.h"
+#include "ensemble/group.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/message.h"
+#include "parallel/sleeping_wait.h"
 
 #include "support/cpu_time.h"
 #include "support/group.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Every sum, product, bound and solve shared by ranks is bitwise equal to that on one rank for any partition,
 // with inexact sums and bodies in which some tetrahedra are partly broken.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/dynamics/stable_step.h"
-#include "crackle/mechanics/static_solver.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
-#include "crackle/parallel/reproducible.h"
+#include "common/index.h"
+#include "dynamics/moving_body.h"
+#include "dynamics/stable_step.h"
+#include "mechanics/static_solver.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
+#include "parallel/reproducible.h"
 
 #include "dynamics/state_range.h"
 #include "mechanics/coarse_space.h"

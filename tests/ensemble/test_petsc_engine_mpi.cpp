@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Dynamics with PETSc's matrix and vectors, compared with the plain loop over tetrahedra and with the
 // fixed-point engine, on any number of ranks and after restarts.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/checkpoint.h"
-#include "crackle/dynamics/explicit_phase.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/fracture/toughness.h"
-#include "crackle/parallel/collectives.h"
+#include "common/index.h"
+#include "dynamics/checkpoint.h"
+#include "dynamics/explicit_phase.h"
+#include "dynamics/sample_run.h"
+#include "fracture/toughness.h"
+#include "parallel/collectives.h"
 
 #include "mechanics/petsc_stiffness.h"
 #include "support/box_mesh.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The master's queue: order, limits, failures, early end.
-#include "crackle/ensemble/realization_queue.h"
+#include "ensemble/realization_queue.h"
 
 #include <gmock/gmock.h>
 

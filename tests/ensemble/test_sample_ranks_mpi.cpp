@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One sample shared by the ranks of a group: bitwise equal to that on one rank.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/fracture/connectivity.h"
-#include "crackle/geometry/point.h"
-#include "crackle/geometry/realization.h"
+#include "common/index.h"
+#include "dynamics/sample_run.h"
+#include "fracture/connectivity.h"
+#include "geometry/point.h"
+#include "geometry/realization.h"
 
 #include "support/box_mesh.h"
 #include "support/group.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A failure in one sample affects no other, wherever it happens.
-#include "crackle/parallel/agreement.h"
+#include "parallel/agreement.h"
 #include "schedule_fixture.h"
 
 #include <stdexcept>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Every sample is handed out once, to whichever group asks, and waiting ranks sleep.
-#include "crackle/parallel/sleeping_wait.h"
+#include "parallel/sleeping_wait.h"
 #include "schedule_fixture.h"
 #include "support/cpu_time.h"
 #include "support/group.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/parallel/agreement.h"
+#include "dynamics/sample_run.h"
+#include "parallel/agreement.h"
 
 #include <cstddef>
 #include <span>

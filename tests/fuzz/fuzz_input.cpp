@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The input reader under libFuzzer: any bytes either give parameters that can be echoed, or an InputError
 // with messages of one printable line each. tools/fuzz-input builds and runs it.
-#include "crackle/input/reader.h"
+#include "input/reader.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/common/random.h"
-#include "crackle/fracture/fracture_law.h"
-#include "crackle/fracture/tuler_butcher.h"
-#include "crackle/geometry/partition.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/geometry/subdomain.h"
-#include "crackle/input/parameters.h"
+#include "common/index.h"
+#include "common/random.h"
+#include "fracture/fracture_law.h"
+#include "fracture/tuler_butcher.h"
+#include "geometry/partition.h"
+#include "geometry/realization.h"
+#include "geometry/subdomain.h"
+#include "input/parameters.h"
 
 #include <algorithm>
 #include <array>

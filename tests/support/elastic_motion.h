@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/energy_account.h"
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/dynamics/stable_step.h"
+#include "dynamics/energy_account.h"
+#include "dynamics/moving_body.h"
+#include "dynamics/stable_step.h"
 
 #include "support/box_mesh.h"
 #include "support/job.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/vector.h"
-#include "crackle/cracks/crack_surface.h"
+#include "common/vector.h"
+#include "cracks/crack_surface.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,9 +2,9 @@
 // Small bodies and spacings for tests of the geometry.
 #pragma once
 
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/input/parameters.h"
+#include "geometry/body.h"
+#include "geometry/mother_points.h"
+#include "input/parameters.h"
 
 #include <string>
 #include <utility>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/geometry/subdomain.h"
-#include "crackle/input/reader.h"
+#include "geometry/body.h"
+#include "geometry/mother_points.h"
+#include "geometry/realization.h"
+#include "geometry/subdomain.h"
+#include "input/reader.h"
 #include "support/box_mesh.h"
 
 #include <filesystem>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/quasi_static.h"
-#include "crackle/mechanics/conditions.h"
-#include "crackle/mechanics/operators.h"
+#include "dynamics/quasi_static.h"
+#include "mechanics/conditions.h"
+#include "mechanics/operators.h"
 
 #include "support/box_mesh.h"
 #include "support/job.h"

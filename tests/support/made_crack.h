@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/common/random.h"
-#include "crackle/cracks/crack_surface.h"
+#include "common/index.h"
+#include "common/random.h"
+#include "cracks/crack_surface.h"
 
 #include "support/structured_mesh.h"
 

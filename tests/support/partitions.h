@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/common/random.h"
-#include "crackle/geometry/partition.h"
-#include "crackle/geometry/realization.h"
+#include "common/index.h"
+#include "common/random.h"
+#include "geometry/partition.h"
+#include "geometry/realization.h"
 
 #include <algorithm>
 #include <functional>

@@ -3,7 +3,7 @@
 // raster of points without the program's geometry.
 #pragma once
 
-#include "crackle/common/random.h"
+#include "common/random.h"
 
 #include <fmt/format.h>
 

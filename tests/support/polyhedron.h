@@ -2,8 +2,8 @@
 // A body made from a few given facets.
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/geometry/body.h"
+#include "common/index.h"
+#include "geometry/body.h"
 
 #include <algorithm>
 #include <cmath>

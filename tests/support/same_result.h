@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/dynamics/sample_result.h"
+#include "dynamics/sample_result.h"
 
 #include <gtest/gtest.h>
 

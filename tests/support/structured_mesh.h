@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
-#include "crackle/fracture/break_record.h"
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/realization.h"
+#include "common/index.h"
+#include "fracture/break_record.h"
+#include "geometry/body.h"
+#include "geometry/realization.h"
 
 #include <algorithm>
 #include <array>

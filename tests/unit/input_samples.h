@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/input/reader.h"
+#include "input/reader.h"
 
 #include <string>
 #include <utility>

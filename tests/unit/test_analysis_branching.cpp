@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Detection rates and false positives of branching, on perturbed Delaunay tessellations cut by synthetic
 // surfaces.
-#include "crackle/common/index.h"
-#include "crackle/cracks/branching.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/realization.h"
+#include "common/index.h"
+#include "cracks/branching.h"
+#include "geometry/mother_points.h"
+#include "geometry/realization.h"
 
-#include "crackle/geometry/body.h"
+#include "geometry/body.h"
 #include "support/cut_realization.h"
 
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/real.h"
-#include "crackle/cracks/crack_history.h"
-#include "crackle/cracks/front_trajectory.h"
+#include "common/real.h"
+#include "cracks/crack_history.h"
+#include "cracks/front_trajectory.h"
 
 #include "support/structured_mesh.h"
 

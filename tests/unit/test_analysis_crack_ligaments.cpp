@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cracks that start at a slanted slot, at a hole, on the free surface and inside the body.
-#include "crackle/cracks/crack_ligaments.h"
+#include "cracks/crack_ligaments.h"
 
-#include "crackle/common/index.h"
-#include "crackle/common/real.h"
-#include "crackle/cracks/crack_line.h"
-#include "crackle/cracks/crack_pattern.h"
-#include "crackle/cracks/crack_speed.h"
-#include "crackle/cracks/front_trajectory.h"
-#include "crackle/cracks/section_crossings.h"
-#include "crackle/geometry/outline.h"
+#include "common/index.h"
+#include "common/real.h"
+#include "cracks/crack_line.h"
+#include "cracks/crack_pattern.h"
+#include "cracks/crack_speed.h"
+#include "cracks/front_trajectory.h"
+#include "cracks/section_crossings.h"
+#include "geometry/outline.h"
 #include "support/flat_cracks.h"
 #include "support/structured_mesh.h"
 

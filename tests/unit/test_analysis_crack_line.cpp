@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/cracks/crack_line.h"
+#include "cracks/crack_line.h"
 
 #include "support/made_crack.h"
 #include "support/structured_mesh.h"

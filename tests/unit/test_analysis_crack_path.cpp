@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/real.h"
-#include "crackle/cracks/crack_pattern.h"
-#include "crackle/cracks/crack_speed.h"
-#include "crackle/cracks/front_trajectory.h"
-#include "crackle/cracks/section_crossings.h"
+#include "common/real.h"
+#include "cracks/crack_pattern.h"
+#include "cracks/crack_speed.h"
+#include "cracks/front_trajectory.h"
+#include "cracks/section_crossings.h"
 
 #include "support/made_crack.h"
 #include "support/structured_mesh.h"

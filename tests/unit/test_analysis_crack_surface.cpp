@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/index.h"
-#include "crackle/cracks/crack_surface.h"
+#include "common/index.h"
+#include "cracks/crack_surface.h"
 
 #include "support/structured_mesh.h"
 

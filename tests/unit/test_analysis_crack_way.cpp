@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Speed and energy release rate of cracks in any direction from where they start.
-#include "crackle/common/index.h"
-#include "crackle/cracks/crack_history.h"
-#include "crackle/cracks/crack_speed.h"
-#include "crackle/cracks/front_trajectory.h"
+#include "common/index.h"
+#include "cracks/crack_history.h"
+#include "cracks/crack_speed.h"
+#include "cracks/front_trajectory.h"
 #include "support/flat_cracks.h"
 #include "support/made_crack.h"
 #include "support/plate_family.h"

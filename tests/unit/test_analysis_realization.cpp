@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Crack paths on perturbed Delaunay tessellations, where crack surfaces are as rough as those of the
 // mechanics.
-#include "crackle/cracks/crack_pattern.h"
-#include "crackle/cracks/section_crossings.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/realization.h"
+#include "cracks/crack_pattern.h"
+#include "cracks/section_crossings.h"
+#include "geometry/mother_points.h"
+#include "geometry/realization.h"
 
-#include "crackle/geometry/body.h"
+#include "geometry/body.h"
 #include "support/cut_realization.h"
 
 #include <gmock/gmock.h>

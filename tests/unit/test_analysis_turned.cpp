@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A body and its cracks rotated in the y-z plane: no measure of the analysis may depend on the axes.
-#include "crackle/common/real.h"
-#include "crackle/cracks/crack_line.h"
-#include "crackle/cracks/crack_pattern.h"
-#include "crackle/cracks/crack_speed.h"
-#include "crackle/cracks/front_trajectory.h"
-#include "crackle/cracks/section_crossings.h"
+#include "common/real.h"
+#include "cracks/crack_line.h"
+#include "cracks/crack_pattern.h"
+#include "cracks/crack_speed.h"
+#include "cracks/front_trajectory.h"
+#include "cracks/section_crossings.h"
 #include "support/structured_mesh.h"
 
 #include <gtest/gtest.h>

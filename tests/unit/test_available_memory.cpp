@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Memory left by a node and its control groups, from mock trees of /proc and /sys.
-#include "crackle/ensemble/memory.h"
-#include "crackle/ensemble/realization_queue.h"
-#include "crackle/geometry/body.h"
-#include "crackle/geometry/mother_points.h"
+#include "ensemble/memory.h"
+#include "ensemble/realization_queue.h"
+#include "geometry/body.h"
+#include "geometry/mother_points.h"
 #include "support/temporary_folder.h"
 
 #include <gmock/gmock.h>

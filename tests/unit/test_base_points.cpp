@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/base_points.h"
-#include "crackle/geometry/body.h"
+#include "ensemble/base_points.h"
+#include "geometry/body.h"
 
 #include <gtest/gtest.h>
 

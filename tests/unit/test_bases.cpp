@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Several shared bases: how often intervals for the material hold.
-#include "crackle/analysis/bases.h"
-#include "crackle/common/random.h"
+#include "analysis/bases.h"
+#include "common/random.h"
 
 #include "support/geometry_bodies.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Breaking at the ends of steps, with scripted stresses.
-#include "crackle/dynamics/breaking_check.h"
-#include "crackle/fracture/crack_vicinity.h"
+#include "dynamics/breaking_check.h"
+#include "fracture/crack_vicinity.h"
 
 #include "support/box_mesh.h"
 

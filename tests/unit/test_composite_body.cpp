@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bodies of several materials: where these are, and realizations that part them exactly.
-#include "crackle/common/stopwatch.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/partition.h"
-#include "crackle/geometry/point.h"
-#include "crackle/geometry/quality.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/geometry/subdomain.h"
-#include "crackle/geometry/symmetry.h"
+#include "common/stopwatch.h"
+#include "geometry/mother_points.h"
+#include "geometry/partition.h"
+#include "geometry/point.h"
+#include "geometry/quality.h"
+#include "geometry/realization.h"
+#include "geometry/subdomain.h"
+#include "geometry/symmetry.h"
 
 #include "input_samples.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Loads and supports on parts of faces: their location is equal in every realization, to the last digits.
-#include "crackle/geometry/condition_region.h"
-#include "crackle/geometry/symmetry.h"
-#include "crackle/mechanics/conditions.h"
+#include "geometry/condition_region.h"
+#include "geometry/symmetry.h"
+#include "mechanics/conditions.h"
 
 #include "support/job.h"
 #include "support/plate_family.h"

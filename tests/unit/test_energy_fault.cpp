@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // An invalid motion is detected by its energies.
-#include "crackle/dynamics/energy_account.h"
+#include "dynamics/energy_account.h"
 
 #include <gmock/gmock.h>
 

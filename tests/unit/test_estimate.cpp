@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/estimate.h"
+#include "ensemble/estimate.h"
 
-#include "crackle/dynamics/sample_run.h"
+#include "dynamics/sample_run.h"
 #include "support/box_mesh.h"
 
 #include <gmock/gmock.h>

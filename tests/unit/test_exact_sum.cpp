@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/random.h"
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/random.h"
+#include "parallel/agreement.h"
+#include "parallel/exact_sum.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The share of samples beyond a limit, and what it leaves out.
-#include "crackle/analysis/exceedance.h"
+#include "analysis/exceedance.h"
 
 #include <gmock/gmock.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which tetrahedron first reaches its strength, for any order and distribution of tetrahedra.
-#include "crackle/common/random.h"
-#include "crackle/fracture/equivalent_stress.h"
+#include "common/random.h"
+#include "fracture/equivalent_stress.h"
 
 #include "fracture/first_crossing.h"
 

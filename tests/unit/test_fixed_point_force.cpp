@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The fast force, edge by edge in integers, against the plain loop over tetrahedra.
-#include "crackle/common/index.h"
-#include "crackle/common/instruction_set.h"
-#include "crackle/fracture/breakable_body.h"
+#include "common/index.h"
+#include "common/instruction_set.h"
+#include "fracture/breakable_body.h"
 
 #include "mechanics/fixed_point_force.h"
 #include "support/box_mesh.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Takeover of locks: owners on other hosts, in other process namespaces, and in other starts and steps of a
 // SLURM job.
-#include "crackle/common/whole_number.h"
-#include "crackle/ensemble/folder_lock.h"
+#include "common/whole_number.h"
+#include "ensemble/folder_lock.h"
 
 #include "support/temporary_folder.h"
 

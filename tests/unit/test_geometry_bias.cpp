@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The candidate crack facets have no preferred planes.
-#include "crackle/common/index.h"
-#include "crackle/common/vector.h"
-#include "crackle/geometry/dual_facets.h"
-#include "crackle/geometry/point.h"
+#include "common/index.h"
+#include "common/vector.h"
+#include "geometry/dual_facets.h"
+#include "geometry/point.h"
 
 #include "support/geometry_bodies.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/body.h"
+#include "geometry/body.h"
 
-#include "crackle/geometry/quality.h"
+#include "geometry/quality.h"
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>

@@ -4,13 +4,13 @@
 //
 // CRACKLE_FAMILY=300 in the environment gives the number of bodies, CRACKLE_FAMILY_POINTS=200000 the most
 // points that one may have.
-#include "crackle/common/random.h"
-#include "crackle/common/stopwatch.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/input/parameters.h"
+#include "common/random.h"
+#include "common/stopwatch.h"
+#include "geometry/mother_points.h"
+#include "geometry/realization.h"
+#include "input/parameters.h"
 
-#include "crackle/geometry/body.h"
+#include "geometry/body.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/index.h"
-#include "crackle/common/random.h"
-#include "crackle/geometry/mother_points.h"
+#include "common/index.h"
+#include "common/random.h"
+#include "geometry/mother_points.h"
 
 #include "geometry/near_pairs.h"
 #include "support/geometry_bodies.h"

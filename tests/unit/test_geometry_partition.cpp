@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/partition.h"
-#include "crackle/geometry/point.h"
-#include "crackle/geometry/subdomain.h"
+#include "geometry/partition.h"
+#include "geometry/point.h"
+#include "geometry/subdomain.h"
 
 #include "support/geometry_bodies.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/random.h"
-#include "crackle/geometry/quality.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/geometry/symmetry.h"
+#include "common/random.h"
+#include "geometry/quality.h"
+#include "geometry/realization.h"
+#include "geometry/symmetry.h"
 
 #include "support/geometry_bodies.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Deliberately broken realizations: each must be rejected for the right reason.
-#include "crackle/geometry/quality.h"
-#include "crackle/geometry/realization.h"
+#include "geometry/quality.h"
+#include "geometry/realization.h"
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The VTK files, read back by VTK itself if its Python module is installed.
-#include "crackle/common/index.h"
-#include "crackle/geometry/quality.h"
-#include "crackle/io/vtk_file.h"
+#include "common/index.h"
+#include "geometry/quality.h"
+#include "io/vtk_file.h"
 
 #include "support/geometry_bodies.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Means, shares and medians of values in groups: by hand, and how often their intervals hold.
-#include "crackle/analysis/grouped_values.h"
-#include "crackle/common/random.h"
+#include "analysis/grouped_values.h"
+#include "common/random.h"
 
 #include <gmock/gmock.h>
 

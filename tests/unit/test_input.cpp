@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Correct inputs: every key, its units and its default.
-#include "crackle/input/reader.h"
+#include "input/reader.h"
 #include "unit/input_samples.h"
 
 #include "support/temporary_folder.h"

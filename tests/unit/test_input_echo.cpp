@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The echo of the resolved input is itself a complete description of it, and the table of keys names them
 // all.
-#include "crackle/common/checksum.h"
-#include "crackle/input/reader.h"
+#include "common/checksum.h"
+#include "input/reader.h"
 #include "input/schema.h"
 
 #include "unit/input_samples.h"

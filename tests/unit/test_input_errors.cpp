@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Invalid inputs at the level of the reader; the table of invalid inputs of the whole program is in
 // tests/cli.
-#include "crackle/input/reader.h"
+#include "input/reader.h"
 #include "input/schema.h"
 #include "unit/input_samples.h"
 

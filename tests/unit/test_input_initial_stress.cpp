@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [[initial.stress]]: its values and the mistakes that users make.
-#include "crackle/input/reader.h"
+#include "input/reader.h"
 #include "unit/input_samples.h"
 
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [[load]], and the factor of a [[boundary]].
-#include "crackle/input/reader.h"
+#include "input/reader.h"
 
 #include "input_samples.h"
 

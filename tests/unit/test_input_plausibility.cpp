@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Valid but implausible values, and stress intensities in common units.
-#include "crackle/input/plausibility.h"
-#include "crackle/uncertainty/random_inputs.h"
+#include "input/plausibility.h"
+#include "uncertainty/random_inputs.h"
 #include "unit/input_samples.h"
 
 #include <gmock/gmock.h>

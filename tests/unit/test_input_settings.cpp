@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Replacing values in the text of an input, and the cases of a sweep.
-#include "crackle/input/reader.h"
+#include "input/reader.h"
 
 #include "input_samples.h"
 

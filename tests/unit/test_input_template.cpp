@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The template written by `crackle init`: the original input, with every other key as a comment.
-#include "crackle/input/reader.h"
+#include "input/reader.h"
 
 #include <gmock/gmock.h>
 

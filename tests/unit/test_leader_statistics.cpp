@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Statistics of leading and following cracks, in the frame of the leading one.
-#include "crackle/analysis/leader_frame.h"
-#include "crackle/analysis/running_statistics.h"
-#include "crackle/common/random.h"
-#include "crackle/cracks/crack_pattern.h"
+#include "analysis/leader_frame.h"
+#include "analysis/running_statistics.h"
+#include "common/random.h"
+#include "cracks/crack_pattern.h"
 
 #include "support/geometry_bodies.h"
 

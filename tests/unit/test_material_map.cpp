@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [material.map]: rasters in two formats, their place in the body, and the mistakes that users make.
-#include "crackle/ensemble/material_map.h"
-#include "crackle/ensemble/memory.h"
-#include "crackle/geometry/point.h"
-#include "crackle/io/raster.h"
+#include "ensemble/material_map.h"
+#include "ensemble/memory.h"
+#include "geometry/point.h"
 #include "io/hdf5.h"
+#include "io/raster.h"
 #include "support/box_mesh.h"
 #include "support/temporary_folder.h"
 #include "unit/input_samples.h"

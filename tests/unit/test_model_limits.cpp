@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Warnings about what the mesh cannot represent, with the size of the error; no warnings for inputs that it
 // represents.
-#include "crackle/dynamics/model_limits.h"
-#include "crackle/input/reader.h"
+#include "dynamics/model_limits.h"
+#include "input/reader.h"
 
 #include "support/job.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stresses averaged around nodes.
-#include "crackle/fracture/nodal_means.h"
+#include "fracture/nodal_means.h"
 
-#include "crackle/geometry/partition.h"
-#include "crackle/geometry/point.h"
+#include "geometry/partition.h"
+#include "geometry/point.h"
 
 #include "support/box_mesh.h"
 

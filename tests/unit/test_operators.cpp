@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/index.h"
-#include "crackle/mechanics/internal_force.h"
-#include "crackle/mechanics/operators.h"
+#include "common/index.h"
+#include "mechanics/internal_force.h"
+#include "mechanics/operators.h"
 
 #include "support/box_mesh.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Samples whose cracks take different ways: found where they do, not where chance alone scatters them.
-#include "crackle/analysis/path_groups.h"
-#include "crackle/analysis/stop_rule.h"
-#include "crackle/common/random.h"
-#include "crackle/common/real.h"
+#include "analysis/path_groups.h"
+#include "analysis/stop_rule.h"
+#include "common/random.h"
+#include "common/real.h"
 
 #include "support/geometry_bodies.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Paths as wholes: how often bands hold, and the mean of cracks of which some stopped.
-#include "crackle/analysis/path_inference.h"
-#include "crackle/common/random.h"
+#include "analysis/path_inference.h"
+#include "common/random.h"
 
 #include "support/geometry_bodies.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The samples that a run computes, and the folders that it refuses.
-#include "crackle/ensemble/sample_plan.h"
-#include "crackle/input/reader.h"
-#include "crackle/io/checkpoint_file.h"
-#include "crackle/io/sample_file.h"
+#include "ensemble/sample_plan.h"
+#include "input/reader.h"
+#include "io/checkpoint_file.h"
+#include "io/sample_file.h"
 #include "support/temporary_folder.h"
 
 #include <gmock/gmock.h>

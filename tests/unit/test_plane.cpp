@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/plane/shape.h"
+#include "plane/shape.h"
 
-#include "crackle/common/random.h"
-#include "crackle/plane/side_index.h"
-#include "crackle/plane/subdivision.h"
+#include "common/random.h"
+#include "plane/side_index.h"
+#include "plane/subdivision.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

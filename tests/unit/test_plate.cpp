@@ -2,11 +2,11 @@
 // Bodies with any outline, with holes and slots in any direction: their geometry and their realizations.
 //
 // CRACKLE_FAMILY and CRACKLE_FAMILY_POINTS in the environment as for test_geometry_family.
-#include "crackle/common/random.h"
-#include "crackle/common/stopwatch.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/geometry/symmetry.h"
+#include "common/random.h"
+#include "common/stopwatch.h"
+#include "geometry/mother_points.h"
+#include "geometry/realization.h"
+#include "geometry/symmetry.h"
 
 #include "input_samples.h"
 #include "support/plate_family.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bodies that are no plates, from a few given facets: the mesher asks nothing that only a plate can answer.
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/quality.h"
-#include "crackle/geometry/realization.h"
+#include "geometry/mother_points.h"
+#include "geometry/quality.h"
+#include "geometry/realization.h"
 
 #include "support/geometry_bodies.h"
 #include "support/polyhedron.h"

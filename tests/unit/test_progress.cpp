@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Progress shown to the user: counts, time left, means; the line on a terminal and in a log.
-#include "crackle/common/text_table.h"
-#include "crackle/ensemble/group.h"
-#include "crackle/ensemble/progress.h"
-#include "crackle/ensemble/run_log.h"
+#include "common/text_table.h"
+#include "ensemble/group.h"
+#include "ensemble/progress.h"
+#include "ensemble/run_log.h"
 #include "support/geometry_bodies.h"
 #include "support/temporary_folder.h"
 

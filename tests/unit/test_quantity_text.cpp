@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/nearest_name.h"
-#include "crackle/common/printable.h"
-#include "crackle/common/quantity_text.h"
+#include "common/nearest_name.h"
+#include "common/printable.h"
+#include "common/quantity_text.h"
 
 #include <gtest/gtest.h>
 

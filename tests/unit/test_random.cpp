@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/random.h"
+#include "common/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Random inputs: distributions against their closed forms, sampling plans, draws and the resulting inputs.
-#include "crackle/input/reader.h"
-#include "crackle/uncertainty/polynomials.h"
-#include "crackle/uncertainty/random_inputs.h"
+#include "input/reader.h"
+#include "uncertainty/polynomials.h"
+#include "uncertainty/random_inputs.h"
 
 #include "input_samples.h"
 #include "support/distributions.h"

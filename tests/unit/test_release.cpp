@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How long breaking tetrahedra keep part of their stiffness, and the impulse before they break.
-#include "crackle/fracture/release_time.h"
+#include "fracture/release_time.h"
 
-#include "crackle/dynamics/resolution.h"
-#include "crackle/fracture/toughness.h"
-#include "crackle/geometry/body.h"
-#include "crackle/mechanics/elasticity.h"
-#include "crackle/parallel/agreement.h"
+#include "dynamics/resolution.h"
+#include "fracture/toughness.h"
+#include "geometry/body.h"
+#include "mechanics/elasticity.h"
+#include "parallel/agreement.h"
 #include "support/box_mesh.h"
 #include "support/job.h"
 #include "support/loaded_plate.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Residual stiffness with release by facets: stress-free in rigid rotations, symmetric and positive
 // semi-definite, never more energy, and zero across a through crack.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/energy_account.h"
-#include "crackle/fracture/connectivity.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/index.h"
+#include "dynamics/energy_account.h"
+#include "fracture/connectivity.h"
+#include "parallel/exact_sum.h"
 
 #include "mechanics/fixed_point_force.h"
 #include "support/box_mesh.h"

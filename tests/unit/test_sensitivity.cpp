@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Sensitivities of results with known values, written into the rows of samples, and the coverage of
 // intervals.
-#include "crackle/analysis/exceedance.h"
-#include "crackle/analysis/sensitivity.h"
-#include "crackle/common/random.h"
-#include "crackle/input/reader.h"
-#include "crackle/uncertainty/random_inputs.h"
+#include "analysis/exceedance.h"
+#include "analysis/sensitivity.h"
+#include "common/random.h"
+#include "input/reader.h"
+#include "uncertainty/random_inputs.h"
 
 #include "input_samples.h"
 

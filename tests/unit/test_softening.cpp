@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The saw-tooth law, and the energy dissipated by single tetrahedra.
-#include "crackle/fracture/softening.h"
+#include "fracture/softening.h"
 
-#include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/equivalent_stress.h"
+#include "fracture/breakable_body.h"
+#include "fracture/equivalent_stress.h"
 
 #include "support/box_mesh.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Parts of the static solver: block factors, interrupted conjugate gradients, cells of nodes.
-#include "crackle/common/index.h"
-#include "crackle/fracture/breakable_body.h"
+#include "common/index.h"
+#include "fracture/breakable_body.h"
 
 #include "kernels/cell_kernels.h"
 #include "mechanics/block_factors.h"

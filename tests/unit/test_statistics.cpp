@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/statistics.h"
-#include "crackle/common/index.h"
-#include "crackle/cracks/crack_pattern.h"
+#include "analysis/statistics.h"
+#include "common/index.h"
+#include "cracks/crack_pattern.h"
 
 #include "support/geometry_bodies.h"
 

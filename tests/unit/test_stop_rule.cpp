@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Ensembles that stop early: their interval must keep its confidence despite repeated looks.
-#include "crackle/analysis/running_statistics.h"
-#include "crackle/analysis/stop_rule.h"
-#include "crackle/common/random.h"
+#include "analysis/running_statistics.h"
+#include "analysis/stop_rule.h"
+#include "common/random.h"
 
 #include "support/geometry_bodies.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The stress averaged over balls.
-#include "crackle/fracture/stress_average.h"
+#include "fracture/stress_average.h"
 
-#include "crackle/fracture/equivalent_stress.h"
-#include "crackle/geometry/point.h"
+#include "fracture/equivalent_stress.h"
+#include "geometry/point.h"
 
 #include "support/box_mesh.h"
 

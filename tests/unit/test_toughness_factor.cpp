@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The relation between strength and toughness, by Poisson's ratio, and along the crack paths.
-#include "crackle/fracture/toughness.h"
+#include "fracture/toughness.h"
 
-#include "crackle/dynamics/resolution.h"
-#include "crackle/input/poisson_limits.h"
+#include "dynamics/resolution.h"
+#include "input/poisson_limits.h"
 #include "support/geometry_bodies.h"
 #include "support/job.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/random.h"
-#include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/equivalent_stress.h"
-#include "crackle/fracture/tuler_butcher.h"
+#include "common/random.h"
+#include "fracture/breakable_body.h"
+#include "fracture/equivalent_stress.h"
+#include "fracture/tuler_butcher.h"
 
 #include "support/box_mesh.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Random fields of the material: moments, correlation, marginal distributions, and independence of a factor
 // from the partition.
-#include "crackle/fracture/gaussian_field.h"
-#include "crackle/fracture/variation.h"
+#include "fracture/gaussian_field.h"
+#include "fracture/variation.h"
 
 #include "support/box_mesh.h"
 #include "support/distributions.h"

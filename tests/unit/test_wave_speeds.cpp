@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/mechanics/conditions.h"
-#include "crackle/mechanics/elasticity.h"
+#include "dynamics/sample_run.h"
+#include "fracture/material_field.h"
+#include "mechanics/conditions.h"
+#include "mechanics/elasticity.h"
 
 #include "support/box_mesh.h"
 #include "support/job.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/weibull_fit.h"
+#include "analysis/weibull_fit.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A group of one process in a program that never starts MPI.
-#include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
-#include "crackle/parallel/exact_sum.h"
-#include "crackle/parallel/ghost_exchange.h"
-#include "crackle/parallel/sleeping_wait.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
+#include "parallel/ghost_exchange.h"
+#include "parallel/sleeping_wait.h"
 
 #include <gmock/gmock.h>
 

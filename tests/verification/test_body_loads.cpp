@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Loads that vary in space and forces on the whole body, beside exact solutions.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/energy_account.h"
-#include "crackle/dynamics/quasi_static.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/parallel/agreement.h"
+#include "common/index.h"
+#include "dynamics/energy_account.h"
+#include "dynamics/quasi_static.h"
+#include "dynamics/sample_run.h"
+#include "parallel/agreement.h"
 
 #include "support/box_mesh.h"
 #include "support/job.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Boundary conditions in dynamics: motions of part of a face, loads with a history, free flight.
-#include "crackle/common/real.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/mechanics/conditions.h"
-#include "crackle/mechanics/rigid_motion.h"
-#include "crackle/parallel/exact_sum.h"
+#include "common/real.h"
+#include "dynamics/sample_run.h"
+#include "mechanics/conditions.h"
+#include "mechanics/rigid_motion.h"
+#include "parallel/exact_sum.h"
 
 #include "support/elastic_motion.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bulk viscosity against exact solutions: the decay of a standing wave, and the front of a step; the step up
 // to which motion is stable with it, and its energy.
-#include "crackle/mechanics/elasticity.h"
+#include "mechanics/elasticity.h"
 
 #include "support/box_mesh.h"
 #include "support/elastic_motion.h"

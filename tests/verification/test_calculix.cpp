@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The static and a transient solution compared with CalculiX on the same mesh; its linear tetrahedron C3D4
 // has the same stiffness as PDS-FEM.
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/dynamics/quasi_static.h"
-#include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/geometry/mother_points.h"
+#include "dynamics/moving_body.h"
+#include "dynamics/quasi_static.h"
+#include "dynamics/stable_step.h"
+#include "fracture/material_field.h"
+#include "geometry/mother_points.h"
 
-#include "crackle/geometry/body.h"
+#include "geometry/body.h"
 #include "support/box_mesh.h"
 #include "support/temporary_folder.h"
 

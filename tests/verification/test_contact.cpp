@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A bar is broken in two and pushed together again: with contact the crack carries compression, and nothing
 // else.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/explicit_phase.h"
-#include "crackle/dynamics/stable_step.h"
-#include "crackle/mechanics/elasticity.h"
+#include "common/index.h"
+#include "dynamics/explicit_phase.h"
+#include "dynamics/stable_step.h"
+#include "mechanics/elasticity.h"
 
 #include "support/box_mesh.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Damping and absorbing faces against exact solutions: the decay of free motion and of a vibration, and the
 // reflection of plane waves by Lysmer and Kuhlemeyer's dashpots.
-#include "crackle/mechanics/elasticity.h"
+#include "mechanics/elasticity.h"
 
 #include "support/box_mesh.h"
 #include "support/elastic_motion.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Time integration against the exact motion of a small elastic body, known from its eigenmodes, and against
 // waves.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/explicit_phase.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/dynamics/stable_step.h"
+#include "common/index.h"
+#include "dynamics/explicit_phase.h"
+#include "dynamics/sample_run.h"
+#include "dynamics/stable_step.h"
 
 #include "support/box_mesh.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The energy balance of a whole sample of the demo: external work = kinetic + strain + released + dissipated
 // at every output.
-#include "crackle/dynamics/energy_account.h"
-#include "crackle/dynamics/sample_run.h"
+#include "dynamics/energy_account.h"
+#include "dynamics/sample_run.h"
 #include "support/job.h"
 
 #include <gtest/gtest.h>

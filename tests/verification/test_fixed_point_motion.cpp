@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The fast dynamics in integers: reversible to the last bit, equal with every instruction set, consistent
 // with the plain double-precision dynamics, and no overloaded tetrahedron missed.
-#include "crackle/dynamics/explicit_phase.h"
-#include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/equivalent_stress.h"
-#include "crackle/fracture/softening.h"
-#include "crackle/fracture/tuler_butcher.h"
+#include "dynamics/explicit_phase.h"
+#include "dynamics/stable_step.h"
+#include "fracture/equivalent_stress.h"
+#include "fracture/softening.h"
+#include "fracture/tuler_butcher.h"
 
 #include "dynamics/fixed_point_state.h"
 #include "dynamics/state_range.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Unstable growth and arrest, each in a case designed for it.
-#include "crackle/dynamics/sample_run.h"
+#include "dynamics/sample_run.h"
 #include "support/box_mesh.h"
 
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Histories and probes against exact solutions: a bar in equilibrium, and waves in it.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/sample_run.h"
+#include "common/index.h"
+#include "dynamics/sample_run.h"
 
 #include "support/box_mesh.h"
 

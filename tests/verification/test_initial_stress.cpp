@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stress from the start beside exact solutions: tempered plates, cooled bars, and a quench that breaks a bar.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/quasi_static.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/fracture/initial_strain.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/mechanics/conditions.h"
+#include "common/index.h"
+#include "dynamics/quasi_static.h"
+#include "dynamics/sample_run.h"
+#include "fracture/initial_strain.h"
+#include "fracture/material_field.h"
+#include "mechanics/conditions.h"
 
 #include "support/box_mesh.h"
 

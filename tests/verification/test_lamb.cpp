@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Lamb's problem: a point force on the free surface of a half-space, against the closed form of Pekeris
 // (1955) and Mooney (1974) for Poisson's ratio 1/4.
-#include "crackle/common/index.h"
+#include "common/index.h"
 
 #include "support/elastic_motion.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bodies for which all fracture laws agree: a bar without a notch fails at the strength, and breaks by an
 // averaged stress attach to the crack.
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/geometry/point.h"
+#include "dynamics/sample_run.h"
+#include "geometry/point.h"
 
 #include "support/box_mesh.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The record of a testing machine: from which conditions, with which sign, and until when.
-#include "crackle/dynamics/machine_load.h"
-#include "crackle/dynamics/sample_run.h"
+#include "dynamics/machine_load.h"
+#include "dynamics/sample_run.h"
 
 #include "support/box_mesh.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bodies of two materials, on the program's meshes of their boundaries, against exact solutions.
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/dynamics/quasi_static.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/material_field.h"
-#include "crackle/fracture/toughness.h"
-#include "crackle/geometry/point.h"
+#include "dynamics/moving_body.h"
+#include "dynamics/quasi_static.h"
+#include "dynamics/sample_run.h"
+#include "dynamics/stable_step.h"
+#include "fracture/material_field.h"
+#include "fracture/toughness.h"
+#include "geometry/point.h"
 
 #include "support/box_mesh.h"
 #include "support/job.h"

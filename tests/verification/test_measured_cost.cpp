@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The measurement of a sample's cost; its results, not the times.
-#include "crackle/ensemble/estimate.h"
+#include "ensemble/estimate.h"
 
-#include "crackle/dynamics/explicit_phase.h"
+#include "dynamics/explicit_phase.h"
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where cracks start with a strength and a toughness: smooth bodies break near the strength, slots at the
 // load that the toughness gives; and how fast they spread then.
-#include "crackle/common/real.h"
-#include "crackle/common/vector.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/geometry/point.h"
-#include "crackle/mechanics/elasticity.h"
+#include "common/real.h"
+#include "common/vector.h"
+#include "dynamics/sample_run.h"
+#include "geometry/point.h"
+#include "mechanics/elasticity.h"
 #include "support/box_mesh.h"
 #include "support/job.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Outcomes of samples, their first break and their onset.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/dynamics/separation.h"
-#include "crackle/parallel/agreement.h"
+#include "common/index.h"
+#include "dynamics/sample_run.h"
+#include "dynamics/separation.h"
+#include "parallel/agreement.h"
 
 #include "support/box_mesh.h"
 #include "support/elastic_motion.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stress intensities of plates: a compact tension specimen by its energy, inclined slots by the interaction
 // integral.
-#include "crackle/parallel/exact_sum.h"
+#include "parallel/exact_sum.h"
 
 #include "support/loaded_plate.h"
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Difficult quasi-static loading: hundreds of stable breaks, loose tetrahedra, parts that hang by an edge.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/quasi_static.h"
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/dynamics/separation.h"
-#include "crackle/fracture/connectivity.h"
+#include "common/index.h"
+#include "dynamics/quasi_static.h"
+#include "dynamics/sample_run.h"
+#include "dynamics/separation.h"
+#include "fracture/connectivity.h"
 
 #include "support/box_mesh.h"
 

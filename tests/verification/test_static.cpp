@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Static equilibrium and onset against exact solutions of uniformly stressed bodies.
-#include "crackle/common/index.h"
-#include "crackle/dynamics/quasi_static.h"
+#include "common/index.h"
+#include "dynamics/quasi_static.h"
 
 #include "support/box_mesh.h"
 

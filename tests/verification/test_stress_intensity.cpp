@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stress intensity of the centre-notched strip in jobs/verification/notched-strip.toml from the static
 // energies of two notch depths, against the handbook (Feddersen), at three spacings.
-#include "crackle/dynamics/quasi_static.h"
-#include "crackle/parallel/exact_sum.h"
+#include "dynamics/quasi_static.h"
+#include "parallel/exact_sum.h"
 
 #include "support/box_mesh.h"
 #include "support/job.h"

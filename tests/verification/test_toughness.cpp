@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The failure load of a cracked strip, with a toughness and with a strength, at three spacings.
-#include "crackle/dynamics/sample_run.h"
-#include "crackle/fracture/toughness.h"
-#include "crackle/mechanics/elasticity.h"
+#include "dynamics/sample_run.h"
+#include "fracture/toughness.h"
+#include "mechanics/elasticity.h"
 #include "support/box_mesh.h"
 #include "support/job.h"
 

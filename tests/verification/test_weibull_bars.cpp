@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bars of Weibull material under uniform tension: the load at the first break has the Weibull distribution
 // for the bar's volume, for any mesh, and the modulus is recovered from it and from the size effect.
-#include "crackle/dynamics/sample_run.h"
+#include "dynamics/sample_run.h"
 
 #include "support/box_mesh.h"
 #include "support/distributions.h"

@@ -36,7 +36,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class Start:
-    """A place where cracks start, in the y-z plane [m]; see include/crackle/geometry/crack_start.h."""
+    """A place where cracks start, in the y-z plane [m]; see src/geometry/crack_start.h."""
     name: str
     is_straight: bool
     is_free_surface: bool

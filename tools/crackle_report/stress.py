@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stress of a sample's tetrahedra, by the program's rules: see include/crackle/mechanics/residual_stiffness.h."""
+"""The stress of a sample's tetrahedra, by the program's rules: see src/mechanics/residual_stiffness.h."""
 from __future__ import annotations
 
 import numpy as np

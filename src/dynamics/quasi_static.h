@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "common/real.h"
+#include "dynamics/energy_account.h"
+#include "fracture/breakable_body.h"
+#include "fracture/fracture_law.h"
+#include "mechanics/conditions.h"
+#include "mechanics/static_solver.h"
+#include "parallel/communicator.h"
+#include "parallel/node_field.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace crackle::dynamics {
+
+class StiffnessRatio;
+
+/// How a quasi-static phase ended.
+enum class QuasiStaticEnd {
+  unstable,   ///< a tetrahedron exceeds the limit at constant load: dynamics takes over
+  no_load,    ///< no further loading breaks the body
+  separated,  ///< the loads are no longer supported, or without stiffness: the body carries no load
+  suspended,  ///< stopped on request between two breaks
+};
+
+/// Event-driven quasi-static loading. Between breaks the equilibrium is linear in the loads: one unit
+/// solution per force pattern, per prescribed motion and per part of the initial strain, scaled by its curve.
+/// Under a slow ramp the Tuler-Butcher overshoot is negligible, so a tetrahedron breaks when its largest
+/// principal stress reaches the strength.
+class QuasiStaticLoading {
+public:
+  /// Solves for the intact body. Collective. The references must outlive the object.
+  /// @param patience a tetrahedron over the limit that would take longer than this to break in dynamics [s]
+  ///   is released quasi-statically, as a dynamic phase would arrest before its first break
+  /// @param ending_loads the loads, which end on fragments that come loose; nullptr: they continue
+  QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
+                     const mechanics::Conditions& loads, fracture::FractureLaw& law, double patience,
+                     mechanics::Conditions* ending_loads = nullptr);
+  ~QuasiStaticLoading();
+
+  /// Adds the loads and the initial strain at time 0 to the energy account. Collective; call once, first.
+  void load_at_start(EnergyAccount& account);
+
+  /// Collective. @throws parallel::AgreedError on every rank when a tetrahedron exceeds its strength under
+  /// the loads at time 0, naming the load at which the first one would have broken
+  void refuse_overload() const;
+
+  /// The largest ratio of stress to strength in the current equilibrium; 0 if no tetrahedron is in tension.
+  /// Collective.
+  double stress_share() const;
+
+  /// Share of the body's volume with a principal strain beyond a limit, in the current equilibrium.
+  /// Collective.
+  double strained_share(double limit) const;
+
+  /// Continues loading until instability or the end of the curve. Collective.
+  /// @param must_suspend this rank's request, polled after each break; may be empty
+  /// @param on_equilibrium called on every rank with the loads before and after each increment, up to a break
+  ///   or a kink of a load curve; may be empty
+  using OnEquilibrium = std::function<void(const LoadState& loads)>;
+  QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& must_suspend = {},
+                         const OnEquilibrium& on_equilibrium = {});
+
+  /// Frees most of the solver's memory until resume(). Local.
+  void rest() { solver_.rest(); }
+
+  /// Continues at `time` from a body that came to rest after the dynamic state `displacement`, including its
+  /// new breaks: solves for the equilibrium and updates the energy account. Collective.
+  /// @return false when the body no longer carries any load
+  bool resume(double time, double kinetic, const parallel::NodeField& displacement, EnergyAccount& account);
+
+  double time() const { return time_; }
+  /// True if a load, a motion or the initial strain changes from now on.
+  bool grows() const;
+  /// The machine's load at the last event [N].
+  double load() const { return load_; }
+  /// The same at the first break; NaN if nothing has broken quasi-statically.
+  double load_at_first_break() const { return load_at_first_break_; }
+  /// Largest residual of the solves so far, see mechanics::StaticSolver::residual.
+  double residual() const { return residual_; }
+  const parallel::NodeField& displacement() const { return displacement_; }
+  /// At an instability, by how much a stress exceeds the strength, relative to that, and how long the
+  /// tetrahedron resists [s].
+  double overload() const { return overload_; }
+  double onset_delay() const { return onset_delay_; }
+  std::int64_t n_solves() const { return n_solves_; }
+  std::int64_t n_iterations() const { return n_iterations_; }
+  std::int64_t n_breaks() const { return n_breaks_; }
+  /// Number of equilibria at which something broke or softened.
+  std::int64_t n_events() const { return n_events_; }
+
+private:
+  struct Critical {
+    double value = infinity;
+    std::int64_t number = -1;  ///< in the realization; -1: none
+    std::int32_t local = -1;   ///< on this rank, or -1
+  };
+
+  /// Increases the loads, kink by kink of the load curves, until a tetrahedron reaches its limit. Collective.
+  /// @param state receives the loads reached
+  /// @param next receives the tetrahedron
+  /// @return the end of the loading, if it comes first
+  std::optional<QuasiStaticEnd> raise_loads(EnergyAccount& account, const OnEquilibrium& on_equilibrium,
+                                            LoadState& state, Critical& next);
+  /// Breaks or softens all that fails with a tetrahedron and solves for the next equilibrium. Collective.
+  /// @param state receives the loads in it
+  /// @return false when the body no longer carries any load
+  bool break_and_relax(EnergyAccount& account, const Critical& next, LoadState& state);
+  void solve_unit_problems(const mechanics::Accuracy& accuracy);
+  /// Solves for the parts of the initial strain that act or change now and are not solved for yet: of a
+  /// history that is a sum of many, few do.
+  void solve_initial_problems(const mechanics::Accuracy& accuracy);
+  void solve(std::span<const double> force, parallel::NodeField& displacement,
+             const mechanics::Accuracy& accuracy);
+  /// Superposition of the unit solutions, scaled by their load curves.
+  template <class ForceFactor, class MotionFactor>
+  void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
+  /// Takes displacement and initial strain at time_.
+  void combine();
+  /// Solves for the new equilibrium. @return false when the body no longer carries any load
+  /// @param may_separate tetrahedra or bridges broke, rather than only softened
+  bool update_after_breaks(bool may_separate);
+  /// Decided from the unit solutions, converged or not. Collective.
+  bool carries_nothing(bool is_equilibrium) const;
+  /// True if a displacement exceeds the range of linear elasticity. Collective.
+  bool is_far(const parallel::NodeField& displacement) const;
+  /// The largest ratio of stress to strength; for averaged stress, the smaller of the tetrahedron's own ratio
+  /// and its ball's; away from cracks, of its own and that of the largest mean around its corners.
+  Critical most_loaded() const;
+  /// The means around nodes in the current equilibrium; empty if none are needed.
+  const std::vector<mechanics::Symmetric>& means() const;
+  /// True if a tetrahedron must reach its strength in a mean, too.
+  bool needs_mean(std::int32_t tetrahedron) const { return law_->needs_mean(tetrahedron); }
+  /// Calls visit(patch) for the means around the corners of a tetrahedron that this rank knows. Some rank
+  /// knows each, so that the largest of all ranks' largest means is the largest of all.
+  template <class Visit>
+  void for_means(std::int32_t tetrahedron, const Visit& visit) const {
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      if (const auto patch = law_->means()->patch(tetrahedron, corner); patch >= 0) visit(index(patch));
+  }
+  /// The next tetrahedron to reach its strength under increasing loads.
+  Critical first_to_break(double until) const;
+  /// Local number of the tetrahedron that breaks there, or -1: the critical one itself, or the one selected
+  /// by its ball.
+  std::int32_t breaking(const Critical& critical) const;
+  /// All tetrahedra that fail together: that of breaking() or, with softening, all whose load is nearly the
+  /// largest.
+  std::vector<std::int32_t> all_breaking(const Critical& critical) const;
+  /// How long a tetrahedron resists this load, relative to its strength [s].
+  /// @param tetrahedron local number; -1 on ranks that do not hold it
+  double time_to_break(std::int32_t tetrahedron, double load) const;
+  /// The tetrahedron at which another one's load is evaluated: itself, or the centre of the ball that
+  /// represents it. -1 if it is broken or another rank is responsible.
+  std::int32_t place_of(std::int32_t tetrahedron) const;
+  Critical agree(Critical local, bool smallest) const;
+
+  const parallel::Communicator* group_;
+  fracture::BreakableBody* body_;
+  const mechanics::Conditions* loads_;
+  mechanics::Conditions* ending_loads_;
+  fracture::FractureLaw* law_;
+  double patience_;
+  mechanics::StaticSolver solver_;
+  std::vector<parallel::NodeField> unit_;          // for each force pattern, then for each driven motion
+  std::vector<parallel::NodeField> initial_unit_;  // for each part of the initial strain
+  std::vector<std::uint8_t> is_solved_;            // of these, with the current stiffness
+  std::unique_ptr<const StiffnessRatio> stiffness_ratio_;
+  parallel::NodeField displacement_;                 // equilibrium at time_
+  mutable std::vector<mechanics::Symmetric> means_;  // stresses around nodes there; empty: not computed yet
+  std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
+  double extent_ = 0;                 // of the body, the largest along an axis [m]
+  double time_ = 0;
+  double load_ = 0;  // [N]
+  double load_at_first_break_ = not_a_number;
+  double overload_ = 0, onset_delay_ = 0;
+  double residual_ = 0;
+  std::int64_t n_solves_ = 0;
+  std::int64_t n_iterations_ = 0;
+  std::int64_t n_breaks_ = 0;
+  std::int64_t n_events_ = 0;
+  int n_overloads_ = 0;  // consecutive checks at which softening tetrahedra exceeded their strength
+};
+
+}  // namespace crackle::dynamics

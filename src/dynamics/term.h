@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "common/vector.h"
+#include "dynamics/integrator.h"
+#include "mechanics/conditions.h"
+#include "parallel/communicator.h"
+#include "parallel/node_field.h"
+#include "parallel/numbered_rows.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// The state of a moving body.
+struct MotionState {
+  parallel::NodeField displacement;  ///< [m]
+  parallel::NodeField velocity;      ///< [m/s]
+};
+
+/// The owned nodes of a moving body as a Term sees them: in SI units, but in the numbers of the
+/// implementation, to which changes are rounded.
+class MovingNodes {
+public:
+  virtual ~MovingNodes() = default;
+
+  virtual double displacement(std::int32_t node, int component) const = 0;  ///< [m]
+  virtual double velocity(std::int32_t node, int component) const = 0;      ///< [m/s]
+  /// The internal force, by which the velocity changes with the opposite sign [N].
+  virtual double internal_force(std::int32_t node, int component) const = 0;
+
+  /// Changes the velocity by a force that acts for a duration.
+  /// @param remainder rounding error carried over from one kick to the next, 0 at first, in units of the
+  ///   implementation: without it a constant force would be rounded the same way in every kick
+  virtual void kick(std::int32_t node, int component, double duration, double force, double& remainder) = 0;
+  /// Changes the velocity, and the displacement by the change times `duration`.
+  /// @return the change as rounded [m/s]
+  virtual double change_velocity(std::int32_t node, int component, double change, double duration) = 0;
+  virtual void set_velocity(std::int32_t node, int component, double velocity) = 0;
+  /// Puts a node at a displacement after a drift.
+  virtual void drive(std::int32_t node, int component, double displacement, double velocity,
+                     double drift) = 0;
+
+  /// How far each local node, ghosts included, has moved in the last step [m].
+  virtual void movements(std::span<Vector> moved) const = 0;
+  /// Sums of forces are independent of the partition if each is a multiple of this [N]; 0: no matter.
+  virtual double force_quantum() const = 0;
+};
+
+/// The demands of a term on the numbers of a phase, at most; 0: none. Equal on every rank.
+struct Demand {
+  double stress = 0;        ///< that its forces cause where they act [Pa]
+  double velocity = 0;      ///< that it prescribes [m/s]
+  double acceleration = 0;  ///< that it gives a fragment, whatever that is supported by [m/s^2]
+  double resultant = 0;     ///< of its forces on the body [N]
+  bool holds = false;       ///< supports the body
+
+  Demand& operator+=(const Demand& other);
+};
+
+/// A contribution to the equation of motion besides the stiffness of the body. An object serves one dynamic
+/// phase; nodes are the owned ones of this rank, in consecutive blocks. Local unless stated otherwise.
+///
+/// In each stage of a step the hooks of all terms are called block by block, term by term: before and after
+/// the kick by the internal force, and after the drift.
+class Term {
+public:
+  virtual ~Term() = default;
+
+  /// Writes what is prescribed at a time into the owned part of the state.
+  virtual void prescribe([[maybe_unused]] double time, [[maybe_unused]] MotionState& state) const {}
+  /// The phase starts; called once.
+  /// @param state as the implementation holds it, with what is prescribed
+  virtual void start([[maybe_unused]] double time, [[maybe_unused]] const MotionState& state) {}
+
+  /// True if it acts on nodes of a block in a kick, or prescribes them.
+  virtual bool acts_on([[maybe_unused]] std::size_t block) const { return false; }
+  virtual void before_kick(std::size_t, const Substep&, MovingNodes&) {}
+  virtual void after_kick(std::size_t, const Substep&, MovingNodes&) {}
+  virtual void after_drift(std::size_t, const Substep&, MovingNodes&) {}
+
+  /// A force against which the driven component of a node moves: gets the displacement over the step [m], and
+  /// returns the force [N].
+  using Resistance = std::function<double(std::int32_t node, int component, double displacement)>;
+  /// Calls a resistance for all components that any term drives.
+  using Drives = std::function<void(const Resistance&)>;
+  /// A step ends, once ghosts are current.
+  virtual void end_step(const mechanics::StepSpan&, MovingNodes&, const Drives&) {}
+  /// Calls `resistance` for all components that this term drives, and does the work.
+  virtual void move_against(const mechanics::StepSpan&, const Resistance&) {}
+
+  /// Adds the addends of its energies since the start of the phase [J]: of this rank, in any order.
+  virtual void add_supplied([[maybe_unused]] double time, [[maybe_unused]] const MotionState& state,
+                            [[maybe_unused]] std::vector<double>& sum) const {}
+  virtual void add_dissipated([[maybe_unused]] std::vector<double>& sum) const {}
+  /// The energy that it stores now, such as that of a spring [J].
+  virtual void add_stored([[maybe_unused]] const MotionState& state,
+                          [[maybe_unused]] std::vector<double>& sum) const {}
+  /// True if it may do so; equal on every rank.
+  virtual bool dissipates() const { return false; }
+  virtual bool stores() const { return false; }
+
+  /// Loads are about to end at these nodes; the work done so far is kept.
+  virtual void end_loads([[maybe_unused]] double time,
+                         [[maybe_unused]] const mechanics::NodesOfConditions& nodes,
+                         [[maybe_unused]] const MotionState& state) {}
+
+  /// Between two times of the load curves [s]. Collective.
+  virtual Demand demand([[maybe_unused]] double from, [[maybe_unused]] double to) const { return {}; }
+
+  /// The state that restore() needs, gathered on the root. Collective.
+  virtual std::vector<parallel::NumberedRows> save() const { return {}; }
+  /// @throws std::runtime_error when the rows are those of another term
+  virtual void restore([[maybe_unused]] const std::vector<parallel::NumberedRows>& rows) {}
+};
+
+}  // namespace crackle::dynamics

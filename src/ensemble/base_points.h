@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "geometry/mother_points.h"
+#include "geometry/realization.h"
+#include "input/parameters.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+namespace crackle::ensemble {
+
+/// Generates the base mother points of an ensemble or, with mesh.base = "own", of a single sample. Not
+/// collective.
+/// @param say told every few seconds what is done
+/// @param attempt at the sample's mesh, from 0; counts with mesh.base = "own"
+/// @throws std::runtime_error as geometry::make_mother_points
+geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
+                                        const std::function<void(const std::string&)>& say = {},
+                                        std::uint64_t sample = 0, int attempt = 0);
+
+/// The base mother points shared by all samples of an ensemble. With mesh.base = "own" there are none; only
+/// the expected number per sample is checked. Not collective.
+/// @param say receives the number of points, with mesh.base = "own" the expected one
+/// @throws std::runtime_error as geometry::make_mother_points
+geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Parameters& parameters,
+                                          const std::function<void(const std::string&)>& say = {});
+
+/// The mesh of a sample, from the shared points or, with mesh.base = "own", from newly generated ones. Not
+/// collective.
+/// @throws std::runtime_error as geometry::make_mother_points and make_realization
+geometry::Realization make_sample_mesh(const geometry::Body& body, const geometry::MotherPoints& shared,
+                                       const input::Parameters& parameters, std::uint64_t sample,
+                                       int attempt = 0);
+
+/// The realization of a sample: its mesh, with up to three attempts, and the materials of the input's raster.
+/// Not collective.
+/// @throws std::runtime_error with the reason of each attempt, or as apply_material_map
+geometry::Realization make_sample_realization(const geometry::Body& body,
+                                              const geometry::MotherPoints& shared,
+                                              const input::Parameters& parameters, std::uint64_t sample);
+
+/// The base mother points shared by all samples of an ensemble: read from folder/ensemble.h5 if that file
+/// belongs to this input, otherwise regenerated; none with mesh.base = "own". Not collective.
+/// @throws std::runtime_error as geometry::make_mother_points
+geometry::MotherPoints base_points(const std::filesystem::path& folder, const input::Parameters& parameters);
+
+}  // namespace crackle::ensemble

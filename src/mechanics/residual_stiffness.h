@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "common/index.h"
+#include "mechanics/elasticity.h"
+#include "mechanics/operators.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace crackle::mechanics {
+
+/// Edges of a tetrahedron: bit k represents edge k in the order of geometry::dual_facet_nodes.
+using EdgeSet = std::uint8_t;
+inline constexpr EdgeSet no_edge = 0;
+inline constexpr EdgeSet all_edges = 63;
+
+using Matrix = std::array<Vector, 3>;  ///< rows
+
+/// Stiffness of a tetrahedron with only some of its edges carrying load.
+///
+/// Its strain is given by those of its six edges, e_k = d_k . eps . d_k, and its intact stiffness by a matrix
+/// K between them: sigma = sum_k q_k d_k (x) d_k with q = K e. A released edge k has q_k = 0 and arbitrary
+/// e_k: K' = K_rr - K_rc K_cc^-1 K_cr. Hence it remains stress-free in rigid rotations, symmetric and
+/// positive semi-definite, and every release lowers the energy.
+struct EdgeStiffness {
+  std::array<Vector, 6> edge;              ///< d_k [m]
+  std::array<std::array<double, 6>, 6> k;  ///< K'; 0 in the rows and columns of released edges
+
+  Symmetric stress(const Symmetric& strain) const;
+  /// The block of V B^T C B that couples corners a and b, per volume [Pa/m^2].
+  Matrix coupling(std::size_t a, std::size_t b) const;
+};
+
+/// Always computed from the intact tetrahedron, so the order in which edges were released has no influence.
+EdgeStiffness edge_stiffness(const TetrahedronOperator& tetrahedron, const IsotropicElasticity& elasticity,
+                             EdgeSet released);
+
+/// The residual stiffness of each tetrahedron of a subdomain.
+class ResidualStiffness {
+public:
+  /// Initially all are intact. The references must outlive the object.
+  ResidualStiffness(const PdsOperators& operators, const ElasticityField& elasticity);
+
+  /// The edges that no longer carry load; none while a tetrahedron is being released.
+  EdgeSet released(std::int32_t tetrahedron) const {
+    return static_cast<EdgeSet>(released_[index(tetrahedron)] & all_edges);
+  }
+  /// The same, with the edges that are being released.
+  EdgeSet released_in_the_end(std::int32_t tetrahedron) const {
+    const auto reduction = reductions_.find(tetrahedron);
+    return reduction == reductions_.end() ? released(tetrahedron) : reduction->second.edges;
+  }
+  bool is_intact(std::int32_t tetrahedron) const { return released_[index(tetrahedron)] == no_edge; }
+  /// True if any of its edges carries load, ignoring contact.
+  bool carries(std::int32_t tetrahedron) const { return released(tetrahedron) != all_edges; }
+  bool has_contact(std::int32_t tetrahedron) const {
+    return !contact_place_.empty() && contact_place_[index(tetrahedron)] >= 0;
+  }
+
+  /// Stress carried at a strain, including contact [Pa].
+  Symmetric stress(std::int32_t tetrahedron, const Symmetric& strain) const;
+  /// Strain energy [J].
+  double energy(std::int32_t tetrahedron, const Symmetric& strain) const;
+  /// @pre neither intact nor fully released
+  const EdgeStiffness& partial(std::int32_t tetrahedron) const {
+    return partial_[index(place_[index(tetrahedron)])];
+  }
+
+  /// Reduces the stiffness to a share of the intact one.
+  /// @pre no edge is released
+  void soften(std::int32_t tetrahedron, double share);
+
+  /// Releases further edges: at once, or with those that are being released.
+  void release(std::int32_t tetrahedron, EdgeSet edges);
+
+  /// Begins to release edges gradually: nothing changes until reduce().
+  /// @pre no edge is released or being released
+  void begin_release(std::int32_t tetrahedron, EdgeSet edges);
+
+  /// Continues a gradual release.
+  /// @param share of the difference between the stiffness before and after the release that is left; at 0 the
+  ///   release is complete
+  void reduce(std::int32_t tetrahedron, double share);
+
+  /// Makes a broken tetrahedron resist closing its cut: from now on it carries E e_n n (x) n while its strain
+  /// e_n along the normal n is negative. Frictionless; Young's modulus is the largest stiffness that never
+  /// adds energy beyond that of the unbroken tetrahedron. While the tetrahedron is being released, contact
+  /// grows as the stiffness decreases.
+  /// @param normal unit vector
+  void add_contact(std::int32_t tetrahedron, const Vector& normal);
+  /// Tetrahedra with contact, in the order in which they were added.
+  std::span<const std::int32_t> contacts() const { return contacts_; }
+  /// Stress of contact number i at a strain of its tetrahedron [Pa]; 0 while it is open.
+  Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
+
+private:
+  /// Flag in addition to the edges in released_.
+  static constexpr EdgeSet softened = 64;
+  /// A gradual release in progress.
+  struct Reduction {
+    EdgeStiffness before;
+    EdgeSet edges;
+    double share;
+  };
+  EdgeStiffness stiffness_without(std::int32_t tetrahedron, EdgeSet released) const;
+  EdgeStiffness& make_partial(std::int32_t tetrahedron);
+  void interpolate(std::int32_t tetrahedron, const Reduction& reduction);
+
+  const PdsOperators* operators_;
+  const ElasticityField* elasticity_;
+  std::vector<EdgeSet> released_;
+  std::vector<std::int32_t> place_;  // index in partial_; -1 for those never partially released
+  std::vector<EdgeStiffness> partial_;
+  std::unordered_map<std::int32_t, Reduction> reductions_;
+  std::vector<std::int32_t> contacts_;
+  std::vector<Vector> contact_normal_;
+  std::vector<double> contact_share_;        // of the stiffness in contact
+  std::vector<std::int32_t> contact_place_;  // of each tetrahedron, or -1; empty without contacts
+};
+
+}  // namespace crackle::mechanics
