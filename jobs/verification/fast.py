@@ -148,7 +148,7 @@ def dissipation(folder: Path, program: Path) -> list[Figure]:
     off = np.exp(np.abs(law((v, release), *constants) - np.log(ratio))).max() - 1
     case = "Steady cracks in the strip, 0.35 mm"
     return [*(Figure(case, f"speed / c_R with a release speed of {speed} m/s, {', '.join(map(str, some))} J/m² stored",
-                     "; ".join(Quantity("", each(WAY), ".2f").cell(samples) for samples in some.values()), "–") for speed, some in runs.items()),
+                     "; ".join(Quantity("", each(WAY), ".2f").cell(each(WAY)(samples)) for samples in some.values()), "–") for speed, some in runs.items()),
             Figure(case, f"constants of Γ / G, standard errors; with those above {len(v)} runs without branches",
                    "; ".join(f"{value:.2f} ± {error:.2f}" for value, error in zip(constants, np.sqrt(np.diag(covariance))))
                    + f"; largest difference {100 * off:.0f} %", "2.26; 1.68; 1.05")]

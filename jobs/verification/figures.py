@@ -2,8 +2,10 @@
 """Figures of the verification, beside their references, and the table of them; comparisons of the law with one before it."""
 from __future__ import annotations
 
+import json
 import re
 import subprocess
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Callable, Sequence
@@ -11,9 +13,11 @@ from typing import Callable, Sequence
 import crackle
 import numpy as np
 
-from crackle_runs import ROOT, RunError, markdown, run, with_keys
+from crackle_runs import JOBS, ROOT, RunError, markdown, run, with_keys
 
 MILLIMETRE = 1e-3
+RECORD = JOBS / "runs.json"
+"""What the quantities of comparisons are in each sample that was computed, so that tables need no sample again."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +39,9 @@ class Quantity:
     reference: str = "equal"
     unit: str = ""
 
-    def cell(self, ensemble: crackle.Ensemble | None) -> str:
+    def cell(self, values: Sequence[float]) -> str:
         """Mean and standard deviation of the samples that have it, their number and, where it differs, that of all."""
-        values = np.array(self.of(ensemble) if ensemble is not None else [], float)
+        values = np.array(values, float)
         there = values[np.isfinite(values)]
         number = f"({len(there)})" if len(there) == len(values) else f"({len(there)} of {len(values)})"
         return f"{mean(list(there), self.form)}{self.unit} {number}" if len(there) else f"none {number}" if len(values) else "–"
@@ -62,10 +66,33 @@ class Comparison:
 
     def __call__(self, folder: Path, program: Path, is_kept: bool = False) -> list[Figure]:
         """@param is_kept: of the samples that are there, computing none"""
-        found = [_kept(place) if is_kept else run(text, place, program) for text, place in self.runs(folder)]
+        found = [self._values(text, place, program, is_kept) for text, place in self.runs(folder)]
         laws = found[:len(self.inputs)], found[len(self.inputs):]
-        return [Figure(self.case, quantity.title, cells[0], quantity.reference, cells[1]) for quantity in self.quantities
-                for cells in [["; ".join(map(quantity.cell, law)) for law in laws]]]
+        return [Figure(self.case, quantity.title, cells[0], quantity.reference, cells[1]) for k, quantity in enumerate(self.quantities)
+                for cells in [["; ".join(quantity.cell([sample[k] for sample in samples]) for samples in law) for law in laws]]]
+
+    def _values(self, text: str, place: Path, program: Path, is_kept: bool) -> list[list[float]]:
+        """Of each sample its quantities: recorded ones and, unless all are, those of the run, which are recorded."""
+        record = json.loads(RECORD.read_text()) if RECORD.is_file() else {}
+        heading = {"input": zlib.crc32(with_keys(text, {"ensemble.samples": "1"}).encode()), "quantities": [quantity.title for quantity in self.quantities]}
+        entry = record.get(place.name, {})
+        samples = entry["samples"] if entry and {key: entry[key] for key in heading} == heading else {}
+        ensemble = _kept(place) if is_kept or len(samples) >= self.n_samples else run(text, place, program)
+        if ensemble is not None:
+            columns = [quantity.of(ensemble) for quantity in self.quantities]
+            seen = {str(sample): [float(f"{value:.7g}") for value in row] for sample, row in zip(ensemble.done, zip(*columns))}
+            samples |= seen
+            record[place.name] = heading | {"samples": samples}
+            _write(record)
+        return [samples[sample] for sample in sorted(samples, key=int)]
+
+
+def _write(record: dict[str, dict]) -> None:
+    """A line for each sample."""
+    lines = [f'"{name}": {json.dumps(entry | {"samples": {}}, ensure_ascii=False)[:-2]}\n' + ",\n".join(
+        f'  "{sample}": {json.dumps(row)}' for sample, row in sorted(entry["samples"].items(), key=lambda item: int(item[0]))) + "}}"
+        for name, entry in sorted(record.items())]
+    RECORD.write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
 
 def _kept(folder: Path) -> crackle.Ensemble | None:
