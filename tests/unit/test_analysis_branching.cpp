@@ -8,6 +8,7 @@
 
 #include "geometry/body.h"
 #include "support/cut_realization.h"
+#include "support/effort.h"
 
 #include <gmock/gmock.h>
 
@@ -274,18 +275,19 @@ TEST_F(MadeBranches, AreFound) {
 TEST_F(MadeBranches, AreNotFoundInOneCrack) {
   head();
   for (const Row& row : unbranched) {
-    const Counts found = count(row.made, row.made.name == std::string("straight") ? 200 : 12);
+    const Counts found =
+        count(row.made, row.made.name == std::string("straight") ? test::repetitions(60, 200) : 12);
     EXPECT_GE(found.projected, row.projected / 100 * found.samples) << row.made.name;
     EXPECT_GE(found.in_space, row.in_space / 100 * found.samples) << row.made.name;
   }
 }
 
 TEST_F(MadeBranches, ThatMeetAndPartAgainHaveTheirWholeLength) {
-  constexpr int n = 40;
+  const int n = test::repetitions(16, 40);
   int n_whole = 0;
-  for (std::uint64_t i = 0; i < n; ++i) {
+  for (int i = 0; i < n; ++i) {
     const Made made{.length = 9.5, .distance = 4, .meets = true};
-    const CrackBranches branches = find_branches(*body, make(made, i));
+    const CrackBranches branches = find_branches(*body, make(made, static_cast<std::uint64_t>(i)));
     // From the first branching on; either part alone is shorter.
     n_whole += std::ranges::any_of(branches.points, [](const BranchingPoint& point) {
       return point.is_in_projection && point.length > 7 * spacing;

@@ -5,6 +5,7 @@
 #include "cracks/front_trajectory.h"
 #include "cracks/section_crossings.h"
 
+#include "support/effort.h"
 #include "support/made_crack.h"
 #include "support/structured_mesh.h"
 
@@ -472,7 +473,7 @@ protected:
 
   /// @param scatter standard deviation of the position where a tetrahedron breaks [spacings]
   void measure(const Arrival& arrival, const std::function<double(double window)>& speed, double spacing,
-               double thickness, Rule rule, double scatter, int n_samples = 6) {
+               double thickness, Rule rule, double scatter, int n_samples = test::repetitions(2, 6)) {
     double sum = 0;
     double squares = 0;
     worst = 0;

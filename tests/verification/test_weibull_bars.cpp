@@ -5,6 +5,7 @@
 
 #include "support/box_mesh.h"
 #include "support/distributions.h"
+#include "support/effort.h"
 
 #include <gtest/gtest.h>
 
@@ -76,7 +77,7 @@ void print(const char* what, const std::vector<double>& stresses, double modulus
 }
 
 TEST(WeibullBars, BreakAtTheLoadsOfTheirVolume) {
-  constexpr int n = 1000;
+  const int n = test::repetitions(300, 1000);
   constexpr double modulus = 8;
   const std::array lengths{1e-3, 2e-3, 4e-3};
   std::array<test::WeibullFit, 3> fits{};
@@ -98,7 +99,7 @@ TEST(WeibullBars, BreakAtTheLoadsOfTheirVolume) {
 }
 
 TEST(WeibullBars, BreakAtTheSameLoadsOnAnotherMesh) {
-  constexpr int n = 250;
+  const int n = test::repetitions(100, 250);
   constexpr double modulus = 8;
   const Bars fine = pull_bars(modulus, 1e-3, 4, n);
   std::printf("8 times as many tetrahedra in 1 mm^3:\n");
@@ -108,7 +109,7 @@ TEST(WeibullBars, BreakAtTheSameLoadsOnAnotherMesh) {
 }
 
 TEST(WeibullBars, FailAtTheLoadsOfTheLawWhereNeighboursDifferLittle) {
-  constexpr int n = 1000;
+  const int n = test::repetitions(300, 1000);
   const auto check = [](const char* name, double modulus, double correlation_length) {
     const Bars bars = pull_bars(modulus, 1e-3, 2, n, correlation_length);
     print(name, bars.fracture, modulus, bars.scale);

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdlib>
+
+namespace crackle::test {
+
+/// A number of repetitions: `full` under tools/check --full, which sets CRACKLE_FULL, else `usual`.
+inline int repetitions(int usual, int full) {
+  return std::getenv("CRACKLE_FULL") != nullptr ? full : usual;
+}
+
+}  // namespace crackle::test
