@@ -7,7 +7,7 @@
 #include "fracture/nodal_means.h"
 #include "fracture/stress_average.h"
 #include "geometry/mother_points.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/operators.h"
 #include "parallel/communicator.h"
 #include "plane/shape.h"

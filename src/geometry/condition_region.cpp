@@ -142,23 +142,22 @@ std::unique_ptr<const Body> make_body(const input::Specimen& specimen) {
   return std::make_unique<Body>(plate(specimen));
 }
 
-std::unique_ptr<const Body> make_composite_body(const input::Parameters& parameters) {
-  Complex complex = plate(parameters.specimen);
-  if (!parameters.specimen.regions.empty())
-    divide(complex, parameters.specimen, parameters.interface_pairs());
+std::unique_ptr<const Body> make_composite_body(const input::Model& model) {
+  Complex complex = plate(model.specimen);
+  if (!model.specimen.regions.empty()) divide(complex, model.specimen, model.interface_pairs());
   return std::make_unique<Body>(std::move(complex));
 }
 
-std::unique_ptr<const Body> make_body(const input::Parameters& parameters) {
-  auto plain = make_composite_body(parameters);
-  const auto regions = condition_regions(*plain, parameters.boundaries);
+std::unique_ptr<const Body> make_body(const input::Model& model) {
+  auto plain = make_composite_body(model);
+  const auto regions = condition_regions(*plain, model.boundaries);
   if (!has_borders(*plain, regions)) return plain;
   return std::make_unique<Body>(imprint(*plain, regions));
 }
 
-std::vector<RegionRefinement> region_refinements(const input::Parameters& parameters) {
+std::vector<RegionRefinement> region_refinements(const input::Model& model) {
   std::map<int, double> finest;
-  for (const SpacingSource& source : make_body(parameters)->spacing_sources(parameters.mesh)) {
+  for (const SpacingSource& source : make_body(model)->spacing_sources(model.mesh)) {
     if (source.condition < 0) continue;
     const auto [entry, is_new] = finest.emplace(source.condition, source.spacing);
     entry->second = std::min(entry->second, source.spacing);

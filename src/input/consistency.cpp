@@ -214,12 +214,12 @@ void check_sections(const Parameters& parameters, Findings& findings) {
     check_line(sections.lines[i], fmt::format("sections.line[{}]", i), parameters.specimen, findings);
 }
 
-std::vector<std::string> section_warnings(const Parameters& parameters) {
-  const Specimen& specimen = parameters.specimen;
+std::vector<std::string> section_warnings(const Study& study) {
+  const Specimen& specimen = study.specimen;
   std::vector<std::string> warnings;
   const bool has_slots =
       std::ranges::any_of(specimen.notches, [](const Notch& one) { return one.slot.has_value(); });
-  if (is_box(specimen) || has_slots || parameters.draw) return {};
+  if (is_box(specimen) || has_slots || study.draw) return {};
   const auto look = [&](int axis, const char* name, const std::vector<double>& positions) {
     const std::string ligaments = describe_ligaments(specimen, axis);
     for (std::size_t i = 0; i < positions.size(); ++i)
@@ -229,8 +229,8 @@ std::vector<std::string> section_warnings(const Parameters& parameters) {
             "notches have their ligaments {}",
             name, i, show(positions[i]), ligaments));
   };
-  look(1, "y", parameters.sections.y);
-  look(2, "z", parameters.sections.z);
+  look(1, "y", study.sections.y);
+  look(2, "z", study.sections.z);
   return warnings;
 }
 

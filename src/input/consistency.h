@@ -48,15 +48,14 @@ void check_mesh(const Parameters& parameters, Findings& findings);
 void check_sections(const Parameters& parameters, Findings& findings);
 /// Warnings about sections outside the ligaments of all notches of a body with holes, whose cracks may reach
 /// them: one sentence each.
-std::vector<std::string> section_warnings(const Parameters& parameters);
+std::vector<std::string> section_warnings(const Study& study);
 void check_fracture(const Parameters& parameters, Findings& findings);
 void check_boundaries(const Parameters& parameters, Findings& findings);
 /// Reports a load that acts only where motions are prescribed in its direction.
 /// @param walls of the body
-void check_idle_load(const Parameters& parameters, std::size_t i, const std::vector<Wall>& walls,
-                     Findings& findings);
+void check_idle_load(const Model& model, std::size_t i, const std::vector<Wall>& walls, Findings& findings);
 /// Warnings about loads that act in part where a motion is prescribed in their direction: one sentence each.
-std::vector<std::string> idle_load_warnings(const Parameters& parameters);
+std::vector<std::string> idle_load_warnings(const Model& model);
 void check_initial_stresses(const Parameters& parameters, Findings& findings);
 void check_loads(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);

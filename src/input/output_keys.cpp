@@ -35,13 +35,13 @@ Key governing_key() {
           [=](const Source& source, Parameters& parameters, std::size_t) {
             if (source.value.kind == ValueKind::integer) {
               if (const auto number = read_integer(source, 0, max_conditions))
-                parameters.output.governing = static_cast<int>(*number);
+                parameters.governing = static_cast<int>(*number);
             } else if (const auto name = read_text(source, form)) {
-              parameters.output.governing = *name;
+              parameters.governing = *name;
             }
           },
           [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            const auto& governing = parameters.output.governing;
+            const auto& governing = parameters.governing;
             if (const auto* const number = std::get_if<int>(&governing)) return fmt::format("{}", *number);
             if (const auto* const name = std::get_if<std::string>(&governing)) return *name;
             return {};
@@ -99,7 +99,7 @@ std::string known_conditions(const std::vector<Boundary>& conditions) {
 }
 
 void check_governing(const Parameters& parameters, Findings& findings) {
-  const auto& governing = parameters.output.governing;
+  const auto& governing = parameters.governing;
   const std::vector<Boundary>& conditions = parameters.boundaries;
   if (findings.faulty("output.governing") || findings.faulty("boundary") || conditions.empty()) return;
   if (const auto* const number = std::get_if<int>(&governing);

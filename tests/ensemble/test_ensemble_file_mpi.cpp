@@ -32,7 +32,7 @@ protected:
   EnsembleFile() {
     parameters.text = "[ensemble]\nsamples = 7\n# 20 µm\n" + std::string(100'000, '#') + "\n";
     parameters.ensemble.samples = 7;
-    parameters.ensemble.seed = 2012;
+    parameters.seed = 2012;
     parameters.specimen = {
         {0.003, 0.016, 0.024},
         {{input::Face::y_min, 0.009, 0.004, 0.0006}, {input::Face::y_max, 0.015, 0.004, 0.0006}}};

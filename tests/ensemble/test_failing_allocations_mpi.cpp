@@ -146,7 +146,7 @@ TEST_P(FailingAllocation, EndsTheSampleOnAllRanks) {
     try {
       SampleControl control;
       control.log = [](const std::string&) {};
-      in_two_pieces(group, parameters, part, control);
+      in_two_pieces(group, parameters, parameters.output, part, control);
     } catch (const parallel::AgreedError& error) {
       allocations.counts = false;
       failed = true;

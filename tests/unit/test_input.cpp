@@ -35,14 +35,14 @@ TEST(Input, EnsembleKeys) {
     return tables;
   }());
   EXPECT_EQ(p.ensemble.samples, 200);
-  EXPECT_EQ(p.ensemble.seed, 9223372036854775807U);
+  EXPECT_EQ(p.seed, 9223372036854775807U);
   EXPECT_EQ(p.ensemble.ranks_per_sample, 4);
   EXPECT_FALSE(p.ensemble.stop.has_value());
 }
 
 TEST(Input, Defaults) {
   const auto p = parse_tables(minimal_tables());
-  EXPECT_EQ(p.ensemble.seed, 0U);
+  EXPECT_EQ(p.seed, 0U);
   EXPECT_EQ(p.ensemble.ranks_per_sample, 1);
   EXPECT_TRUE(p.specimen.notches.empty());
   EXPECT_EQ(p.mesh.notch_spacing, p.mesh.spacing);

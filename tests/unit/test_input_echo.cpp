@@ -324,7 +324,7 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.boundaries.at(3).value[1], 2e-3);
   expect_near(again.boundaries.at(4).rate[0], 3e-6);
   EXPECT_EQ(again.boundaries.at(4).components, p.boundaries.at(4).components);
-  EXPECT_EQ(again.ensemble.seed, 2012U);
+  EXPECT_EQ(again.seed, 2012U);
   ASSERT_EQ(again.sections.lines.size(), 2U);
   expect_near(again.sections.lines[0].to[0], 14.5e-3);
   expect_near(again.sections.lines[0].to[1], -1e-3);

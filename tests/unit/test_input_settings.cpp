@@ -148,7 +148,7 @@ values = [
     const Parameters& one = cases[i].parameters;
     EXPECT_EQ(one.fracture.release, i < 2 ? Release::element : Release::facet);
     EXPECT_EQ(one.mesh.spacing, i % 2 == 0 ? 3e-3 : 2e-3);
-    EXPECT_EQ(one.ensemble.seed, i % 2 + 1);
+    EXPECT_EQ(one.seed, i % 2 + 1);
     EXPECT_TRUE(one.sweeps.empty());
     EXPECT_THAT(one.text, Not(HasSubstr("[[sweep]]")));
     EXPECT_THAT(one.text, HasSubstr("# likewise"));

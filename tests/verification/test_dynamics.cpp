@@ -229,7 +229,7 @@ TEST(Dynamics, WaveInASlenderBarArrivesWithTheBarSpeed) {
   parameters.time.integrator = Integrator::verlet;
   parameters.output.frames = 401;
   const parallel::Communicator self(MPI_COMM_SELF);
-  const SampleResult result = run_sample(self, parameters, subdomain);
+  const SampleResult result = run_sample(self, parameters, parameters.output, subdomain);
 
   const double c = std::sqrt(parameters.materials[0].youngs_modulus / parameters.materials[0].density);
   const double plateau = stress / (parameters.materials[0].density * c);
