@@ -65,9 +65,9 @@ void add_curve(Rows& rows, const plane::Shape& shape, const std::string& name, c
   if (chords.area > 0.5) rows.back().second += fmt::format(", area {:+.2g} %", 100 * (chords.area - 1));
 }
 
-void add_curves(Rows& rows, const input::Specimen& specimen) {
+void add_curves(Rows& rows, const plane::Specimen& specimen) {
   for (std::size_t i = 0; i < specimen.regions.size(); ++i) {
-    const input::MaterialRegion& region = specimen.regions[i];
+    const plane::MaterialRegion& region = specimen.regions[i];
     if (!region.shape || !region.shape->polygon.empty()) continue;
     const std::string name = fmt::format("specimen.region[{}]", i);
     const plane::Loop loop{region.outline, std::vector<int>(region.outline.size(), 0)};
@@ -80,7 +80,7 @@ void add_curves(Rows& rows, const input::Specimen& specimen) {
     add_curve(rows, *specimen.shape, "edge-0", {radius, radius}, {radius, radius}, 0);
   }
   for (std::size_t i = 0; i < specimen.holes.size(); ++i)
-    if (const input::Hole& hole = specimen.holes[i]; hole.polygon.empty())
+    if (const plane::Hole& hole = specimen.holes[i]; hole.polygon.empty())
       add_curve(rows, *specimen.shape, fmt::format("hole-{}", i), hole.center, hole.semi_axes, hole.angle);
 }
 

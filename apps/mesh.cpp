@@ -63,7 +63,7 @@ std::string spread(const geometry::Quantiles& q, double unit, int digits) {
                      q.one_percent / unit, digits, q.median / unit, digits, q.largest / unit, digits);
 }
 
-std::string symmetry_text(const input::Specimen& specimen, std::uint8_t symmetry) {
+std::string symmetry_text(const plane::Specimen& specimen, std::uint8_t symmetry) {
   if (symmetry == 0) return "none";
   return geometry::symmetry_of(*geometry::make_body(specimen), symmetry).name;
 }

@@ -40,7 +40,7 @@ constexpr double large_displacement = 0.1;
 constexpr double few_transits = 5;
 
 bool is_side(const Boundary& condition) {
-  return condition.on == input::face_names[0] || condition.on == input::face_names[1];
+  return condition.on == plane::face_names[0] || condition.on == plane::face_names[1];
 }
 
 bool covers(const Boundary& condition, const geometry::Box& box, std::size_t axis) {

@@ -212,7 +212,7 @@ private:
 
 /// The surface of the body described by an input, without its materials.
 /// @throws std::runtime_error naming the error
-std::unique_ptr<const Body> make_body(const input::Specimen& specimen);
+std::unique_ptr<const Body> make_body(const plane::Specimen& specimen);
 
 /// The same with the boundaries between its materials.
 /// @throws std::runtime_error naming the error
@@ -223,6 +223,6 @@ std::unique_ptr<const Body> make_composite_body(const input::Model& model);
 std::unique_ptr<const Body> make_body(const input::Model& model);
 
 /// Its number of crack starts, `notches` in the shapes of the result files; without making the body.
-std::size_t n_crack_starts(const input::Specimen& specimen);
+std::size_t n_crack_starts(const plane::Specimen& specimen);
 
 }  // namespace crackle::geometry

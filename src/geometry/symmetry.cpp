@@ -94,7 +94,7 @@ struct Effect {
 };
 
 /// The part of a face in a region; empty if they do not meet.
-Box part_of(const Face& face, const input::Region& region) {
+Box part_of(const Face& face, const plane::Region& region) {
   Box part = face.patch.bounds();
   for (std::size_t i = 0; i < 3; ++i) {
     part.lower[i] = std::max(part.lower[i], region[i].first);

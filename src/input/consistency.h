@@ -16,14 +16,11 @@ struct Wall;
 /// Sides and planes closer than this share of the body's size count as touching.
 inline constexpr double touching = 1e-6;
 
-/// True if two slots of a box overlap, or come as close as `near` [m] along each axis.
-bool meet(const Region& slot, const Region& other, const Vector& near);
-
 /// True if the extent of the body is valid.
 bool size_is_known(const Findings& findings);
 
-/// True if input::shape_of is defined. Call after complete_specimen and check_specimen.
-bool shape_is_known(const Specimen& specimen, const Findings& findings);
+/// True if plane::shape_of is defined. Call after complete_specimen and check_specimen.
+bool shape_is_known(const plane::Specimen& specimen, const Findings& findings);
 
 /// Checks that the keys of the specimen are consistent, and derives the size of an outline and the shape of a
 /// body other than a box. Call before the checks.

@@ -30,15 +30,16 @@ double share_within(const std::pair<double, double>& part, const std::pair<doubl
 
 /// The share of the area on which a load acts that is also a motion's; of a line the share of its length.
 /// Notches and holes in a face are neglected.
-double share_driven(const Boundary& load, const Boundary& motion, const Specimen& specimen,
+double share_driven(const Boundary& load, const Boundary& motion, const plane::Specimen& specimen,
                     const std::vector<Wall>& walls) {
   const auto face = box_face(load, specimen);
   const bool is_side = load.on.starts_with("x-");
   if (face || is_side) {
     if (face ? face != box_face(motion, specimen) : load.on != motion.on) return 0;
-    const Face of = face.value_or(load.on == name_of(Face::x_min) ? Face::x_min : Face::x_max);
-    const Region part = part_of_face(load, of, specimen.size);
-    const Region other = part_of_face(motion, of, specimen.size);
+    const plane::Face of =
+        face.value_or(load.on == name_of(plane::Face::x_min) ? plane::Face::x_min : plane::Face::x_max);
+    const plane::Region part = part_of_face(load, of, specimen.size);
+    const plane::Region other = part_of_face(motion, of, specimen.size);
     double share = 1;
     for (std::size_t axis = 0; axis < 3; ++axis) share *= share_within(part[axis], other[axis]);
     return share;

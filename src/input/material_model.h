@@ -21,7 +21,7 @@ struct MaterialModel {
   std::vector<Interface> interfaces;
   bool maps_stiffness, maps_strength;
   std::vector<InitialStress> initial_stresses;
-  Region bounds;  ///< of the body, along which these change
+  plane::Region bounds;  ///< of the body, along which these change
 
   /// The material of a uniform body; in others the one outside the regions.
   const Material& material() const { return materials.front(); }

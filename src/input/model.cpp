@@ -9,6 +9,9 @@
 
 namespace crackle::input {
 
+using crackle::operator-;
+using crackle::operator*;
+
 namespace {
 
 /// Irwin's relation in plane strain [J/m^2].

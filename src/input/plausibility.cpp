@@ -287,7 +287,7 @@ std::string of_use(const Model& model) {
   if (model.map && model.map->of == MapOf::material) return {};
   const auto is_used = [&](const std::string& name) {
     return name == model.material().name ||
-           std::ranges::find(model.specimen.regions, name, &MaterialRegion::material) !=
+           std::ranges::find(model.specimen.regions, name, &plane::MaterialRegion::material) !=
                model.specimen.regions.end();
   };
   for (const Material& material : model.materials)
@@ -299,7 +299,7 @@ std::string of_use(const Model& model) {
 }  // namespace
 
 double initial_speed(const Model& model, bool is_free) {
-  const Region bounds = bounds_of(model.specimen);
+  const plane::Region bounds = bounds_of(model.specimen);
   const auto velocities = model.initial_velocities();
   const auto velocity_at = [&](const Vector& p) {
     Vector sum{};

@@ -21,7 +21,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 input::Parameters torn_bar() {
   auto parameters = test::torn_bar(2e-8);

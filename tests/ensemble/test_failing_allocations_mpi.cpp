@@ -106,7 +106,7 @@ namespace crackle::dynamics {
 namespace {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 input::Parameters pulled_bar() {
   auto parameters = test::brittle({0.002, 0.004, 0.008});

@@ -24,8 +24,8 @@ namespace CRACKLE_TEST_FILE {
 
 using input::BodyLoad;
 using input::BoundaryKind;
-using input::Face;
 using input::LoadKind;
+using plane::Face;
 
 /// Quenched and tempered: it breaks by stresses of its own.
 input::Parameters quenched_bar(input::Release release) {

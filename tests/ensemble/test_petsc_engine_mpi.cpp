@@ -30,7 +30,7 @@ namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Engine;
-using input::Face;
+using plane::Face;
 
 input::Parameters torn_bar() {
   auto parameters = test::torn_bar(1e-8);

@@ -26,7 +26,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 /// A bar torn apart from rest by a sudden traction: it breaks in many places.
 input::Parameters torn_bar() {

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 input::Parameters plate(std::uint64_t seed) {
   input::Parameters parameters;
-  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(input::Face::y_min, 50, 5, 1)}};
+  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
   parameters.sections.y = {0.01};
   parameters.mesh.base = input::Base::shared;
   parameters.seed = seed;

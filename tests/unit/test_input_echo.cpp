@@ -315,7 +315,7 @@ TEST(InputEcho, KeepsTheValues) {
   ASSERT_EQ(again.mesh.regions.size(), 2U);
   expect_near(again.mesh.regions[0].box[2].second, 80e-3);
   expect_near(again.mesh.regions[0].spacing, 0.31e-3);
-  EXPECT_EQ(again.mesh.regions[1].box[0], input::unbounded);
+  EXPECT_EQ(again.mesh.regions[1].box[0], plane::unbounded);
   expect_near(again.mesh.regions[1].box[2].first, 20e-3);
   expect_near(again.boundaries.at(1).region[1].first, -1e-3);
   expect_near(again.boundaries.at(1).rate[1], 1e-3);

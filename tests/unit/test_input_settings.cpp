@@ -62,8 +62,8 @@ TEST(Settings, ReplaceValuesWhereTheyStand) {
   const Parameters parameters = parse(changed, "plate.toml");
   EXPECT_EQ(parameters.materials[0].poisson_ratio, 0.25);
   EXPECT_EQ(parameters.boundaries[1].rate[2], 7);
-  EXPECT_THAT(parameters.specimen.notches,
-              ElementsAre(::testing::Field(&Notch::depth, 6e-3), ::testing::Field(&Notch::depth, 5e-3)));
+  EXPECT_THAT(parameters.specimen.notches, ElementsAre(::testing::Field(&plane::Notch::depth, 6e-3),
+                                                       ::testing::Field(&plane::Notch::depth, 5e-3)));
 }
 
 TEST(Settings, AddKeysThatAreNotThere) {

@@ -23,14 +23,14 @@ using namespace cracks;
 using crackle::testing::body;
 using crackle::testing::mm;
 using crackle::testing::notch;
-using input::Face;
+using plane::Face;
 using ::testing::ElementsAre;
 using ::testing::IsNan;
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// The paper's plate: a half-turn maps one notch onto the other.
-const input::Specimen specimen{{5 * mm, 24.5 * mm, 140 * mm},
+const plane::Specimen specimen{{5 * mm, 24.5 * mm, 140 * mm},
                                {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.5, 0.6)}};
 
 geometry::Body plate() {

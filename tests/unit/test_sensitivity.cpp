@@ -157,7 +157,7 @@ TEST(Sensitivity, TheLeadingStartIsAName) {
   auto parameters = study(64, 1, "normal", normal_inputs);
   for (const double at : {0.03, 0.06, 0.09})
     parameters.specimen.notches.push_back(
-        {.face = input::Face::y_min, .at = at, .depth = 0.003, .height = 0.001});
+        {.face = plane::Face::y_min, .at = at, .depth = 0.003, .height = 0.001});
   auto rows = rows_of(parameters, [](const auto& v, std::uint64_t) { return v[0]; });
   for (SampleSummary& row : rows)
     row.leading_start = row.peak_load < 99.5e9 ? 0 : row.peak_load < 100.5e9 ? 1 : 2;

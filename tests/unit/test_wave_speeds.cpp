@@ -43,7 +43,7 @@ TEST(WaveSpeeds, OfARasterOfTwosAreThoseOfTwiceTheModulus) {
   test::PlateText plate{R"(size = ["2 mm", "10 mm", "20 mm"])"};
   plate.section = "5 mm";
   input::Parameters mapped = input::parse(plate.text(), "plate.toml");
-  mapped.boundaries = {test::boundary(input::Face::z_min, input::BoundaryKind::absorbing)};
+  mapped.boundaries = {test::boundary(plane::Face::z_min, input::BoundaryKind::absorbing)};
   input::Parameters stiff = mapped;
   mapped.map.emplace().of = input::MapOf::stiffness;
   stiff.materials[0].youngs_modulus *= 2;

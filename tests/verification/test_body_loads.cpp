@@ -23,8 +23,8 @@ namespace CRACKLE_TEST_FILE {
 
 using input::BodyLoad;
 using input::BoundaryKind;
-using input::Face;
 using input::LoadKind;
+using plane::Face;
 
 /// A bar along z in SI. Without lateral contraction its stress is uniaxial, as in the exact solutions. It
 /// rests on rollers, so that nothing hinders the sides.
@@ -33,7 +33,7 @@ struct Bar {
     parameters = test::brittle(size, {3300e6, 0, 1180});
     for (const Face face : {Face::x_min, Face::y_min, Face::z_min}) {
       std::array<bool, 3> held{};
-      held[index(input::axis_of(face))] = true;
+      held[index(plane::axis_of(face))] = true;
       parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, held));
     }
     subdomain = test::whole(test::make_box({.size = size, .cells = cells, .disturbance = 0.15}));

@@ -19,7 +19,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 constexpr geometry::Point size{0.003, 0.004, 0.008};
 

@@ -20,8 +20,8 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
 using input::Integrator;
+using plane::Face;
 
 input::Fracture unbreakable() {
   return {.strength = 1e15, .exponent = 2, .impulse = 1e4};

@@ -13,7 +13,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 SampleResult run(const input::Parameters& parameters, const geometry::Realization& mesh) {
   const parallel::Communicator self(MPI_COMM_SELF);

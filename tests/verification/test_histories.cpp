@@ -15,7 +15,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 constexpr double length = 0.04, width = 0.004, thickness = 0.002;
 

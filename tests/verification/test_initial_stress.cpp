@@ -20,9 +20,9 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
 using input::InitialStressKind;
 using mechanics::Symmetric;
+using plane::Face;
 
 /// A block in equilibrium under its initial stress.
 class Block {

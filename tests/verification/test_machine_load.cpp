@@ -15,8 +15,8 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
 using mechanics::governing_conditions;
+using plane::Face;
 
 constexpr std::array<bool, 3> all{true, true, true};
 

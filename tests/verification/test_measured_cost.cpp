@@ -13,7 +13,7 @@ namespace crackle::ensemble {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 /// A slotted strip pulled until it breaks.
 input::Parameters strip() {

@@ -18,7 +18,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 /// A bar of epoxy in tension. From the toughness alone its coarse tetrahedra would get 20 MPa.
 input::Parameters bar() {
@@ -56,7 +56,7 @@ TEST(Nucleation, SmoothBarBreaksAtItsStrength) {
 
 TEST(Nucleation, SlotBreaksAtTheLoadOfTheToughness) {
   auto parameters = bar();
-  input::Notch notch;
+  plane::Notch notch;
   notch.at = 6e-3;
   notch.depth = 1.5e-3;
   notch.height = 0.6e-3;

@@ -22,7 +22,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 using ::testing::HasSubstr;
 
 constexpr std::array<bool, 3> all{true, true, true};

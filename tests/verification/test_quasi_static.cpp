@@ -19,7 +19,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 /// Pieces of a body after these breaks, with release by elements.
 std::set<std::int64_t> pieces_after(const geometry::Subdomain& subdomain,

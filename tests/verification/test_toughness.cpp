@@ -16,7 +16,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 /// A strip between rigid grips, with a crack along half of its mid-plane.
 input::Parameters strip() {
