@@ -88,17 +88,18 @@ std::string up_to_text(const ensemble::PhaseRange& phases, double seconds, const
 /// @param time receives the cost of a sample, and the stress at time 0
 std::string cost_text(const FirstSample& subject, int phases, std::int64_t n_ranks, SampleTime& time) {
   const auto& parameters = subject.parameters;
-  const auto measured = ensemble::measure_cost(parameters, subject.realization, measured_seconds);
+  const auto measured =
+      ensemble::measure_cost(parameters, parameters.output.frames, subject.realization, measured_seconds);
   const auto range =
       phases > 0 ? ensemble::PhaseRange{phases, phases} : ensemble::expected_phases(parameters);
-  const double window = dynamics::arrest_window(parameters, measured.waves);
-  const auto work = ensemble::sample_work(parameters, window, range.least);
+  const double window = dynamics::arrest_window(parameters.time, parameters.specimen.size, measured.waves);
+  const auto work = ensemble::sample_work(parameters.time, window, range.least);
   ensemble::SampleCost& cost = time.cost;
   cost = ensemble::sample_cost(measured, subject.phase, work, subject.mesh_seconds);
   time.share_at_start = measured.share_at_start;
   const double most =
-      ensemble::sample_cost(measured, subject.phase, ensemble::sample_work(parameters, window, range.most),
-                            subject.mesh_seconds)
+      ensemble::sample_cost(measured, subject.phase,
+                            ensemble::sample_work(parameters.time, window, range.most), subject.mesh_seconds)
           .total();
   const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;
   const bool breaks = measured.outlook.breaks;
@@ -147,7 +148,8 @@ std::string cost_text(const FirstSample& subject, int phases, std::int64_t n_ran
   std::string text = aligned(rows);
   for (const std::string& warning :
        {dynamics::weak_load_warning(measured.outlook), dynamics::large_strain_warning(measured.outlook),
-        dynamics::fast_loading_warning(parameters, measured.outlook.time, measured.outlook.transit),
+        dynamics::fast_loading_warning(parameters.time.start, measured.outlook.time,
+                                       measured.outlook.transit),
         unaffordable_text(subject, hours)})
     if (!warning.empty()) text += fmt::format("\nWarning: {}\n", warning);
   if (n_ranks > 0) text += plan_text(subject, cost, n_ranks);
@@ -198,9 +200,9 @@ void print_rest_outlook(const FirstSample& subject) {
   heartbeat.begin("judging the loads by their waves");
   const auto outlook =
       dynamics::rest_outlook(parameters, subject.realization, subject.n_tetrahedra() <= soon_solved);
-  if (const auto waves = dynamics::wave_text(parameters, outlook.waves); !waves.empty())
+  if (const auto waves = dynamics::wave_text(parameters.bulk_viscosity(), outlook.waves); !waves.empty())
     fmt::print("\nWith start = \"rest\", {}.\n", waves);
-  if (const auto warning = dynamics::weak_load_warning(parameters, outlook); !warning.empty())
+  if (const auto warning = dynamics::weak_load_warning(parameters.time, outlook); !warning.empty())
     fmt::print("\nWarning: {}\n", warning);
 }
 

@@ -65,9 +65,9 @@ void add_curve(Rows& rows, const plane::Shape& shape, const std::string& name, c
   if (chords.area > 0.5) rows.back().second += fmt::format(", area {:+.2g} %", 100 * (chords.area - 1));
 }
 
-void add_curves(Rows& rows, const input::Specimen& specimen) {
+void add_curves(Rows& rows, const plane::Specimen& specimen) {
   for (std::size_t i = 0; i < specimen.regions.size(); ++i) {
-    const input::MaterialRegion& region = specimen.regions[i];
+    const plane::MaterialRegion& region = specimen.regions[i];
     if (!region.shape || !region.shape->polygon.empty()) continue;
     const std::string name = fmt::format("specimen.region[{}]", i);
     const plane::Loop loop{region.outline, std::vector<int>(region.outline.size(), 0)};
@@ -80,7 +80,7 @@ void add_curves(Rows& rows, const input::Specimen& specimen) {
     add_curve(rows, *specimen.shape, "edge-0", {radius, radius}, {radius, radius}, 0);
   }
   for (std::size_t i = 0; i < specimen.holes.size(); ++i)
-    if (const input::Hole& hole = specimen.holes[i]; hole.polygon.empty())
+    if (const plane::Hole& hole = specimen.holes[i]; hole.polygon.empty())
       add_curve(rows, *specimen.shape, fmt::format("hole-{}", i), hole.center, hole.semi_axes, hole.angle);
 }
 
@@ -202,7 +202,8 @@ void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::
       "arrest window",
       start == input::Start::rest
           ? "none: with start = \"rest\" the phase lasts for the whole duration"
-          : quantity_text(dynamics::arrest_window(parameters, waves), "s") + " without a break" +
+          : quantity_text(dynamics::arrest_window(parameters.time, parameters.specimen.size, waves), "s") +
+                " without a break" +
                 (start == input::Start::equilibrium ? ", counted from the first break on" : ""));
 }
 
@@ -211,7 +212,8 @@ void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::
 Rows subject_rows(const FirstSample& subject, double available, double crack_speed) {
   const auto& parameters = subject.parameters;
   const int n_ranks = parameters.ensemble.ranks_per_sample;
-  const double file = ensemble::sample_file_size(parameters, subject.n_nodes(), subject.n_tetrahedra());
+  const double file =
+      ensemble::sample_file_size(parameters.output.frames, subject.n_nodes(), subject.n_tetrahedra());
   const double all = subject.n_samples() * file + ensemble::ensemble_file_size(parameters, subject.n_nodes());
   Rows rows{
       {"nodes", fmt::format("{}", subject.realization.nodes.size())},
@@ -232,8 +234,10 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
   add_waves(rows, parameters, body);
   add_release(rows, subject, body, crack_speed);
   if (!subject.body.crack_starts().empty())
-    rows.emplace_back("long branches",
-                      quantity_text(analysis::branch_length(parameters, subject.body), "m") + " or more");
+    rows.emplace_back("long branches", quantity_text(analysis::branch_length(parameters.output.branch_length,
+                                                                             parameters.mesh, subject.body),
+                                                     "m") +
+                                           " or more");
   rows.insert(rows.end(),
               {{"stable step", quantity_text(subject.stable_step, "s")},
                {"time step", quantity_text(subject.phase.grid.step, "s")},
@@ -290,14 +294,14 @@ FirstSample make_subject(const input::Parameters& parameters, const geometry::Bo
     check_mesh_size(parameters, body);
   }
   if (parameters.mesh.base == input::Base::shared)
-    base = ensemble::make_base_points(body, parameters, notify);
+    base = ensemble::make_base_points(body, parameters.mesh, parameters.seed, notify);
   const ThreadClock clock;
   Heartbeat heartbeat(notify);
   heartbeat.begin("making the mesh of sample 0");
   auto realization = ensemble::make_sample_realization(body, base, parameters, 0);
   const double seconds = clock.seconds();
   const double stable_step = dynamics::stable_step(parameters, realization);
-  const auto phase = ensemble::phase_work(parameters, stable_step);
+  const auto phase = ensemble::phase_work(parameters.time, stable_step);
   return {parameters, body, std::move(realization), seconds, stable_step, phase};
 }
 

@@ -63,7 +63,7 @@ std::string spread(const geometry::Quantiles& q, double unit, int digits) {
                      q.one_percent / unit, digits, q.median / unit, digits, q.largest / unit, digits);
 }
 
-std::string symmetry_text(const input::Specimen& specimen, std::uint8_t symmetry) {
+std::string symmetry_text(const plane::Specimen& specimen, std::uint8_t symmetry) {
   if (symmetry == 0) return "none";
   return geometry::symmetry_of(*geometry::make_body(specimen), symmetry).name;
 }
@@ -97,7 +97,7 @@ std::vector<NamedValue> mesh_table(const input::Parameters& parameters, std::uin
   const geometry::MeshStatistics statistics = geometry::mesh_statistics(realization);
   const double degree = std::numbers::pi / 180;
   std::vector<NamedValue> table;
-  table.emplace_back("sample", fmt::format("{} of seed {}", sample, parameters.ensemble.seed));
+  table.emplace_back("sample", fmt::format("{} of seed {}", sample, parameters.seed));
   table.emplace_back("nodes", fmt::format("{}", realization.nodes.size()));
   table.emplace_back("tetrahedra", fmt::format("{}", realization.tetrahedra.size()));
   table.emplace_back("edges", fmt::format("{}", statistics.n_edges));
@@ -136,7 +136,8 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   geometry::MotherPoints base;
   const auto make_base = [&](int attempt) {
     const Stopwatch base_clock;
-    base = ensemble::make_base_points(*body, parameters, notify, options.sample, attempt);
+    base =
+        ensemble::make_base_points(*body, parameters.mesh, parameters.seed, notify, options.sample, attempt);
     times.base += base_clock.seconds();
   };
   const bool is_own = parameters.mesh.base == input::Base::own;
@@ -145,8 +146,7 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   // The attempts of a run.
   geometry::Realization realization = ensemble::with_retries([&](std::uint64_t sample, int attempt) {
     if (is_own) make_base(attempt);
-    return geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, sample,
-                                      attempt);
+    return geometry::make_realization(*body, base, parameters.mesh, parameters.seed, sample, attempt);
   })(options.sample);
   ensemble::apply_material_map(parameters, *body, options.sample, realization);
   times.realization = clock.seconds() - times.base;
@@ -179,7 +179,7 @@ int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
   const input::Parameters parameters = read_given_input(world, options.input);
   refuse_sweep(parameters, options.input);
   parallel::agree_on_root(world, [&] {
-    ensemble::require_sample(parameters, options.sample);
+    ensemble::require_sample(parameters.ensemble, options.sample);
     for (const auto& file : {options.output, options.dual_output}) refuse_other_file(file);
     make_mesh(parameters, options);
   });

@@ -148,7 +148,7 @@ std::string observed(const std::filesystem::path& folder, const input::Parameter
                 {"base", parameters.mesh.base == input::Base::shared ? "shared" : "own"},
                 {"has_points", parameters.mesh.points.has_value()},
                 {"replicates", parameters.ensemble.replicates},
-                {"seed", parameters.ensemble.seed},
+                {"seed", parameters.seed},
                 {"planned", stored.rows.size()},
                 {"headline_load", analysis::headline_load(stored.rows)},
                 {"failed", Json::array()},

@@ -72,7 +72,7 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
     std::string limits;
     const auto needed = std::span(samples).first(static_cast<std::size_t>(statistics.n_needed));
     for (const std::string& limit : options.limits)
-      limits += analysis::to_text(analysis::exceedance(limit, parameters, needed));
+      limits += analysis::to_text(analysis::exceedance(limit, needed, parameters.ensemble.replicates));
     fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections, origin));
     fmt::print("{}", analysis::holes_text(samples, statistics.start_names));
     fmt::print("{}", analysis::path_inference_text(statistics, samples, parameters));
@@ -160,7 +160,8 @@ int show_bases(const parallel::Communicator& world, const StatsOptions& options)
   parallel::agree_on_root(world, [&] {
     std::vector<analysis::BaseSamples> bases;
     for (const StoredEnsemble& each : ensembles)
-      bases.push_back({&each.parameters, each.samples.rows, each.samples.origin});
+      bases.push_back({&each.parameters, input::sample_settings(each.parameters), each.samples.rows,
+                       each.samples.origin});
     const analysis::BasesStatistics found = analysis::statistics_of_bases(bases);
     const input::Sections& sections = ensembles.front().parameters.sections;
     fmt::print("{}", options.json ? analysis::to_json(found, options.folders, sections)

@@ -19,27 +19,26 @@ namespace {
 
 using Value = std::function<double(const SampleSummary&)>;
 
-std::vector<std::string> settings_but_seed(input::Parameters parameters) {
-  parameters.ensemble.seed = 0;
-  return input::sample_settings(parameters);
+std::vector<std::string> settings_but_seed(std::vector<std::string> settings) {
+  std::erase_if(settings, [](const std::string& one) { return one.starts_with("ensemble.seed ="); });
+  return settings;
 }
 
 void check(std::span<const BaseSamples> bases) {
   if (bases.size() < 2) fail("give the folders of two or more ensembles");
   for (std::size_t i = 0; i < bases.size(); ++i) {
-    const input::Parameters& one = *bases[i].parameters;
+    const input::Study& one = *bases[i].study;
     if (one.mesh.base != input::Base::shared)
       fail(
           "several folders are taken as several shared bases, but mesh.base is \"own\": these samples are "
           "independent already; use more of them, or crackle compare");
     if (!one.mesh.points_digest.empty())
       fail("several folders are taken as several shared bases, but mesh.points gives all of them the same");
-    if (settings_but_seed(one) != settings_but_seed(*bases[0].parameters))
+    if (settings_but_seed(bases[i].settings) != settings_but_seed(bases[0].settings))
       fail("the inputs of ensembles 1 and {} differ in more than ensemble.seed; use crackle compare", i + 1);
     for (std::size_t k = 0; k < i; ++k)
-      if (bases[k].parameters->ensemble.seed == one.ensemble.seed)
-        fail("ensembles {} and {} have the same seed, {}, and so the same base", k + 1, i + 1,
-             one.ensemble.seed);
+      if (bases[k].study->seed == one.seed)
+        fail("ensembles {} and {} have the same seed, {}, and so the same base", k + 1, i + 1, one.seed);
   }
 }
 
@@ -93,7 +92,7 @@ BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases, double c
   check(bases);
   BasesStatistics all{.confidence = confidence};
   for (const BaseSamples& one : bases) {
-    all.seeds.push_back(one.parameters->ensemble.seed);
+    all.seeds.push_back(one.study->seed);
     all.n_done.push_back(0);
     for (const SampleSummary& row : one.rows) {
       all.n_done.back() += row.status == SampleStatus::done ? 1 : 0;
@@ -126,8 +125,8 @@ BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases, double c
       add({.info = info}, false, [&](const SampleSummary& row) { return known(info, member, row); });
     }
   });
-  const input::Parameters& parameters = *bases[0].parameters;
-  const LeaderFrame frame(parameters);
+  const input::Study& study = *bases[0].study;
+  const LeaderFrame frame(study, study.sections);
   ResultInfo position{};
   for_each_position_result([&](const ResultInfo& info, auto) {
     if (std::string_view(info.name) == "position") position = info;

@@ -4,7 +4,7 @@
 #include "analysis/grouped_values.h"
 #include "analysis/sample_summary.h"
 #include "analysis/statistics.h"
-#include "input/parameters.h"
+#include "input/study.h"
 
 #include <cstdint>
 #include <span>
@@ -17,7 +17,8 @@ namespace crackle::analysis {
 
 /// One of them.
 struct BaseSamples {
-  const input::Parameters* parameters;
+  const input::Study* study;
+  std::vector<std::string> settings;  ///< input::sample_settings
   std::span<const SampleSummary> rows;
   Origin origin = {};
 };

@@ -15,8 +15,8 @@
 
 namespace crackle::analysis {
 
-Exceedance exceedance(const std::string& condition, const input::Parameters& parameters,
-                      std::span<const SampleSummary> rows, double confidence) {
+Exceedance exceedance(const std::string& condition, std::span<const SampleSummary> rows, int replicates,
+                      double confidence) {
   Exceedance found;
   const auto sign = condition.find_first_of("<>");
   const std::string_view all = condition;
@@ -36,7 +36,7 @@ Exceedance exceedance(const std::string& condition, const input::Parameters& par
     if (name != info.name) return;
     found.info = info;
     is_known = true;
-    values = observations(info, member, rows, parameters.ensemble.replicates);
+    values = observations(info, member, rows, replicates);
     found.n_undecided = static_cast<int>(std::ranges::count_if(rows, [&](const SampleSummary& row) {
       return is_undecided(row) && !std::isnan(observed(info, member, row).value);
     }));

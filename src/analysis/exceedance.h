@@ -4,7 +4,6 @@
 #include "analysis/censored_values.h"
 #include "analysis/result_list.h"
 #include "analysis/statistics.h"
-#include "input/parameters.h"
 
 #include <span>
 #include <string>
@@ -29,9 +28,10 @@ struct Exceedance {
 
 /// @param condition such as "peak_load > 500 N": a result, > or <, and a value with its unit
 /// @param rows of the samples that the ensemble needs
+/// @param replicates samples with the same draw of the random inputs
 /// @throws std::runtime_error for an invalid condition, naming what is accepted
-Exceedance exceedance(const std::string& condition, const input::Parameters& parameters,
-                      std::span<const SampleSummary> rows, double confidence = default_confidence);
+Exceedance exceedance(const std::string& condition, std::span<const SampleSummary> rows, int replicates = 1,
+                      double confidence = default_confidence);
 
 /// "peak_load > 500 N: 12 of 64 samples, 18.8 % (11.1 to 30.0 %)", and what the share estimates or leaves
 /// out.

@@ -87,11 +87,12 @@ std::uint8_t reflected_by(const geometry::Symmetry& symmetry, const geometry::Bo
 
 }  // namespace
 
-LeaderFrame::LeaderFrame(const input::Parameters& parameters)
-    : LeaderFrame(parameters, *geometry::make_composite_body(parameters)) {}
+LeaderFrame::LeaderFrame(const input::Model& model, const input::Sections& sections)
+    : LeaderFrame(model, sections, *geometry::make_composite_body(model)) {}
 
-LeaderFrame::LeaderFrame(const input::Parameters& parameters, const geometry::Body& body)
-    : LeaderFrame(body, geometry::loaded_symmetries(body, parameters), parameters.sections) {}
+LeaderFrame::LeaderFrame(const input::Model& model, const input::Sections& sections,
+                         const geometry::Body& body)
+    : LeaderFrame(body, geometry::loaded_symmetries(body, model), sections) {}
 
 LeaderFrame::LeaderFrame(const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
                          const input::Sections& sections)

@@ -3,7 +3,7 @@
 
 #include "analysis/sample_summary.h"
 #include "geometry/body.h"
-#include "input/parameters.h"
+#include "input/study.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -33,7 +33,7 @@ public:
   };
 
   /// For the symmetries of the body that its boundary conditions share (geometry::loaded_symmetries).
-  explicit LeaderFrame(const input::Parameters& parameters);
+  LeaderFrame(const input::Model& model, const input::Sections& sections);
   /// @param symmetries of the body, the identity among them
   LeaderFrame(const geometry::Body& body, const std::vector<geometry::Symmetry>& symmetries,
               const input::Sections& sections);
@@ -64,7 +64,7 @@ public:
   std::optional<Source> source(int leading, int start, int section) const;
 
 private:
-  LeaderFrame(const input::Parameters& parameters, const geometry::Body& body);
+  LeaderFrame(const input::Model& model, const input::Sections& sections, const geometry::Body& body);
 
   /// A symmetry of the body, as it maps a sample into the frame.
   struct Mapping {

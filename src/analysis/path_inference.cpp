@@ -263,8 +263,8 @@ std::vector<Stopped> stopped_cracks(std::span<const FramedPath> paths, std::span
 }
 
 PathInference path_inference(const RankStatistics& ranks, const Statistics& statistics,
-                             std::span<const SampleSummary> samples, const input::Parameters& parameters) {
-  const LeaderFrame frame(parameters);
+                             std::span<const SampleSummary> samples, const LeaderFrame& frame,
+                             const input::Sections& sections) {
   const double confidence = confidence_of_look(statistics.confidence, statistics.n_looks);
   PathInference found;
   for (std::size_t row = 0; row < ranks.start.size(); ++row) {
@@ -284,16 +284,16 @@ PathInference path_inference(const RankStatistics& ranks, const Statistics& stat
       all.insert(all.end(), own.begin(), own.end());
     };
     append(found.band_half_width, band_half_widths(paths, draws, confidence), not_a_number);
-    append(found.stopped,
-           stopped_cracks(paths, previous_sections(parameters.sections, paths), draws, confidence),
+    append(found.stopped, stopped_cracks(paths, previous_sections(sections, paths), draws, confidence),
            Stopped{});
   }
   return found;
 }
 
 std::string path_inference_text(const Statistics& statistics, std::span<const SampleSummary> samples,
-                                const input::Parameters& parameters) {
-  const std::vector<input::Section> sections = parameters.sections.all();
+                                const input::Study& study) {
+  const LeaderFrame frame(study, study.sections);
+  const std::vector<input::Section> sections = study.sections.all();
   const ShownUnit unit = unit_of_positions(statistics);
   const auto length = [&](double value) { return shown(value, ".3f", unit.factor); };
   TextTable bands{{"cracks", "leading", "start", "section", "mean", "+- alone", "+- band"}};
@@ -302,7 +302,7 @@ std::string path_inference_text(const Statistics& statistics, std::span<const Sa
   const auto number = [](int n) { return fmt::to_string(n); };
   const auto& starts = statistics.start_names;
   const auto add = [&](const char* name, const RankStatistics& ranks) {
-    const PathInference found = path_inference(ranks, statistics, samples, parameters);
+    const PathInference found = path_inference(ranks, statistics, samples, frame, study.sections);
     for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
       if (ranks.reached[p] == 0) continue;
       const std::size_t row = p / sections.size();

@@ -59,10 +59,11 @@ struct PathInference {
 
 /// For the leaders or the followers of statistics over these samples.
 PathInference path_inference(const RankStatistics& ranks, const Statistics& statistics,
-                             std::span<const SampleSummary> samples, const input::Parameters& parameters);
+                             std::span<const SampleSummary> samples, const LeaderFrame& frame,
+                             const input::Sections& sections);
 
 /// The same for leaders and followers as a readable table; empty if no crack reached a section.
 std::string path_inference_text(const Statistics& statistics, std::span<const SampleSummary> samples,
-                                const input::Parameters& parameters);
+                                const input::Study& study);
 
 }  // namespace crackle::analysis

@@ -315,18 +315,17 @@ RunningStatistics::RunningStatistics(std::size_t n_samples, LeaderFrame frame, d
 RunningStatistics::RunningStatistics(std::size_t n_samples, int n_starts, int n_sections, double confidence)
     : RunningStatistics(n_samples, LeaderFrame(n_starts, n_sections), confidence) {}
 
-RunningStatistics::RunningStatistics(const input::Parameters& parameters)
-    : RunningStatistics(
-          static_cast<std::size_t>(parameters.ensemble.samples), LeaderFrame(parameters),
-          parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
-  statistics_.base = parameters.mesh.base;
-  statistics_.replicates = parameters.ensemble.replicates;
-  statistics_.crack_parts = crack_parts(parameters);
+RunningStatistics::RunningStatistics(const input::Study& study)
+    : RunningStatistics(static_cast<std::size_t>(study.ensemble.samples), LeaderFrame(study, study.sections),
+                        study.ensemble.stop ? study.ensemble.stop->confidence : default_confidence) {
+  statistics_.base = study.mesh.base;
+  statistics_.replicates = study.ensemble.replicates;
+  statistics_.crack_parts = crack_parts(study.materials, study.interfaces);
   statistics_.has_strength_scatter =
-      parameters.fracture.variation.has_value() || !parameters.random.empty() || statistics_.n_starts == 0;
-  stop_ = parameters.ensemble.stop;
+      study.fracture.variation.has_value() || !study.random.empty() || statistics_.n_starts == 0;
+  stop_ = study.ensemble.stop;
   if (!stop_) return;
-  looks_ = look_schedule(parameters.ensemble.samples, stop_->min_samples);
+  looks_ = look_schedule(study.ensemble.samples, stop_->min_samples);
   statistics_.n_looks = static_cast<int>(looks_.size());
 }
 
@@ -403,8 +402,7 @@ Statistics RunningStatistics::statistics() const {
 }
 
 Statistics with_running_half_widths(const Statistics& statistics, std::span<const SampleSummary> samples,
-                                    const input::Parameters& parameters) {
-  const LeaderFrame frame(parameters);
+                                    const LeaderFrame& frame) {
   return compute(statistics, frame, samples.first(static_cast<std::size_t>(statistics.n_needed)),
                  Running::all);
 }

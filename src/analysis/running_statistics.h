@@ -33,7 +33,7 @@ private:
 class RunningStatistics {
 public:
   /// @throws std::runtime_error when the specimen is not a valid body
-  explicit RunningStatistics(const input::Parameters& parameters);
+  explicit RunningStatistics(const input::Study& study);
   /// Without a stopping rule, for a body without symmetry.
   RunningStatistics(std::size_t n_samples, int n_starts, int n_sections, double confidence);
 

@@ -143,31 +143,33 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   return row;
 }
 
-double branch_length(const input::Parameters& parameters, const geometry::Body& body) {
+double branch_length(double given, const input::Mesh& mesh, const geometry::Body& body) {
   constexpr double n_spacings = 4;
-  if (parameters.output.branch_length > 0) return parameters.output.branch_length;
-  return n_spacings * dynamics::crack_spacing(parameters.mesh, body).greatest;
+  if (given > 0) return given;
+  return n_spacings * dynamics::crack_spacing(mesh, body).greatest;
 }
 
-std::vector<std::string> crack_parts(const input::Parameters& parameters) {
+std::vector<std::string> crack_parts(const std::vector<input::Material>& materials,
+                                     const std::vector<input::Interface>& interfaces) {
   std::vector<std::string> names;
-  if (parameters.materials.size() == 1) return names;
-  for (const input::Material& material : parameters.materials) names.push_back(material.name);
-  for (const input::Interface& one : parameters.interfaces)
+  if (materials.size() == 1) return names;
+  for (const input::Material& material : materials) names.push_back(material.name);
+  for (const input::Interface& one : interfaces)
     names.push_back(fmt::format("interface {}-{}", one.between[0], one.between[1]));
   return names;
 }
 
 std::vector<double> crack_area_in_parts(const cracks::CrackSurface& surface,
                                         const geometry::Realization& realization,
-                                        const input::Parameters& parameters) {
-  std::vector<double> areas(crack_parts(parameters).size(), 0.0);
+                                        const std::vector<input::Material>& materials,
+                                        const std::vector<input::Interface>& interfaces) {
+  std::vector<double> areas(crack_parts(materials, interfaces).size(), 0.0);
   if (areas.empty()) return areas;
   for (const cracks::CrackFacet& facet : surface.facets) {
     const auto t = index(facet.tetrahedron);
     const std::size_t interface = realization.interface.empty() ? 0 : realization.interface[t];
     const std::size_t material = realization.material.empty() ? 0 : realization.material[t];
-    areas[interface > 0 ? parameters.materials.size() + interface - 1 : material] += facet.area;
+    areas[interface > 0 ? materials.size() + interface - 1 : material] += facet.area;
   }
   return areas;
 }

@@ -92,17 +92,19 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
                         std::span<const cracks::FrontTrajectory> trajectories);
 
 /// From which branches are long [m]: the input's length, or 4 spacings of the mesh where cracks run.
-double branch_length(const input::Parameters& parameters, const geometry::Body& body);
+double branch_length(double given, const input::Mesh& mesh, const geometry::Body& body);
 
 /// The parts of a body of several materials among which the area of its cracks is divided: the materials by
 /// name, then "interface A-B" of each [[interface]]. Empty if there is only one material.
-std::vector<std::string> crack_parts(const input::Parameters& parameters);
+std::vector<std::string> crack_parts(const std::vector<input::Material>& materials,
+                                     const std::vector<input::Interface>& interfaces);
 
 /// The area of a crack surface in each of these parts [m^2]. At an interface are the tetrahedra that have its
 /// toughness or strength: those that touch it.
 std::vector<double> crack_area_in_parts(const cracks::CrackSurface& surface,
                                         const geometry::Realization& realization,
-                                        const input::Parameters& parameters);
+                                        const std::vector<input::Material>& materials,
+                                        const std::vector<input::Interface>& interfaces);
 
 /// Replaces the row's crossings by those at other sections.
 void measure_crossings(const geometry::Body& body, const cracks::CrackSurface& surface,

@@ -60,9 +60,9 @@ void add_result(const ResultInfo& info, const std::function<double(const SampleS
   }
 }
 
-std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size_t n_positions) {
+std::vector<Subject> all_subjects(const input::Study& study, std::size_t n_positions) {
   std::vector<Subject> subjects;
-  const auto n_starts = static_cast<int>(geometry::n_crack_starts(parameters.specimen));
+  const auto n_starts = static_cast<int>(geometry::n_crack_starts(study.specimen));
   for_each_result([&](const ResultInfo& info, auto member) {
     if (info.about == About::computation) return;
     add_result(
@@ -70,7 +70,7 @@ std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size
         n_starts, subjects);
     if (info.of_unbroken == OfUnbroken::bound) subjects.back().is_bound = is_unbroken;
   });
-  const std::size_t n_sections = parameters.sections.size();
+  const std::size_t n_sections = study.sections.size();
   for_each_position_result([&](const ResultInfo& info, auto member) {
     if constexpr (std::is_same_v<decltype(member), decltype(&SampleSummary::position)>) {
       if (member != &SampleSummary::position) return;
@@ -92,12 +92,12 @@ struct Draws {
   std::vector<const SampleSummary*> row;
 };
 
-Draws draws_of(const input::Parameters& parameters, std::span<const SampleSummary> rows) {
+Draws draws_of(const input::Study& study, std::span<const SampleSummary> rows) {
   Draws draws;
   std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].status != SampleStatus::done || rows[i].inputs.size() != parameters.random.size()) continue;
-    const std::uint64_t number = parameters.ensemble.input_of(i);
+    if (rows[i].status != SampleStatus::done || rows[i].inputs.size() != study.random.size()) continue;
+    const std::uint64_t number = study.ensemble.input_of(i);
     if (number != last) draws.values.push_back(rows[i].inputs);
     last = number;
     draws.of_row.push_back(draws.values.size() - 1);
@@ -111,14 +111,14 @@ struct FailedValues {
   std::vector<double> failed, others;
 };
 
-FailedValues failed_values(const input::Parameters& parameters, std::span<const SampleSummary> rows,
+FailedValues failed_values(const input::Study& study, std::span<const SampleSummary> rows,
                            std::size_t input) {
   FailedValues found;
   for (std::size_t i = 0; i < rows.size();) {
-    const std::uint64_t draw = parameters.ensemble.input_of(i);
+    const std::uint64_t draw = study.ensemble.input_of(i);
     bool has_failed = false, is_known = false;
     double value = not_a_number;
-    for (; i < rows.size() && parameters.ensemble.input_of(i) == draw; ++i) {
+    for (; i < rows.size() && study.ensemble.input_of(i) == draw; ++i) {
       if (rows[i].status == SampleStatus::pending || rows[i].inputs.size() <= input) continue;
       has_failed = has_failed || rows[i].status == SampleStatus::failed;
       is_known = true;
@@ -140,15 +140,15 @@ double rank_sum_probability(const FailedValues& values) {
   return std::copysign(2 * boost::math::cdf(boost::math::normal(), -std::abs(z)), excess);
 }
 
-std::string where_draws_fail(const input::Parameters& parameters, std::span<const SampleSummary> rows) {
+std::string where_draws_fail(const input::Study& study, std::span<const SampleSummary> rows) {
   constexpr double clear = 0.01;
   std::string text;
-  for (std::size_t k = 0; k < parameters.random.size(); ++k) {
-    const input::RandomInput& random = parameters.random[k];
-    const FailedValues values = failed_values(parameters, rows, k);
+  for (std::size_t k = 0; k < study.random.size(); ++k) {
+    const input::RandomInput& random = study.random[k];
+    const FailedValues values = failed_values(study, rows, k);
     if (values.failed.empty() || values.others.empty()) return {};
     const double probability = rank_sum_probability(values);
-    if (!(std::abs(probability) * static_cast<double>(parameters.random.size()) < clear)) continue;
+    if (!(std::abs(probability) * static_cast<double>(study.random.size()) < clear)) continue;
     const auto [least, most] = std::ranges::minmax(values.failed);
     const auto [least_other, most_other] = std::ranges::minmax(values.others);
     const auto range = [&](double from, double to) {
@@ -227,8 +227,8 @@ double share_within(const DrawnValues& values, const Eigen::VectorXd& count) {
 }
 
 /// Data common to all results.
-struct Study {
-  const input::Parameters& parameters;
+struct CommonData {
+  const input::Study& study;
   Draws draws;
   ChaosBasis basis;
   std::vector<Eigen::VectorXd> samples;  ///< bootstrap_counts
@@ -236,14 +236,14 @@ struct Study {
 };
 
 /// @param bounds receives those of the values that are lower bounds
-DrawnValues values_of(const Study& study, const Subject& subject, std::vector<std::size_t>& bounds) {
+DrawnValues values_of(const CommonData& common, const Subject& subject, std::vector<std::size_t>& bounds) {
   DrawnValues values;
   std::vector<double> found;
-  for (std::size_t i = 0; i < study.draws.row.size(); ++i) {
-    const double value = subject.value(*study.draws.row[i]);
+  for (std::size_t i = 0; i < common.draws.row.size(); ++i) {
+    const double value = subject.value(*common.draws.row[i]);
     if (std::isnan(value)) continue;
-    if (subject.is_bound && subject.is_bound(*study.draws.row[i])) bounds.push_back(found.size());
-    values.draw.push_back(study.draws.of_row[i]);
+    if (subject.is_bound && subject.is_bound(*common.draws.row[i])) bounds.push_back(found.size());
+    values.draw.push_back(common.draws.of_row[i]);
     found.push_back(value);
   }
   values.value = Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(found.size()));
@@ -294,82 +294,82 @@ Eigen::VectorXd spread_out(const Eigen::VectorXd& of_draws, const std::vector<st
   return counts;
 }
 
-void estimate(const Study& study, const DrawnValues& values, Sensitivity& result) {
-  const std::size_t n_inputs = study.parameters.random.size();
+void estimate(const CommonData& common, const DrawnValues& values, Sensitivity& result) {
+  const std::size_t n_inputs = common.study.random.size();
   const Eigen::VectorXd once = Eigen::VectorXd::Ones(values.value.size());
-  const ChosenDegree chosen = choose_degree(study.basis, values);
+  const ChosenDegree chosen = choose_degree(common.basis, values);
   result.degree = chosen.degree;
   result.predicted = chosen.predicted;
-  const SobolIndices indices = sobol_indices(study.basis, values, chosen.degree, once, true);
+  const SobolIndices indices = sobol_indices(common.basis, values, chosen.degree, once, true);
 
   const Eigen::VectorXd ranks = ranks_of(values.value);
   std::vector<Eigen::VectorXd> input_ranks;
   for (std::size_t k = 0; k < n_inputs; ++k) {
     Eigen::VectorXd input(values.value.size());
-    for (Eigen::Index i = 0; i < input.size(); ++i) input[i] = study.draws.values[values.draw[index(i)]][k];
+    for (Eigen::Index i = 0; i < input.size(); ++i) input[i] = common.draws.values[values.draw[index(i)]][k];
     input_ranks.push_back(ranks_of(input));
   }
 
   std::vector<double> mesh;
   std::vector<std::vector<double>> first(n_inputs), total(n_inputs), rank(n_inputs);
-  for (const Eigen::VectorXd& sample : study.samples) {
+  for (const Eigen::VectorXd& sample : common.samples) {
     const Eigen::VectorXd counts = spread_out(sample, values.draw);
     mesh.push_back(share_within(values, counts));
-    const SobolIndices again = sobol_indices(study.basis, values, chosen.degree, counts, false);
+    const SobolIndices again = sobol_indices(common.basis, values, chosen.degree, counts, false);
     for (std::size_t k = 0; k < n_inputs; ++k) {
       first[k].push_back(again.first[k]);
       total[k].push_back(again.total[k]);
       rank[k].push_back(correlation(input_ranks[k], ranks, counts));
     }
   }
-  result.mesh = with_interval(share_within(values, once), mesh, study.confidence, 0);
+  result.mesh = with_interval(share_within(values, once), mesh, common.confidence, 0);
   if (!std::isnan(result.mesh.value))
     result.lack_of_fit = std::max(0.0, 1 - result.mesh.value - std::max(0.0, chosen.predicted));
   for (std::size_t k = 0; k < n_inputs; ++k) {
     InputEffect effect;
     // A constant predicts best: the indices are 0, but their uncertainty is unknown. Of dependent inputs they
     // are no shares.
-    if (!study.parameters.correlations.empty()) {
+    if (!common.study.correlations.empty()) {
     } else if (chosen.degree == 0) {
       effect.first.value = effect.total.value = 0;
     } else {
-      effect.first = with_interval(indices.first[k], first[k], study.confidence, 0);
-      effect.total = with_interval(indices.total[k], total[k], study.confidence, 0);
+      effect.first = with_interval(indices.first[k], first[k], common.confidence, 0);
+      effect.total = with_interval(indices.total[k], total[k], common.confidence, 0);
     }
     effect.rank_correlation =
-        with_interval(correlation(input_ranks[k], ranks, once), rank[k], study.confidence, -1);
+        with_interval(correlation(input_ranks[k], ranks, once), rank[k], common.confidence, -1);
     result.inputs.push_back(effect);
   }
 }
 
 }  // namespace
 
-Sensitivities sensitivities(const input::Parameters& parameters, std::span<const SampleSummary> rows,
+Sensitivities sensitivities(const input::Study& study, std::span<const SampleSummary> rows,
                             double confidence) {
   Sensitivities all{.confidence = confidence};
-  if (parameters.random.empty()) return all;
-  all.failures = where_draws_fail(parameters, rows);
-  Draws draws = draws_of(parameters, rows);
+  if (study.random.empty()) return all;
+  all.failures = where_draws_fail(study, rows);
+  Draws draws = draws_of(study, rows);
   all.n_draws = static_cast<int>(draws.values.size());
   all.n_samples = static_cast<int>(draws.row.size());
-  const std::size_t least = least_draws_per_input * (parameters.random.size() + 1);
+  const std::size_t least = least_draws_per_input * (study.random.size() + 1);
   if (draws.values.size() < least) return all;
   const std::size_t n_positions = draws.row.front()->position.size();
-  ChaosBasis basis(parameters.random, draws.values);
+  ChaosBasis basis(study.random, draws.values);
   auto samples = bootstrap_counts(draws.values.size());
-  const Study study{parameters, std::move(draws), std::move(basis), std::move(samples), confidence};
-  for (Subject& subject : all_subjects(parameters, n_positions)) {
+  const CommonData common{study, std::move(draws), std::move(basis), std::move(samples), confidence};
+  for (Subject& subject : all_subjects(study, n_positions)) {
     std::vector<std::size_t> bounds;
-    DrawnValues values = values_of(study, subject, bounds);
+    DrawnValues values = values_of(common, subject, bounds);
     const auto n_bounds = static_cast<std::ptrdiff_t>(bounds.size());
     if (values.n_draws() < least || values.value.minCoeff() == values.value.maxCoeff() ||
         2 * n_bounds > values.value.size())
       continue;
-    if (n_bounds > 0) draw_above(study.basis, bounds, values);
+    if (n_bounds > 0) draw_above(common.basis, bounds, values);
     subject.of.n_bounds = static_cast<int>(n_bounds);
     subject.of.n_values = static_cast<int>(values.value.size());
     subject.of.n_draws = static_cast<int>(values.n_draws());
-    estimate(study, values, subject.of);
+    estimate(common, values, subject.of);
     all.results.push_back(std::move(subject.of));
   }
   return all;

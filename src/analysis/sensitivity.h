@@ -3,7 +3,7 @@
 
 #include "analysis/sample_summary.h"
 #include "analysis/statistics.h"
-#include "input/parameters.h"
+#include "input/study.h"
 
 #include <span>
 #include <string>
@@ -43,7 +43,7 @@ struct Sensitivity {
   /// Share of the variance due neither to the mesh nor predicted: what the polynomials cannot follow, as
   /// where a result jumps. NaN without replicates.
   double lack_of_fit = not_a_number;
-  std::vector<InputEffect> inputs = {};  ///< in the order of Parameters::random
+  std::vector<InputEffect> inputs = {};  ///< in the order of Study::random
 };
 
 /// Lack of fit above which the indices of a result are not to be relied on.
@@ -68,14 +68,14 @@ struct Sensitivities {
 /// call. With correlated inputs first and total are NaN.
 /// @param rows of the samples, with their inputs; samples that are not done are ignored
 /// @return no results without random inputs, or with too few draws
-Sensitivities sensitivities(const input::Parameters& parameters, std::span<const SampleSummary> rows,
+Sensitivities sensitivities(const input::Study& study, std::span<const SampleSummary> rows,
                             double confidence = default_confidence);
 
 /// How intervals and p-values that assume independent draws err with draws that lie more evenly. Empty if
 /// they hold.
-std::string note_on_plan(const input::Parameters& parameters);
+std::string note_on_plan(const input::Study& study);
 
 /// As a readable table; empty without results.
-std::string to_text(const Sensitivities& sensitivities, const input::Parameters& parameters);
+std::string to_text(const Sensitivities& sensitivities, const input::Study& study);
 
 }  // namespace crackle::analysis

@@ -33,27 +33,26 @@ std::string percent(const Estimate& share) {
 
 }  // namespace
 
-std::string note_on_plan(const input::Parameters& parameters) {
-  const input::Ensemble& ensemble = parameters.ensemble;
-  if (parameters.random.empty() || ensemble.plan == input::SamplingPlan::independent) return {};
+std::string note_on_plan(const input::Study& study) {
+  const input::Ensemble& ensemble = study.ensemble;
+  if (study.random.empty() || ensemble.plan == input::SamplingPlan::independent) return {};
   return fmt::format(
       "the draws of plan {} lie more evenly than independent ones: intervals of means and shares are wider "
       "than need be, some 2 times where the inputs rule a result, and p is too large",
       input::plan_names[static_cast<std::size_t>(ensemble.plan)]);
 }
 
-std::string to_text(const Sensitivities& sensitivities, const input::Parameters& parameters) {
-  const auto& random = parameters.random;
+std::string to_text(const Sensitivities& sensitivities, const input::Study& study) {
+  const auto& random = study.random;
   if (random.empty()) return {};
   std::string text = "\nrandom inputs\n";
   auto out = std::back_inserter(text);
   for (std::size_t k = 0; k < random.size(); ++k)
     fmt::format_to(out, "{}  {:<28} {}\n", k, random[k].key, input::describe(random[k]));
   fmt::format_to(out, "{} draws ({}), {} samples\n", sensitivities.n_draws,
-                 input::plan_names[static_cast<std::size_t>(parameters.ensemble.plan)],
-                 sensitivities.n_samples);
+                 input::plan_names[static_cast<std::size_t>(study.ensemble.plan)], sensitivities.n_samples);
   if (!sensitivities.failures.empty()) text += sensitivities.failures + "\n";
-  if (const std::string note = note_on_plan(parameters); !note.empty()) text += note + "\n";
+  if (const std::string note = note_on_plan(study); !note.empty()) text += note + "\n";
   if (sensitivities.results.empty()) {
     text += "too few draws for sensitivity indices\n";
     return text;
@@ -67,7 +66,7 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
   fmt::format_to(out, " {:>10} {:>11} {:>6}\n", "predicted", "lack of fit", "draws");
   bool any_is_large = false, any_is_partial = false, any_is_bound = false;
   for (const Sensitivity& result : sensitivities.results) {
-    fmt::format_to(out, "{:<30.30} {:>13}", name_of(result, parameters.sections), percent(result.mesh));
+    fmt::format_to(out, "{:<30.30} {:>13}", name_of(result, study.sections), percent(result.mesh));
     for (const InputEffect& input : result.inputs)
       fmt::format_to(out, " {:>20}",
                      fmt::format("{} [{:+.2f}]", percent(input.total), input.rank_correlation.value));
@@ -87,7 +86,7 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
     text +=
         "loads of samples that did not break count as drawn above the largest applied, by a censored "
         "regression\n";
-  if (!parameters.correlations.empty())
+  if (!study.correlations.empty())
     text +=
         "the inputs are correlated: the variance cannot be shared among them by Sobol' indices, which "
         "suppose "
@@ -96,7 +95,7 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
     fmt::format_to(out,
                    "!: the expansion does not follow the result, which may jump: its indices may be far off, "
                    "and their intervals too narrow\n");
-  if (parameters.ensemble.replicates == 1)
+  if (study.ensemble.replicates == 1)
     text += "without replicates, what is not predicted may be due to the mesh or to a lack of fit\n";
   return text;
 }

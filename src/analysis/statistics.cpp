@@ -34,9 +34,9 @@ Statistics make_statistics(std::span<const SampleSummary> samples, int n_starts,
   return running.statistics();
 }
 
-Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
+Statistics make_statistics(std::span<const SampleSummary> samples, const input::Study& study,
                            std::optional<int> n_needed) {
-  RunningStatistics running(parameters);
+  RunningStatistics running(study);
   if (n_needed) running.stop_at(static_cast<std::size_t>(*n_needed));
   for (std::size_t i = 0; i < samples.size(); ++i) running.add(i, samples[i]);
   return running.statistics();

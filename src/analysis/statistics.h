@@ -15,6 +15,8 @@
 
 namespace crackle::analysis {
 
+class LeaderFrame;
+
 inline constexpr int n_patterns = 4;
 inline constexpr double default_confidence = 0.95;
 /// Shares of the quantiles: minimum, quartiles and median, maximum.
@@ -112,13 +114,13 @@ Statistics make_statistics(std::span<const SampleSummary> samples, int n_starts,
 /// As above, for the body and sections of the input, with its [ensemble.stop] (without it default_confidence
 /// and all samples): the statistics in ensemble.h5.
 /// @param n_needed if the ensemble is known to need the samples 0 to n_needed - 1
-Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
+Statistics make_statistics(std::span<const SampleSummary> samples, const input::Study& study,
                            std::optional<int> n_needed = {});
 
 /// The same statistics with running_half_width, which takes longest to compute.
-/// @param parameters with the sections of the statistics
+/// @param frame with the sections of the statistics
 Statistics with_running_half_widths(const Statistics& statistics, std::span<const SampleSummary> samples,
-                                    const input::Parameters& parameters);
+                                    const LeaderFrame& frame);
 
 /// Marks the rows of samples that the ensemble did not need as pending.
 /// @param first number of the sample in rows[0]

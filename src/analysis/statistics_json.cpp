@@ -134,7 +134,7 @@ std::vector<std::string> settings_of_bodies(const input::Parameters& parameters)
 /// The grounds on which samples are independent, and the settings that make the bodies.
 Json sampling_of(const input::Parameters& parameters) {
   const input::Ensemble& ensemble = parameters.ensemble;
-  return {{"seed", ensemble.seed},
+  return {{"seed", parameters.seed},
           {"base", parameters.mesh.base == input::Base::shared ? "shared" : "own"},
           {"has_points", parameters.mesh.points.has_value()},
           {"plan", input::plan_names[index(ensemble.plan)]},
@@ -177,9 +177,8 @@ void add_paths(Json& group, const PathStatistics& paths, std::size_t n_rows, con
 }
 
 /// Precision of the leaders' mean path, compared with the required one.
-Json precision(const Statistics& statistics, const input::Parameters& parameters) {
-  const auto& stop = parameters.ensemble.stop;
-  const double wanted = stop ? stop->half_width : default_half_width_share * parameters.specimen.size[1];
+Json precision(const Statistics& statistics, const std::optional<input::EnsembleStop>& stop, double width) {
+  const double wanted = stop ? stop->half_width : default_half_width_share * width;
   Json found{{"half_width_wanted", wanted}, {"is_of_the_input", stop.has_value()}};
   if (const auto worst = least_certain(statistics)) {
     const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
@@ -235,22 +234,21 @@ Json groups_of(const RankStatistics& ranks) {
   return list;
 }
 
-Json statistics_of(const Statistics& statistics, std::span<const SampleSummary> samples,
-                   const input::Parameters& parameters) {
-  const auto& stop = parameters.ensemble.stop;
+Json statistics_of(const Statistics& statistics, const LeaderFrame& frame,
+                   std::span<const SampleSummary> samples, const input::Study& study) {
+  const auto& stop = study.ensemble.stop;
   Json group{
       {"confidence", statistics.confidence},
       {"interval_scope", interval_scope(statistics.base, statistics.replicates)},
       {"n_looks", statistics.n_looks},
       {"looks", stop ? look_schedule(statistics.n_samples, stop->min_samples) : std::vector<std::size_t>{}},
-      {"precision", precision(statistics, parameters)}};
+      {"precision", precision(statistics, stop, study.specimen.size[1])}};
   add_paths(group, statistics, static_cast<std::size_t>(statistics.n_starts), statistics);
   group["pattern_share"] = statistics.pattern_share;
   group["pattern_half_width"] = statistics.pattern_half_width;
   group["pattern_lower"] = statistics.pattern_lower;
   group["pattern_upper"] = statistics.pattern_upper;
   group["reference_notch"] = statistics.reference_start;
-  const LeaderFrame frame(parameters);
   for (int leading = 0; leading < frame.n_starts(); ++leading) {
     const unsigned axes = frame.reflected_axes(leading);
     group["symmetries"].push_back({{"reflects_y", (axes & 2u) != 0},
@@ -269,7 +267,7 @@ Json statistics_of(const Statistics& statistics, std::span<const SampleSummary> 
         table(ranks.is_divided, {n_rows, static_cast<std::size_t>(statistics.n_sections)});
     if (&ranks == &statistics.leader || &ranks == &statistics.follower) {
       const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
-      const PathInference found = path_inference(ranks, statistics, samples, parameters);
+      const PathInference found = path_inference(ranks, statistics, samples, frame, study.sections);
       of_rank["band_half_width"] = table(found.band_half_width, {n_rows, n_sections});
       of_rank["stopped"] = stopped_before(found, ranks, n_sections);
     }
@@ -282,10 +280,10 @@ Json estimate(const Estimate& estimate) {
   return {{"value", estimate.value}, {"lower", estimate.lower}, {"upper", estimate.upper}};
 }
 
-Json inputs_of(std::span<const SampleSummary> samples, const input::Parameters& parameters) {
+Json inputs_of(std::span<const SampleSummary> samples, const std::vector<input::RandomInput>& random_inputs) {
   Json inputs = Json::array();
-  for (std::size_t k = 0; k < parameters.random.size(); ++k) {
-    const input::RandomInput& random = parameters.random[k];
+  for (std::size_t k = 0; k < random_inputs.size(); ++k) {
+    const input::RandomInput& random = random_inputs[k];
     inputs.push_back({{"key", random.key},
                       {"units", random.unit},
                       {"distribution", input::describe(random)},
@@ -296,8 +294,8 @@ Json inputs_of(std::span<const SampleSummary> samples, const input::Parameters& 
   return inputs;
 }
 
-Json sensitivities_of(std::span<const SampleSummary> samples, const input::Parameters& parameters) {
-  const Sensitivities all = sensitivities(parameters, samples);
+Json sensitivities_of(std::span<const SampleSummary> samples, const input::Study& study) {
+  const Sensitivities all = sensitivities(study, samples);
   Json results = Json::array();
   for (const Sensitivity& one : all.results) {
     Json inputs = Json::array();
@@ -319,7 +317,7 @@ Json sensitivities_of(std::span<const SampleSummary> samples, const input::Param
           {"n_draws", all.n_draws},
           {"n_samples", all.n_samples},
           {"failures", all.failures},
-          {"replicates", parameters.ensemble.replicates},
+          {"replicates", study.ensemble.replicates},
           {"results", results}};
 }
 
@@ -340,6 +338,7 @@ Json weibull_of(std::span<const SampleSummary> samples, double confidence) {
 
 std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
                     const input::Parameters& parameters, const Origin& origin, bool with_sensitivities) {
+  const LeaderFrame frame(parameters, parameters.sections);
   const auto body = geometry::make_composite_body(parameters);
   const auto n_failed = std::ranges::count(samples, SampleStatus::failed, &SampleSummary::status);
   Json document{{"n_samples", statistics.n_samples},
@@ -364,12 +363,12 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
   document["crack_path"] = crack_path(
       samples, parameters.sections,
       {static_cast<std::size_t>(statistics.n_starts), static_cast<std::size_t>(statistics.n_sections)});
-  document["crack_path"]["leader"] = leaders(samples, LeaderFrame(parameters));
+  document["crack_path"]["leader"] = leaders(samples, frame);
   document["sampling"] = sampling_of(parameters);
   document["statistics"] =
-      statistics_of(with_running_half_widths(statistics, samples, parameters), samples, parameters);
+      statistics_of(with_running_half_widths(statistics, samples, frame), frame, samples, parameters);
   if (!parameters.random.empty()) {
-    document["inputs"] = inputs_of(samples, parameters);
+    document["inputs"] = inputs_of(samples, parameters.random);
     if (with_sensitivities) document["sensitivities"] = sensitivities_of(samples, parameters);
   }
   // A file name in a message may not be valid UTF-8.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "analysis/statistics.h"
-#include "input/parameters.h"
+#include "input/study.h"
 
 #include <cstddef>
 #include <optional>

@@ -5,7 +5,7 @@
 #include "dynamics/sample_result.h"
 #include "fracture/break_record.h"
 #include "fracture/breakable_body.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "parallel/numbered_rows.h"
 
 #include <cstddef>

@@ -52,10 +52,10 @@ Peak peak_of(const mechanics::LoadCurve& curve, double early, double whole, cons
 /// The waves of several loads, of which each sends its components at the same time.
 class Waves {
 public:
-  explicit Waves(const SampleSetup& setup) : setup_(setup), duration_(setup.parameters.time.duration) {
-    const auto& parameters = setup.parameters;
-    early_ = std::min(duration_,
-                      spacings_of_a_front * parameters.mesh.finest_spacing() / setup.waves.dilatational);
+  explicit Waves(const SampleSetup& setup) : setup_(setup), duration_(setup.model.time.duration) {
+    const auto& model = setup.model;
+    early_ =
+        std::min(duration_, spacings_of_a_front * model.mesh.finest_spacing() / setup.waves.dilatational);
     const auto& material = setup.body.material();
     for (std::int32_t t = 0; t < setup.subdomain.n_tetrahedra(); ++t) {
       const double density = material.density[t];
@@ -65,9 +65,9 @@ public:
   }
 
   void add_forces() {
-    const auto& parameters = setup_.parameters;
-    const auto body = geometry::make_body(parameters);
-    const auto regions = geometry::condition_regions(*body, parameters.boundaries);
+    const auto& model = setup_.model;
+    const auto body = geometry::make_body(model);
+    const auto regions = geometry::condition_regions(*body, model.boundaries);
     for (std::size_t c = 0; c < setup_.loads.conditions.size(); ++c) {
       std::vector<Peak> components;
       for (const auto& pattern : setup_.loads.forces) {
@@ -97,7 +97,7 @@ public:
       add(components, impedance_);
     }
     const bool is_free = setup_.loads.motions.empty() && setup_.loads.absorbers.empty();
-    const double speed = input::initial_speed(setup_.parameters, is_free);
+    const double speed = input::initial_speed(setup_.model, is_free);
     add({{speed, speed}}, impedance_);
   }
 
@@ -119,7 +119,7 @@ private:
   double whole_density(const mechanics::ForcePattern& pattern) const {
     double volume = 0;
     for (const double one : setup_.body.operators().node_volume) volume += one;
-    return pattern.total_weight / volume * std::ranges::max(setup_.parameters.specimen.size);
+    return pattern.total_weight / volume * std::ranges::max(setup_.model.specimen.size);
   }
 
   /// Traction per amplitude where it is largest.
@@ -150,14 +150,13 @@ std::string text_of_load(double load) {
   return quantity_text(std::abs(load), "N");
 }
 
-std::string too_late(const input::Parameters& parameters, const FirstBreakPrediction& outlook) {
-  const double reach = std::max(parameters.time.duration, outlook.transit);
+std::string too_late(const input::Time& time, const FirstBreakPrediction& outlook) {
+  const double reach = std::max(time.duration, outlook.transit);
   if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
   return fmt::format(
       "the loads are far from breaking the body: in equilibrium they reach the first break after {}, at "
       "about {}, but the phase lasts {}; raise the loads or their rate, or set time.start = \"quasi-static\"",
-      quantity_text(outlook.time, "s"), text_of_load(outlook.load),
-      quantity_text(parameters.time.duration, "s"));
+      quantity_text(outlook.time, "s"), text_of_load(outlook.load), quantity_text(time.duration, "s"));
 }
 
 }  // namespace
@@ -170,13 +169,13 @@ WaveOutlook wave_outlook(const SampleSetup& setup) {
   return {waves.stress(), *std::ranges::min_element(strengths), waves.is_sudden()};
 }
 
-std::string wave_text(const input::Parameters& parameters, const WaveOutlook& outlook) {
+std::string wave_text(const input::BulkViscosity& viscosity, const WaveOutlook& outlook) {
   if (outlook.stress == 0 || std::isinf(outlook.stress)) return {};
   std::string text = fmt::format(
       "waves of the loads reach about {} (an estimate), up to twice that where they are reflected; "
       "the strength is {} at least",
       quantity_text(outlook.stress, "Pa"), quantity_text(outlook.strength, "Pa"));
-  if (outlook.is_sudden && !parameters.bulk_viscosity().acts())
+  if (outlook.is_sudden && !viscosity.acts())
     text +=
         "; behind a sudden front the stress overshoots by a fifth, in single tetrahedra by a third; "
         "damping.bulk = [0.5, 1.2] leaves none and 15 %";
@@ -219,11 +218,10 @@ FirstBreakPrediction first_break(QuasiStaticLoading& loading, const mechanics::C
   return outlook;
 }
 
-RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Realization& realization,
-                         bool solves) {
+RestOutlook rest_outlook(const input::Model& model, const geometry::Realization& realization, bool solves) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
-  SampleSetup setup(self, parameters, subdomain, 0);
+  SampleSetup setup(self, model, subdomain, 0);
   RestOutlook outlook{wave_outlook(setup), {}};
   const bool may_break = wave_amplification * outlook.waves.stress >= outlook.waves.strength;
   // A slow load bends a body at far higher stresses than those of its waves.
@@ -231,10 +229,10 @@ RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Re
   try {
     EnergyAccount account(self, setup.body);
     QuasiStaticLoading loading(self, setup.body, setup.loads, setup.law,
-                               arrest_window(parameters, setup.waves));
+                               arrest_window(model.time, model.specimen.size, setup.waves));
     loading.load_at_start(account);
     outlook.equilibrium = first_break(loading, setup.loads, account);
-    outlook.equilibrium->transit = wave_transit(parameters, setup.waves);
+    outlook.equilibrium->transit = wave_transit(model.specimen.size, setup.waves);
   } catch (const std::runtime_error&) {
     // A sample that starts from rest needs no equilibrium.
   }
@@ -249,10 +247,10 @@ std::string large_strain_warning(const FirstBreakPrediction& outlook) {
       100 * outlook.strained, 100 * small_strain);
 }
 
-std::string weak_load_warning(const input::Parameters& parameters, const RestOutlook& outlook) {
+std::string weak_load_warning(const input::Time& time, const RestOutlook& outlook) {
   if (wave_amplification * outlook.waves.stress >= outlook.waves.strength) return {};
   const auto& equilibrium = outlook.equilibrium;
-  if (equilibrium && equilibrium->breaks) return too_late(parameters, *equilibrium);
+  if (equilibrium && equilibrium->breaks) return too_late(time, *equilibrium);
   if (equilibrium && wave_amplification * equilibrium->share >= 1) return {};
   return fmt::format(
       "the loads hardly break the body: their waves reach {:.2g} % of its strength; raise them",

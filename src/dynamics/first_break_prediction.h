@@ -6,7 +6,7 @@
 #include "dynamics/quasi_static.h"
 #include "dynamics/sample_setup.h"
 #include "geometry/realization.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <optional>
 #include <span>
@@ -28,7 +28,7 @@ struct WaveOutlook {
 WaveOutlook wave_outlook(const SampleSetup& setup);
 
 /// The estimate in a sentence, with advice on sudden loads; empty without any load to judge.
-std::string wave_text(const input::Parameters& parameters, const WaveOutlook& outlook);
+std::string wave_text(const input::BulkViscosity& viscosity, const WaveOutlook& outlook);
 
 /// Extremes of the stress in a body, and its energy.
 struct StressState {
@@ -74,10 +74,9 @@ struct RestOutlook {
 
 /// Not collective (runs on one rank).
 /// @param solves for the equilibrium too, which takes longer; none is given where there is none
-RestOutlook rest_outlook(const input::Parameters& parameters, const geometry::Realization& realization,
-                         bool solves);
+RestOutlook rest_outlook(const input::Model& model, const geometry::Realization& realization, bool solves);
 
 /// Warning that neither waves nor equilibrium come near a break; only a large margin counts.
-std::string weak_load_warning(const input::Parameters& parameters, const RestOutlook& outlook);
+std::string weak_load_warning(const input::Time& time, const RestOutlook& outlook);
 
 }  // namespace crackle::dynamics

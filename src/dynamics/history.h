@@ -4,7 +4,7 @@
 #include "dynamics/energy_account.h"
 #include "dynamics/sample_result.h"
 #include "fracture/breakable_body.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/conditions.h"
 #include "parallel/communicator.h"
 #include "parallel/node_field.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/conditions.h"
 
 #include <span>

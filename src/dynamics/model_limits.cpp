@@ -40,7 +40,7 @@ constexpr double large_displacement = 0.1;
 constexpr double few_transits = 5;
 
 bool is_side(const Boundary& condition) {
-  return condition.on == input::face_names[0] || condition.on == input::face_names[1];
+  return condition.on == plane::face_names[0] || condition.on == plane::face_names[1];
 }
 
 bool covers(const Boundary& condition, const geometry::Box& box, std::size_t axis) {
@@ -87,30 +87,30 @@ double greatest_spacing(const geometry::Body& body, const input::Mesh& mesh) {
 }
 
 /// The first load that bends the plate, such as "boundary[1]"; empty if there is none.
-std::string bending_load(const input::Parameters& parameters) {
-  const auto& all = parameters.boundaries;
+std::string bending_load(const input::Model& model) {
+  const auto& all = model.boundaries;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (acts_across(all[i]) && !is_balanced(all[i], all)) return fmt::format("boundary[{}]", i);
   // The centrifugal forces on the two halves of the thickness balance, or point along the plate.
-  for (std::size_t i = 0; i < parameters.loads.size(); ++i)
-    if (const input::BodyLoad& load = parameters.loads[i];
+  for (std::size_t i = 0; i < model.loads.size(); ++i)
+    if (const input::BodyLoad& load = model.loads[i];
         !input::is_initial(load.kind) && (load.value[0] != 0 || load.rate[0] != 0))
       return fmt::format("load[{}]", i);
   return {};
 }
 
-std::string bending_warning(const input::Parameters& parameters, const geometry::Body& body) {
-  const auto& all = parameters.boundaries;
+std::string bending_warning(const input::Model& model, const geometry::Body& body) {
+  const auto& all = model.boundaries;
   const Vector size = body.size();
-  if (parameters.mesh.points || std::max(size[1], size[2]) < slender * size[0]) return {};
+  if (model.mesh.points || std::max(size[1], size[2]) < slender * size[0]) return {};
   const bool is_held_flat = std::ranges::any_of(all, [&](const Boundary& condition) {
     return is_side(condition) && prescribes_motion(condition, 0) && covers(condition, body.bounds(), 1) &&
            covers(condition, body.bounds(), 2);
   });
   if (is_held_flat) return {};
-  const std::string bends = bending_load(parameters);
+  const std::string bends = bending_load(model);
   if (bends.empty()) return {};
-  const double cells = size[0] / greatest_spacing(body, parameters.mesh);
+  const double cells = size[0] / greatest_spacing(body, model.mesh);
   if (!(cells < resolving_cells * (1 - 1e-6))) return {};
   return fmt::format(
       "{} loads the plate across its thickness of {:.4g} mm, which has {:.2g} cell{}: bending "
@@ -128,17 +128,17 @@ double own_stress_load_ratio(double poisson_ratio) {
   return interpolated(measured, poisson_ratio);
 }
 
-std::string locking_warning(const input::Parameters& parameters) {
-  const double nu = std::ranges::max(parameters.materials, {}, &input::Material::poisson_ratio).poisson_ratio;
+std::string locking_warning(const input::Model& model) {
+  const double nu = std::ranges::max(model.materials, {}, &input::Material::poisson_ratio).poisson_ratio;
   if (nu <= compressible) return {};
   std::string text = fmt::format(
       "at Poisson's ratio {:.4g} linear tetrahedra lock: in bending the body is about {:.3g} times too stiff "
       "with 10 cells over its height",
       nu, locking_stiffness_ratio(nu));
-  if (parameters.fracture_of(0).strength > 0)
+  if (model.fracture_of(0).strength > 0)
     text += fmt::format(
         ", and with fracture.strength a smooth beam breaks at about {:.2g} times its load",
-        parameters.fracture_of(0).nucleates_by_means() ? locking_load_ratio(nu) : own_stress_load_ratio(nu));
+        model.fracture_of(0).nucleates_by_means() ? locking_load_ratio(nu) : own_stress_load_ratio(nu));
   return text + fmt::format("; use a material.poisson_ratio of at most {:.2g}", compressible);
 }
 
@@ -173,8 +173,8 @@ double held_length(const Boundary& condition, const geometry::Body& body, std::s
 
 /// Warns of an end that is held only along its normal next to a free part, like the ligament and the crack of
 /// a half model.
-std::string symmetry_warning(const input::Parameters& parameters, const geometry::Body& body) {
-  const auto& all = parameters.boundaries;
+std::string symmetry_warning(const input::Model& model, const geometry::Body& body) {
+  const auto& all = model.boundaries;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i].kind != BoundaryKind::fix) continue;
     const auto end = end_of(all[i], body);
@@ -200,11 +200,11 @@ std::string symmetry_warning(const input::Parameters& parameters, const geometry
 }
 
 /// Warns of a detail that makes the mesh far finer than any spacing given, like lines that nearly coincide.
-std::string tiny_detail_warning(const input::Parameters& parameters, const geometry::Body& body) {
-  if (parameters.mesh.points) return {};
-  const geometry::SpacingField spacing(body, parameters.mesh);
+std::string tiny_detail_warning(const input::Model& model, const geometry::Body& body) {
+  if (model.mesh.points) return {};
+  const geometry::SpacingField spacing(body, model.mesh);
   const geometry::SpacingSource* const detail = spacing.finest();
-  const double given = parameters.mesh.finest_spacing();
+  const double given = model.mesh.finest_spacing();
   if (!detail || !(implausible_refinement * detail->spacing < given)) return {};
   return fmt::format(
       "{} makes the mesh as fine as {}, with {} as the finest spacing given, and may need millions of "
@@ -233,17 +233,16 @@ double locking_load_ratio(double poisson_ratio) {
   return interpolated(measured, poisson_ratio);
 }
 
-std::vector<std::string> model_warnings(const input::Parameters& parameters, const geometry::Body& body) {
-  std::vector<std::string> warnings = input::plausibility_warnings(parameters);
-  for (std::string text : {bending_warning(parameters, body), locking_warning(parameters),
-                           symmetry_warning(parameters, body), tiny_detail_warning(parameters, body)})
+std::vector<std::string> model_warnings(const input::Study& study, const geometry::Body& body) {
+  std::vector<std::string> warnings = input::plausibility_warnings(study);
+  for (std::string text : {bending_warning(study, body), locking_warning(study),
+                           symmetry_warning(study, body), tiny_detail_warning(study, body)})
     if (!text.empty()) warnings.push_back(std::move(text));
   return warnings;
 }
 
-std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time,
-                                 double transit) {
-  if (parameters.time.start != input::Start::quasi_static) return {};
+std::string fast_loading_warning(input::Start start, double first_break_time, double transit) {
+  if (start != input::Start::quasi_static) return {};
   if (!(first_break_time < few_transits * transit)) return {};
   return fmt::format(
       "quasi-static loading reaches the first break after {}, but a wave takes {} along the body, so inertia "
@@ -251,9 +250,9 @@ std::string fast_loading_warning(const input::Parameters& parameters, double fir
       quantity_text(first_break_time, "s"), quantity_text(transit, "s"));
 }
 
-std::string large_displacement_warning(const input::Parameters& parameters, double displacement) {
-  if (parameters.time.start == input::Start::rest) return {};
-  const double extent = std::ranges::max(parameters.specimen.size);
+std::string large_displacement_warning(input::Start start, const Vector& size, double displacement) {
+  if (start == input::Start::rest) return {};
+  const double extent = std::ranges::max(size);
   const double share = std::abs(displacement) / extent;
   if (!(share > large_displacement)) return {};
   return fmt::format(

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "geometry/body.h"
-#include "input/parameters.h"
+#include "input/study.h"
 
 #include <string>
 #include <vector>
@@ -23,17 +23,17 @@ double locking_load_ratio(double poisson_ratio);
 
 /// Warnings about implausible values (input::plausibility_warnings) and about limits of the mesh for this
 /// body and these conditions: one or two sentences each, with the size of the error and advice.
-std::vector<std::string> model_warnings(const input::Parameters& parameters, const geometry::Body& body);
+std::vector<std::string> model_warnings(const input::Study& study, const geometry::Body& body);
 
 /// The same for quasi-static loading that reaches the first break within a few wave transits, so that inertia
 /// matters; empty otherwise.
 /// @param first_break_time since the loading began [s]
 /// @param transit of a wave along the body, see wave_transit; 0: not known [s]
-std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time,
-                                 double transit);
+std::string fast_loading_warning(input::Start start, double first_break_time, double transit);
 
 /// The same for quasi-static loading that moves the body beyond small strains; empty otherwise.
+/// @param size of the body [m]
 /// @param displacement of the machine at the peak load [m]; may be NaN
-std::string large_displacement_warning(const input::Parameters& parameters, double displacement);
+std::string large_displacement_warning(input::Start start, const Vector& size, double displacement);
 
 }  // namespace crackle::dynamics

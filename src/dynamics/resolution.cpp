@@ -33,13 +33,12 @@ double finest_spacing(const input::Mesh& mesh, const geometry::Body& body) {
 }
 
 /// A warning if a uniform strength makes the toughness vary along the crack paths; otherwise empty.
-std::string uneven_toughness_text(const input::Parameters& parameters, const geometry::Body& body,
-                                  double time_step) {
-  const input::Fracture law = parameters.fracture_of(0);
+std::string uneven_toughness_text(const input::Model& model, const geometry::Body& body, double time_step) {
+  const input::Fracture law = model.fracture_of(0);
   if (law.toughness > 0 || law.length > 0) return {};
   const auto criterion =
       fracture::make_criterion(law, {law.strength}, time_step, mechanics::TetrahedronField(law.impulse));
-  const auto range = toughness_along_ligaments(parameters, body, criterion->strength(0));
+  const auto range = toughness_along_ligaments(model, body, criterion->strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(
       "with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the ligaments; make "
@@ -58,16 +57,16 @@ double usual_strength(const input::Material& material, double toughness) {
 
 /// A warning if waves, or loads on a body without a crack start, may break coarse tetrahedra of a material
 /// that sustains more; otherwise empty.
-std::string weak_mesh_text(const input::Parameters& parameters, const geometry::Body& body) {
+std::string weak_mesh_text(const input::Model& model, const geometry::Body& body) {
   constexpr double low_share = 0.7;
-  if (parameters.time.start != input::Start::rest && !body.crack_starts().empty()) return {};
-  for (std::size_t m = 0; m < parameters.materials.size(); ++m) {
-    const input::Fracture law = parameters.fracture_of(m);
-    const input::Material& material = parameters.materials[m];
+  if (model.time.start != input::Start::rest && !body.crack_starts().empty()) return {};
+  for (std::size_t m = 0; m < model.materials.size(); ++m) {
+    const input::Fracture law = model.fracture_of(m);
+    const input::Material& material = model.materials[m];
     if (law.toughness == 0 || law.strength > 0) continue;
     const double spacing =
         law.length > 0 ? fracture::spacings_per_length(law.release, material.poisson_ratio) * law.length
-                       : parameters.mesh.spacing;
+                       : model.mesh.spacing;
     const double factor = fracture::toughness_factor(law.release, material.poisson_ratio);
     const double held = std::sqrt(law.toughness * material.youngs_modulus / (factor * spacing));
     const double usual = usual_strength(material, law.toughness);
@@ -83,10 +82,10 @@ std::string weak_mesh_text(const input::Parameters& parameters, const geometry::
 }
 
 /// A warning if the mesh does not resolve the averaging ball; otherwise empty.
-std::string unresolved_length_text(const input::Parameters& parameters, const geometry::Body& body) {
-  const double length = parameters.fracture.length;
+std::string unresolved_length_text(const input::Model& model, const geometry::Body& body) {
+  const double length = model.fracture.length;
   if (length == 0) return {};
-  const double greatest = crack_spacing(parameters.mesh, body).greatest;
+  const double greatest = crack_spacing(model.mesh, body).greatest;
   if (spacings_per_ball * greatest <= length) return {};
   return fmt::format(
       "the averaging length of {} is less than {:.2g} times the greatest spacing where cracks run, {}, so "
@@ -96,12 +95,12 @@ std::string unresolved_length_text(const input::Parameters& parameters, const ge
 }
 
 /// A warning if the mesh does not resolve the process zone of softening; otherwise empty.
-std::string unresolved_softening_text(const input::Parameters& parameters, const geometry::Body& body) {
-  if (!parameters.fracture.softens()) return {};
-  const double greatest = crack_spacing(parameters.mesh, body).greatest;
-  const double admissible = input::resolving_share * input::process_zone_length(parameters);
+std::string unresolved_softening_text(const input::Model& model, const geometry::Body& body) {
+  if (!model.fracture.softens()) return {};
+  const double greatest = crack_spacing(model.mesh, body).greatest;
+  const double admissible = input::resolving_share * input::process_zone_length(model);
   if (greatest <= admissible) return {};
-  const double snap_back = input::snap_back_spacing(parameters);
+  const double snap_back = input::snap_back_spacing(model);
   return fmt::format(
       "where cracks run the spacing is up to {}, but softening requires {} or less{}; refine with "
       "[[mesh.region]]",
@@ -115,14 +114,14 @@ std::string unresolved_softening_text(const input::Parameters& parameters, const
 /// A warning if the mesh does not resolve the correlation of a random field, or the body is too small for it;
 /// otherwise empty.
 std::string unsuited_correlation_text(const char* of, double length, const char* uncorrelated,
-                                      const input::Parameters& parameters, const geometry::Body& body) {
+                                      const input::Model& model, const geometry::Body& body) {
   if (length == 0) return uncorrelated;
   if (const double longest = std::ranges::max(body.size()); length > longest)
     return fmt::format(
         "the correlation length of the {}, {}, exceeds the body, {}: each sample is nearly uniform, and "
         "samples differ from each other instead",
         of, quantity_text(length, "m"), quantity_text(longest, "m"));
-  const double finest = finest_spacing(parameters.mesh, body);
+  const double finest = finest_spacing(model.mesh, body);
   if (length >= spacings_per_correlation_length * finest) return {};
   return fmt::format(
       "the correlation length of the {}, {}, is less than {:.0f} spacings of {}, so results depend on the "
@@ -130,34 +129,33 @@ std::string unsuited_correlation_text(const char* of, double length, const char*
       of, quantity_text(length, "m"), spacings_per_correlation_length, quantity_text(finest, "m"));
 }
 
-std::string unresolved_strength_text(const input::Parameters& parameters, const geometry::Body& body) {
-  const auto& variation = parameters.fracture.variation;
+std::string unresolved_strength_text(const input::Model& model, const geometry::Body& body) {
+  const auto& variation = model.fracture.variation;
   if (!variation) return {};
   return unsuited_correlation_text(
       "strength", variation->correlation_length,
       "each tetrahedron has a strength of its own, so only the load at the first break of a smoothly "
       "stressed body does not depend on the spacing; give fracture.variation.correlation_length, of "
       "several spacings, for cracks",
-      parameters, body);
+      model, body);
 }
 
-std::string unresolved_stiffness_text(const input::Parameters& parameters,
-                                      const input::StiffnessVariation& variation,
+std::string unresolved_stiffness_text(const input::Model& model, const input::StiffnessVariation& variation,
                                       const geometry::Body& body) {
   return unsuited_correlation_text(
       "stiffness", variation.correlation_length,
       "each tetrahedron has a stiffness of its own, so results depend on the spacing; give "
       "material.variation.correlation_length, of several spacings",
-      parameters, body);
+      model, body);
 }
 
 /// A warning for each square end that is too high for a crack: it has two corners, whose load follows the
 /// spacing.
-std::vector<std::string> high_end_texts(const input::Parameters& parameters, const geometry::Body& body) {
-  if (parameters.fracture.length > 0 || parameters.fracture.softens()) return {};
-  const geometry::SpacingField spacing(body, parameters.mesh);
+std::vector<std::string> high_end_texts(const input::Model& model, const geometry::Body& body) {
+  if (model.fracture.length > 0 || model.fracture.softens()) return {};
+  const geometry::SpacingField spacing(body, model.mesh);
   std::vector<std::string> texts;
-  for (const fracture::SquareEnd& end : fracture::square_ends(parameters.specimen)) {
+  for (const fracture::SquareEnd& end : fracture::square_ends(model.specimen)) {
     const double height = 2 * end.half_height;
     const auto point = [&](double advance) {
       return geometry::Point{body.size()[0] / 2, end.place[0] + advance * end.ahead[0],
@@ -183,27 +181,26 @@ fracture::Range crack_spacing(const input::Mesh& mesh, const geometry::Body& bod
       .value_or(fracture::Range{finest_spacing(mesh, body), mesh.spacing});
 }
 
-std::optional<fracture::Range> toughness_along_ligaments(const input::Parameters& parameters,
+std::optional<fracture::Range> toughness_along_ligaments(const input::Model& model,
                                                          const geometry::Body& body, double strength) {
-  const auto spacing = fracture::spacing_along_ligaments(parameters.mesh, body);
+  const auto spacing = fracture::spacing_along_ligaments(model.mesh, body);
   if (!spacing) return std::nullopt;
-  return fracture::Range{fracture::toughness_of(parameters, strength, spacing->least),
-                         fracture::toughness_of(parameters, strength, spacing->greatest)};
+  return fracture::Range{fracture::toughness_of(model, strength, spacing->least),
+                         fracture::toughness_of(model, strength, spacing->greatest)};
 }
 
-std::vector<std::string> resolution_warnings(const input::Parameters& parameters, const geometry::Body& body,
+std::vector<std::string> resolution_warnings(const input::Model& model, const geometry::Body& body,
                                              double time_step) {
   std::vector<std::string> warnings;
   // The spacings of points from a file are not known.
-  if (!parameters.mesh.points) {
-    warnings = {uneven_toughness_text(parameters, body, time_step), unresolved_length_text(parameters, body),
-                unresolved_softening_text(parameters, body), weak_mesh_text(parameters, body)};
-    for (auto& text : high_end_texts(parameters, body)) warnings.push_back(std::move(text));
+  if (!model.mesh.points) {
+    warnings = {uneven_toughness_text(model, body, time_step), unresolved_length_text(model, body),
+                unresolved_softening_text(model, body), weak_mesh_text(model, body)};
+    for (auto& text : high_end_texts(model, body)) warnings.push_back(std::move(text));
   }
-  warnings.push_back(unresolved_strength_text(parameters, body));
-  for (const input::Material& material : parameters.materials)
-    if (material.variation)
-      warnings.push_back(unresolved_stiffness_text(parameters, *material.variation, body));
+  warnings.push_back(unresolved_strength_text(model, body));
+  for (const input::Material& material : model.materials)
+    if (material.variation) warnings.push_back(unresolved_stiffness_text(model, *material.variation, body));
   std::erase(warnings, std::string());
   return warnings;
 }

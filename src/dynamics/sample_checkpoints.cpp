@@ -96,8 +96,8 @@ EndedPhase SampleCheckpoints::gather(const PhaseResult& phase, double load_time,
 
 void SampleCheckpoints::save(std::optional<RunningPhase> running, const std::vector<EnergyRow>& energy,
                              const std::vector<Frame>& frames) {
-  const Checkpoint checkpoint{.precision = setup_->parameters.time.precision,
-                              .engine = setup_->parameters.time.engine,
+  const Checkpoint checkpoint{.precision = setup_->model.time.precision,
+                              .engine = setup_->model.time.engine,
                               .first_break_reaction = first_break_reaction,
                               .ended = ended_,
                               .running = std::move(running),

@@ -71,11 +71,11 @@ void PhaseProgress::report(const EnergyRow& row) {
 
 /// Gives owned nodes the input's velocity at the start. Components with a prescribed motion stay at rest:
 /// their drive gives them their velocity. Local.
-void set_initial_velocity(const MotionContext& context, const input::Parameters& parameters,
+void set_initial_velocity(const MotionContext& context, std::span<const input::BodyLoad> velocities,
                           MotionState& state) {
   const auto v = state.velocity.owned();
   const auto& nodes = context.body->subdomain().nodes;
-  for (const input::BodyLoad& load : parameters.initial_velocities())
+  for (const input::BodyLoad& load : velocities)
     for (std::size_t n = 0; 3 * n < v.size(); ++n) {
       const Vector velocity = load.at(nodes[n]);
       for (std::size_t c = 0; c < 3; ++c) v[3 * n + c] += velocity[c];
@@ -103,19 +103,20 @@ std::string marginal_onset_text(const QuasiStaticLoading& loading, double arrest
 /// The course of a sample: its phases in chronological order. All members are collective.
 class SampleRun {
 public:
-  SampleRun(const parallel::Communicator& group, const input::Parameters& parameters,
+  SampleRun(const parallel::Communicator& group, const input::Model& model, const input::Output& output,
             const geometry::Subdomain& subdomain, const SampleControl& control, const Checkpoint* from)
       : group_(group),
-        parameters_(parameters),
+        model_(model),
+        output_(output),
         subdomain_(subdomain),
         control_(control),
-        setup_(group, parameters, subdomain, control.sample),
+        setup_(group, model, subdomain, control.sample),
         checkpoints_(setup_, control, from),
         account_(group, body_),
-        history_(group, body_, loads_, account_, parameters.output.probes),
+        history_(group, body_, loads_, account_, output.probes),
         context_(setup_.motion_context()) {
     result_.stable_step = setup_.stable_step;
-    result_.wave_transit = wave_transit(parameters_, setup_.waves);
+    result_.wave_transit = wave_transit(model_.specimen.size, setup_.waves);
     result_.load_is_reaction = machine_reacts();
     result_.time_step = setup_.grid.step;
     result_.timings.setup = setup_watch_.seconds();
@@ -129,7 +130,7 @@ public:
       // A failure on one rank is thrown on all of them here, after they have saved the partial results
       // together.
       parallel::run_collectively<NumberRangeExceeded, CheckpointMismatch>(group_, [&] {
-        if (parameters_.time.start == input::Start::rest)
+        if (model_.time.start == input::Start::rest)
           move_from_rest();
         else
           load_until_end();
@@ -157,7 +158,7 @@ private:
     // Displacements imposed instantaneously, before the body can follow, strain it. Their drive supplies that
     // energy, and whatever set the body in motion its kinetic energy.
     loads_.set_displacements(0, state.displacement.owned());
-    set_initial_velocity(context_, parameters_, state);
+    set_initial_velocity(context_, model_.initial_velocities(), state);
     parallel::check_peers(group_);
     state.displacement.update_ghosts();
     const double strain = strain_energy(group_, body_, state.displacement.local());
@@ -172,14 +173,14 @@ private:
   }
 
   void load_until_end() {
-    const double patience = arrest_window(parameters_, setup_.waves);
+    const double patience = arrest_window(model_.time, model_.specimen.size, setup_.waves);
     Stopwatch watch;
     group_.enter("quasi-static loading");
     setup_.refuse_free_body();
     QuasiStaticLoading loading(group_, body_, loads_, setup_.law, patience, &loads_);
     release_freed_memory();
     loading.load_at_start(account_);
-    bool is_at_limit = parameters_.time.start == input::Start::equilibrium;
+    bool is_at_limit = model_.time.start == input::Start::equilibrium;
     if (!is_at_limit) loading.refuse_overload();
     for (;; is_at_limit = false) {
       const QuasiStaticEnd end = is_at_limit ? QuasiStaticEnd::unstable : load(loading);
@@ -284,7 +285,7 @@ private:
         control_, number, duration,
         options.from != nullptr ? static_cast<double>(options.from->running->step) * setup_.grid.step : 0);
     if (group_.is_root()) options.on_row = [&](const EnergyRow& row) { progress.report(row); };
-    const auto motion = make_motion(context_, parameters_.time, load_time, duration, state);
+    const auto motion = make_motion(context_, model_.time, load_time, duration, state);
     const ReleasesSince releases(body_);
     PhaseResult phase =
         run_explicit_phase(context_, *motion, setup_.splitting, account_, load_time, options, state);
@@ -305,12 +306,12 @@ private:
                          .arrest_window = arrest_window,
                          // Loads that change, and waves, may take their time to break a body in equilibrium.
                          .awaits_break = starts_moving(number),
-                         .ends_out_of_range = parameters_.time.precision == input::Precision::double_,
-                         .n_frames = parameters_.output.frames,
-                         .history_interval = parameters_.output.history,
+                         .ends_out_of_range = model_.time.precision == input::Precision::double_,
+                         .n_frames = output_.frames,
+                         .history_interval = output_.history,
                          .ending_loads = &loads_,
                          .from = checkpoints_.running(number, load_time)};
-    if (parameters_.time.after_separation > 0) options.after_separation = parameters_.time.after_separation;
+    if (model_.time.after_separation > 0) options.after_separation = model_.time.after_separation;
     if (options.from != nullptr) {
       history_.append(options.from->running->history);
       say(fmt::format("dynamic phase {} continues at step {}", number, options.from->running->step));
@@ -370,7 +371,7 @@ private:
 
   /// True for the dynamic phase in which the loads set an equilibrium in motion.
   bool starts_moving(std::int64_t phase) const {
-    return parameters_.time.start == input::Start::equilibrium && phase == 1;
+    return model_.time.start == input::Start::equilibrium && phase == 1;
   }
 
   /// Arrest is the rule between quasi-static loading, but ends the motion of a body that started with it.
@@ -380,7 +381,8 @@ private:
     early_arrest_ = fmt::format(
         "arrest ended the motion {:.4g} us after the start, before time.duration, {:.4g} us: nothing had "
         "broken for {:.4g} us; to go on, raise time.arrest",
-        1e6 * phase.time, 1e6 * duration, 1e6 * arrest_window(parameters_, setup_.waves));
+        1e6 * phase.time, 1e6 * duration,
+        1e6 * arrest_window(model_.time, model_.specimen.size, setup_.waves));
     if (result_.note.empty()) result_.note = early_arrest_;
   }
 
@@ -432,8 +434,8 @@ private:
       for (const auto& [time, factor] : load.history)
         if (time > from && time <= to) times.insert(time);
     };
-    std::ranges::for_each(parameters_.boundaries, add);
-    std::ranges::for_each(parameters_.loads, add);
+    std::ranges::for_each(model_.boundaries, add);
+    std::ranges::for_each(model_.loads, add);
     return {times.begin(), times.end()};
   }
 
@@ -493,7 +495,8 @@ private:
 
   Stopwatch setup_watch_;
   const parallel::Communicator& group_;
-  const input::Parameters& parameters_;
+  const input::Model& model_;
+  const input::Output& output_;
   const geometry::Subdomain& subdomain_;
   const SampleControl& control_;
   SampleSetup setup_;
@@ -515,20 +518,19 @@ private:
 /// Collective.
 /// @param from nullptr: from the start
 /// @throws CheckpointMismatch on every rank when the checkpoint belongs to a different sample
-SampleResult run_in_fitting_precision(const parallel::Communicator& group,
-                                      const input::Parameters& parameters,
-                                      const geometry::Subdomain& subdomain, const SampleControl& control,
-                                      const Checkpoint* from) {
+SampleResult run_in_fitting_precision(const parallel::Communicator& group, const input::Model& model,
+                                      const input::Output& output, const geometry::Subdomain& subdomain,
+                                      const SampleControl& control, const Checkpoint* from) {
   const auto say = [&](const std::string& line) {
     if (control.log && group.is_root()) control.log(line);
   };
-  const bool is_mixed = parameters.time.precision == input::Precision::mixed;
+  const bool is_mixed = model.time.precision == input::Precision::mixed;
   group.enter("set-up");
-  if (from != nullptr && from->engine != parameters.time.engine)
+  if (from != nullptr && from->engine != model.time.engine)
     throw CheckpointMismatch("it was made by another engine");
-  if (from == nullptr || from->precision == parameters.time.precision) {
+  if (from == nullptr || from->precision == model.time.precision) {
     try {
-      return SampleRun(group, parameters, subdomain, control, from).run();
+      return SampleRun(group, model, output, subdomain, control, from).run();
     } catch (const NumberRangeExceeded& error) {
       if (!is_mixed) throw;
       say(fmt::format("{}; the sample is computed again with time.precision = \"double\"", error.what()));
@@ -541,16 +543,17 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
     throw CheckpointMismatch("it was made in mixed numbers");
   }
   group.enter("set-up");
-  input::Parameters in_double = parameters;
+  input::Model in_double = model;
   in_double.time.precision = input::Precision::double_;
-  SampleResult result = SampleRun(group, in_double, subdomain, control, from).run();
+  SampleResult result = SampleRun(group, in_double, output, subdomain, control, from).run();
   result.counts.range_restarts = 1;
   return result;
 }
 
 /// Runs the sample from its checkpoint, or from the start. Collective.
-SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
-                                 const geometry::Subdomain& subdomain, const SampleControl& control) {
+SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Model& model,
+                                 const input::Output& output, const geometry::Subdomain& subdomain,
+                                 const SampleControl& control) {
   group.enter("restoring");
   parallel::check_peers(group);
   if (parallel::share(group, !control.checkpoint.empty())) {
@@ -564,31 +567,31 @@ SampleResult run_from_checkpoint(const parallel::Communicator& group, const inpu
       } catch (const std::runtime_error&) {
         throw CheckpointMismatch("it is not complete");
       }
-      return run_in_fitting_precision(group, parameters, subdomain, control, &*from);
+      return run_in_fitting_precision(group, model, output, subdomain, control, &*from);
     } catch (const CheckpointMismatch& mismatch) {
       if (control.log && group.is_root())
         control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
     }
   }
-  return run_in_fitting_precision(group, parameters, subdomain, control, nullptr);
+  return run_in_fitting_precision(group, model, output, subdomain, control, nullptr);
 }
 
 }  // namespace
 
-double arrest_window(const input::Parameters& parameters, const fracture::BodyWaves& waves) {
-  if (parameters.time.arrest) return *parameters.time.arrest;
-  return std::ranges::max(parameters.specimen.size) / waves.bar;
+double arrest_window(const input::Time& time, const Vector& size, const fracture::BodyWaves& waves) {
+  return time.arrest ? *time.arrest : std::ranges::max(size) / waves.bar;
 }
 
-double wave_transit(const input::Parameters& parameters, const fracture::BodyWaves& waves) {
-  return std::ranges::max(parameters.specimen.size) / waves.dilatational;
+double wave_transit(const Vector& size, const fracture::BodyWaves& waves) {
+  return std::ranges::max(size) / waves.dilatational;
 }
 
-SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
-                        const geometry::Subdomain& subdomain, const SampleControl& control) {
+SampleResult run_sample(const parallel::Communicator& group, const input::Model& model,
+                        const input::Output& output, const geometry::Subdomain& subdomain,
+                        const SampleControl& control) {
   SampleResult result;
   parallel::run_collectively(group,
-                             [&] { result = run_from_checkpoint(group, parameters, subdomain, control); });
+                             [&] { result = run_from_checkpoint(group, model, output, subdomain, control); });
   return result;
 }
 

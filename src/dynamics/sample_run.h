@@ -5,7 +5,7 @@
 #include "dynamics/sample_result.h"
 #include "fracture/material_field.h"
 #include "geometry/subdomain.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "parallel/communicator.h"
 
 #include <cstddef>
@@ -42,10 +42,11 @@ struct SampleControl {
 /// Time without a break after which a dynamic phase counts as arrested [s]: from the input, or the time that
 /// a bar wave in the slowest material takes along the body's longest extent. By then a crack half-way along
 /// has received the response of both ends to its last break; later arrivals have been reflected again.
-double arrest_window(const input::Parameters& parameters, const fracture::BodyWaves& waves);
+/// @param size of the body [m]
+double arrest_window(const input::Time& time, const Vector& size, const fracture::BodyWaves& waves);
 
 /// Time that a plane dilatational wave in the slowest material takes along the body's longest extent [s].
-double wave_transit(const input::Parameters& parameters, const fracture::BodyWaves& waves);
+double wave_transit(const Vector& size, const fracture::BodyWaves& waves);
 
 /// Computes one sample from the unloaded state to its end: quasi-static loading, instability, dynamic
 /// fracture, arrest. Collective over the group; a failure on one rank is thrown on all.
@@ -58,8 +59,10 @@ double wave_transit(const input::Parameters& parameters, const fracture::BodyWav
 ///
 /// A sample that leaves the range of mixed precision is recomputed in double from its start; its later
 /// checkpoints are in double as well.
+/// @param output what is recorded over time
 /// @param subdomain this rank's part of the realization
-SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
-                        const geometry::Subdomain& subdomain, const SampleControl& control = {});
+SampleResult run_sample(const parallel::Communicator& group, const input::Model& model,
+                        const input::Output& output, const geometry::Subdomain& subdomain,
+                        const SampleControl& control = {});
 
 }  // namespace crackle::dynamics

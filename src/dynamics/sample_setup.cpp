@@ -24,21 +24,21 @@ void refuse_overdamping(double rate, const TimeGrid& grid) {
                                              rate, 1e9 * grid.step, 1 / grid.step));
 }
 
-mechanics::Conditions all_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+mechanics::Conditions all_loads(const parallel::Communicator& group, const input::Model& model,
                                 const fracture::BreakableBody& body) {
   mechanics::Conditions loads =
-      mechanics::make_boundary_loads(group, parameters, body.subdomain(), body.material());
-  mechanics::add_body_forces(group, parameters, body.subdomain(), body.operators(), loads);
+      mechanics::make_boundary_loads(group, model, body.subdomain(), body.material());
+  mechanics::add_body_forces(group, model.body_forces(), body.subdomain(), body.operators(), loads);
   return loads;
 }
 
 /// The square ends of slots that count as cracks: where cracks start by means around nodes, those narrow
 /// enough. The spacings of points from a file are not known.
-std::vector<fracture::SquareEnd> crack_ends(const input::Parameters& parameters) {
-  auto ends = fracture::square_ends(parameters.specimen);
-  if (!parameters.fracture_of(0).nucleates_by_means() || ends.empty() || parameters.mesh.points) return ends;
-  const auto body = geometry::make_body(parameters);
-  const geometry::SpacingField spacing(*body, parameters.mesh);
+std::vector<fracture::SquareEnd> crack_ends(const input::Model& model) {
+  auto ends = fracture::square_ends(model.specimen);
+  if (!model.fracture_of(0).nucleates_by_means() || ends.empty() || model.mesh.points) return ends;
+  const auto body = geometry::make_body(model);
+  const geometry::SpacingField spacing(*body, model.mesh);
   std::erase_if(
       ends, [&](const fracture::SquareEnd& end) { return fracture::is_high(end, spacing, body->size()[0]); });
   return ends;
@@ -46,17 +46,18 @@ std::vector<fracture::SquareEnd> crack_ends(const input::Parameters& parameters)
 
 }  // namespace
 
-SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Parameters& input,
+SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model& input,
                          const geometry::Subdomain& part, std::uint64_t sample)
     : group(ranks),
-      parameters(input),
+      model(input),
       subdomain(part),
       body(part, fracture::make_material_field(input, sample, fracture::span_of(part)), nullptr,
            input.fracture.contact),
       waves(fracture::slowest_waves(ranks, input, body)),
       loads(all_loads(ranks, input, body)),
       splitting(dynamics::splitting(input.time.integrator)),
-      stable_step(dynamics::stable_step(ranks, input, part, body.operators(), body.material(), body.force())),
+      stable_step(dynamics::stable_step(ranks, input.time.integrator, input.bulk_viscosity(), part,
+                                        body.operators(), body.material(), body.force())),
       grid(choose_time_grid(input.time, stable_step)),
       law(ranks, input, sample, body, {grid.step, stable_step},
           {.ends = parallel::agree(ranks, [&] { return crack_ends(input); })}) {
@@ -67,13 +68,7 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Param
 }
 
 MotionContext SampleSetup::motion_context() {
-  return {&group,
-          &body,
-          &loads,
-          &law,
-          parameters.damping_rate(),
-          parameters.stress_varies(),
-          parameters.bulk_viscosity()};
+  return {&group, &body, &loads, &law, model.damping_rate(), model.stress_varies(), model.bulk_viscosity()};
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {

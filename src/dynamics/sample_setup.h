@@ -8,7 +8,7 @@
 #include "fracture/fracture_law.h"
 #include "fracture/material_field.h"
 #include "geometry/subdomain.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/conditions.h"
 #include "parallel/communicator.h"
 
@@ -25,7 +25,7 @@ struct SampleSetup {
   /// @param sample its number, on which the material's random field depends
   /// @throws std::runtime_error when a boundary condition selects no part of the mesh, the input's time step
   ///   exceeds the stable one, or the damping is too strong for the time step
-  SampleSetup(const parallel::Communicator& group, const input::Parameters& parameters,
+  SampleSetup(const parallel::Communicator& group, const input::Model& model,
               const geometry::Subdomain& subdomain, std::uint64_t sample);
 
   /// The unconstrained rigid-body motions, such as "turn about x". Collective.
@@ -39,7 +39,7 @@ struct SampleSetup {
   MotionContext motion_context();
 
   const parallel::Communicator& group;
-  const input::Parameters& parameters;
+  const input::Model& model;
   const geometry::Subdomain& subdomain;
   fracture::BreakableBody body;
   fracture::BodyWaves waves;

@@ -100,17 +100,18 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
   });
 }
 
-double stable_step(const parallel::Communicator& group, const input::Parameters& parameters,
-                   const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
-                   const mechanics::MaterialField& material, const mechanics::InternalForce& force) {
+double stable_step(const parallel::Communicator& group, input::Integrator integrator,
+                   const input::BulkViscosity& bulk, const geometry::Subdomain& subdomain,
+                   const mechanics::PdsOperators& operators, const mechanics::MaterialField& material,
+                   const mechanics::InternalForce& force) {
   const double frequency = largest_frequency(group, subdomain, operators, force);
-  const double undamped = splitting(parameters.time.integrator).stability_limit / frequency;
-  if (!parameters.bulk_viscosity().acts()) return undamped;
+  const double undamped = splitting(integrator).stability_limit / frequency;
+  if (!bulk.acts()) return undamped;
   // With the rate of the last step, Verlet's scheme M (u+ - 2 u + u-) + dt^2 K u + dt C (u - u-) = 0 is
   // stable while dt^2 K + 2 dt C < 4 M: for one frequency, dt < 2 / omega (sqrt(1 + xi^2) - xi), as in
   // Abaqus/Explicit. Within its own limit "bilateral4" is then stable, too. K + 2 C / dt falls with dt, but
   // dt (K + 2 C / dt) rises, which gives lower bounds on the limit from a longer and from a shorter step.
-  const ViscousForce viscosity(subdomain, operators, material, parameters.bulk_viscosity());
+  const ViscousForce viscosity(subdomain, operators, material, bulk);
   const auto frequency_for = [&](double step) {
     return largest_frequency_of(group, subdomain, operators, [&](auto displacement, auto internal) {
       force.evaluate(displacement, internal);
@@ -127,14 +128,15 @@ double stable_step(const parallel::Communicator& group, const input::Parameters&
   return std::min(undamped, step);
 }
 
-double stable_step(const input::Parameters& parameters, const geometry::Realization& realization) {
+double stable_step(const input::Model& model, const geometry::Realization& realization) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
-  const auto material = fracture::make_material_field(parameters, 0, fracture::span_of(subdomain));
+  const auto material = fracture::make_material_field(model, 0, fracture::span_of(subdomain));
   const auto operators = mechanics::make_operators(subdomain, material.density);
   const mechanics::ResidualStiffness intact(operators, material.elasticity);
   const mechanics::InternalForce force(operators, intact);
-  return stable_step(self, parameters, subdomain, operators, material, force);
+  return stable_step(self, model.time.integrator, model.bulk_viscosity(), subdomain, operators, material,
+                     force);
 }
 
 TimeGrid choose_time_grid(const input::Time& time, double stable_step) {

@@ -3,7 +3,7 @@
 
 #include "geometry/realization.h"
 #include "geometry/subdomain.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/internal_force.h"
 #include "mechanics/operators.h"
 #include "parallel/communicator.h"
@@ -16,14 +16,15 @@ namespace crackle::dynamics {
 double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                          const mechanics::PdsOperators& operators, const mechanics::InternalForce& force);
 
-/// Largest stable time step of the input's integrator on the intact body, with its bulk viscosity [s].
+/// Largest stable time step of an integrator on the intact body, with its bulk viscosity [s].
 /// Collective, as above.
-double stable_step(const parallel::Communicator& group, const input::Parameters& parameters,
-                   const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
-                   const mechanics::MaterialField& material, const mechanics::InternalForce& force);
+double stable_step(const parallel::Communicator& group, input::Integrator integrator,
+                   const input::BulkViscosity& bulk, const geometry::Subdomain& subdomain,
+                   const mechanics::PdsOperators& operators, const mechanics::MaterialField& material,
+                   const mechanics::InternalForce& force);
 
 /// The same on a realization. Not collective (runs on one rank).
-double stable_step(const input::Parameters& parameters, const geometry::Realization& realization);
+double stable_step(const input::Model& model, const geometry::Realization& realization);
 
 /// The time step of a run and its number of steps.
 struct TimeGrid {

@@ -3,7 +3,7 @@
 
 #include "common/index.h"
 #include "geometry/subdomain.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/elasticity.h"
 #include "mechanics/operators.h"
 #include "mechanics/residual_stiffness.h"

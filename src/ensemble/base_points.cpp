@@ -15,7 +15,8 @@
 
 namespace crackle::ensemble {
 
-geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
+geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Mesh& mesh,
+                                        std::uint64_t seed,
                                         const std::function<void(const std::string&)>& say,
                                         std::uint64_t sample, int attempt) {
   Heartbeat heartbeat(say);
@@ -23,33 +24,31 @@ geometry::MotherPoints make_base_points(const geometry::Body& body, const input:
     heartbeat.begin(fmt::format("generating about {:.0f} mother points", n_points));
   };
   heartbeat.begin("counting the mother points");
-  auto points =
-      geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed, expects, sample, attempt);
+  auto points = geometry::make_mother_points(body, mesh, seed, expects, sample, attempt);
   release_freed_memory();
   return points;
 }
 
-geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Parameters& parameters,
+geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Mesh& mesh,
+                                          std::uint64_t seed,
                                           const std::function<void(const std::string&)>& say) {
-  if (parameters.mesh.base == input::Base::own) {
+  if (mesh.base == input::Base::own) {
     const double n_points = [&] {
       Heartbeat heartbeat(say);
       heartbeat.begin("counting the mother points");
-      return geometry::checked_n_points(body, parameters.mesh);
+      return geometry::checked_n_points(body, mesh);
     }();
     if (say) say(fmt::format("base mesh: one for each sample, about {:.0f} mother points", n_points));
     return {};
   }
-  geometry::MotherPoints points = make_base_points(body, parameters, say);
+  geometry::MotherPoints points = make_base_points(body, mesh, seed, say);
   if (say) say(fmt::format("base mesh: {} mother points", points.size()));
   return points;
 }
 
 geometry::Realization make_sample_mesh(const geometry::Body& body, const geometry::MotherPoints& shared,
-                                       const input::Parameters& parameters, std::uint64_t sample,
+                                       const input::Mesh& mesh, std::uint64_t seed, std::uint64_t sample,
                                        int attempt) {
-  const auto& mesh = parameters.mesh;
-  const std::uint64_t seed = parameters.ensemble.seed;
   geometry::MotherPoints own;
   if (mesh.base == input::Base::own)
     own = geometry::make_mother_points(body, mesh, seed, {}, sample, attempt);
@@ -60,12 +59,12 @@ geometry::Realization make_sample_mesh(const geometry::Body& body, const geometr
 }
 
 geometry::Realization make_sample_realization(const geometry::Body& body,
-                                              const geometry::MotherPoints& shared,
-                                              const input::Parameters& parameters, std::uint64_t sample) {
+                                              const geometry::MotherPoints& shared, const input::Model& model,
+                                              std::uint64_t sample) {
   auto realization = with_retries([&](std::uint64_t number, int attempt) {
-    return make_sample_mesh(body, shared, parameters, number, attempt);
+    return make_sample_mesh(body, shared, model.mesh, model.seed, number, attempt);
   })(sample);
-  apply_material_map(parameters, body, sample, realization);
+  apply_material_map(model, body, sample, realization);
   return realization;
 }
 
@@ -74,7 +73,7 @@ geometry::MotherPoints base_points(const std::filesystem::path& folder, const in
   try {
     return io::read_mother_points(results_file(folder), parameters);
   } catch (const std::runtime_error&) {
-    return make_base_points(*geometry::make_body(parameters), parameters);
+    return make_base_points(*geometry::make_body(parameters), parameters.mesh, parameters.seed);
   }
 }
 

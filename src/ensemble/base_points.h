@@ -17,7 +17,8 @@ namespace crackle::ensemble {
 /// @param say told every few seconds what is done
 /// @param attempt at the sample's mesh, from 0; counts with mesh.base = "own"
 /// @throws std::runtime_error as geometry::make_mother_points
-geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
+geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Mesh& mesh,
+                                        std::uint64_t seed,
                                         const std::function<void(const std::string&)>& say = {},
                                         std::uint64_t sample = 0, int attempt = 0);
 
@@ -25,22 +26,23 @@ geometry::MotherPoints make_base_points(const geometry::Body& body, const input:
 /// the expected number per sample is checked. Not collective.
 /// @param say receives the number of points, with mesh.base = "own" the expected one
 /// @throws std::runtime_error as geometry::make_mother_points
-geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Parameters& parameters,
+geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Mesh& mesh,
+                                          std::uint64_t seed,
                                           const std::function<void(const std::string&)>& say = {});
 
 /// The mesh of a sample, from the shared points or, with mesh.base = "own", from newly generated ones. Not
 /// collective.
 /// @throws std::runtime_error as geometry::make_mother_points and make_realization
 geometry::Realization make_sample_mesh(const geometry::Body& body, const geometry::MotherPoints& shared,
-                                       const input::Parameters& parameters, std::uint64_t sample,
+                                       const input::Mesh& mesh, std::uint64_t seed, std::uint64_t sample,
                                        int attempt = 0);
 
 /// The realization of a sample: its mesh, with up to three attempts, and the materials of the input's raster.
 /// Not collective.
 /// @throws std::runtime_error with the reason of each attempt, or as apply_material_map
 geometry::Realization make_sample_realization(const geometry::Body& body,
-                                              const geometry::MotherPoints& shared,
-                                              const input::Parameters& parameters, std::uint64_t sample);
+                                              const geometry::MotherPoints& shared, const input::Model& model,
+                                              std::uint64_t sample);
 
 /// The base mother points shared by all samples of an ensemble: read from folder/ensemble.h5 if that file
 /// belongs to this input, otherwise regenerated; none with mesh.base = "own". Not collective.

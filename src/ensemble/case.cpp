@@ -32,9 +32,11 @@ double seconds_now() {
 namespace {
 
 /// Warnings that a sample left the range in which the model holds, each empty if it did not.
-std::array<std::string, 2> limits_passed(const input::Parameters& parameters, const SampleReport& report) {
-  return {dynamics::fast_loading_warning(parameters, report.summary.first_break_time, report.wave_transit),
-          dynamics::large_displacement_warning(parameters, report.summary.displacement_at_peak)};
+std::array<std::string, 2> limits_passed(const input::Model& model, const SampleReport& report) {
+  return {
+      dynamics::fast_loading_warning(model.time.start, report.summary.first_break_time, report.wave_transit),
+      dynamics::large_displacement_warning(model.time.start, model.specimen.size,
+                                           report.summary.displacement_at_peak)};
 }
 
 /// Deletes this run's samples that were under way when the ensemble stopped early: which ones depends on

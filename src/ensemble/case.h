@@ -27,10 +27,10 @@ namespace crackle::ensemble {
 
 /// The mechanics of one sample, normally dynamics::run_sample; a parameter so that tests can inject faults.
 /// Collective over the group, as SampleSteps::compute.
-/// @param parameters of the sample, with the values of its draw
+/// @param model with the values of the sample's draw
 /// @param control with the number of the sample
 using Mechanics = std::function<dynamics::SampleResult(
-    const parallel::Communicator& group, const input::Parameters& parameters,
+    const parallel::Communicator& group, const input::Model& model, const input::Output& output,
     const geometry::Subdomain& subdomain, const dynamics::SampleControl& control)>;
 
 /// Commands suggested at the end of the log.

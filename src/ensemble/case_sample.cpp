@@ -6,6 +6,7 @@
 #include "ensemble/base_points.h"
 #include "fracture/material_field.h"
 #include "geometry/partition.h"
+#include "input/reader.h"
 #include "io/checkpoint_file.h"
 #include "io/sample_file.h"
 #include "parallel/agreement.h"
@@ -43,7 +44,7 @@ dynamics::SampleResult CaseSample::compute(const parallel::Communicator& group,
   n_ranks_ = group.size();
   control.sample = sample_;
   if (!case_.parameters().random.empty()) parallel::agree(group, [&] { parameters(); });
-  return case_.mechanics()(group, parameters(), subdomain, control);
+  return case_.mechanics()(group, parameters(), parameters().output, subdomain, control);
 }
 
 SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
@@ -62,9 +63,10 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   const auto trajectories = cracks::front_trajectories(own_body, analysis.surface, waves);
   analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
                                          analysis.branches, analysis.crossings, trajectories);
-  analysis.summary.crack_area_in = analysis::crack_area_in_parts(analysis.surface, realization, own);
+  analysis.summary.crack_area_in =
+      analysis::crack_area_in_parts(analysis.surface, realization, own.materials, own.interfaces);
   analysis.summary.long_branching_points =
-      analysis.branches.n_in_space(analysis::branch_length(own, own_body));
+      analysis.branches.n_in_space(analysis::branch_length(own.output.branch_length, own.mesh, own_body));
   if (own.draw) analysis.summary.inputs = own.draw->values;
   analysis.history = cracks::crack_history(own_body, analysis.surface, result, trajectories, waves);
   return analysis;
@@ -92,7 +94,7 @@ void CaseSample::write_failure(const analysis::SampleSummary& failure, const Par
 }
 
 analysis::SampleSummary CaseSample::failure_row(const std::string& reason) {
-  const input::Parameters& ensemble = case_.parameters();
+  const input::Study& ensemble = case_.parameters();
   auto row = analysis::empty_summary(static_cast<int>(case_.body().crack_starts().size()),
                                      static_cast<int>(ensemble.sections.size()),
                                      analysis::SampleStatus::failed, reason);
@@ -108,7 +110,8 @@ std::vector<std::byte> CaseSample::read_checkpoint() {
   // Bad checkpoints were renamed at the start of the run; one that has become unreadable since is ignored.
   try {
     const std::filesystem::path file = io::checkpoint_path(case_.folder(), sample_);
-    if (std::filesystem::exists(file)) return io::read_checkpoint(file, case_.parameters(), sample_);
+    if (std::filesystem::exists(file))
+      return io::read_checkpoint(file, input::sample_identity(case_.parameters()), sample_);
   } catch (const std::exception&) {
   }
   return {};
@@ -116,7 +119,8 @@ std::vector<std::byte> CaseSample::read_checkpoint() {
 
 void CaseSample::write_checkpoint(std::span<const std::byte> bytes) {
   case_.mark().require();
-  io::write_checkpoint(io::checkpoint_path(case_.folder(), sample_), case_.parameters(), sample_, bytes);
+  io::write_checkpoint(io::checkpoint_path(case_.folder(), sample_),
+                       input::sample_identity(case_.parameters()), sample_, bytes);
 }
 
 void CaseSample::remove_checkpoint() {

@@ -42,14 +42,14 @@ constexpr double of_crossing = 36;
 
 }  // namespace
 
-PhaseWork phase_work(const input::Parameters& parameters, double stable_step) {
-  const dynamics::TimeGrid grid = dynamics::choose_time_grid(parameters.time, stable_step);
-  const double forces_per_step = dynamics::splitting(parameters.time.integrator).forces_per_step;
+PhaseWork phase_work(const input::Time& time, double stable_step) {
+  const dynamics::TimeGrid grid = dynamics::choose_time_grid(time, stable_step);
+  const double forces_per_step = dynamics::splitting(time.integrator).forces_per_step;
   return {grid, static_cast<std::int64_t>(std::ceil(forces_per_step * static_cast<double>(grid.n_steps)))};
 }
 
-PhaseRange expected_phases(const input::Parameters& parameters) {
-  if (parameters.time.start == input::Start::rest) return {1, 1};
+PhaseRange expected_phases(const input::Model& model) {
+  if (model.time.start == input::Start::rest) return {1, 1};
   const auto changes = [](const input::InitialStress& stress) {
     return std::ranges::any_of(stress.history,
                                [&](const auto& entry) { return entry.second != stress.history[0].second; });
@@ -58,19 +58,18 @@ PhaseRange expected_phases(const input::Parameters& parameters) {
     return input::prescribes_motion(condition.kind) &&
            (condition.value != Vector{} || condition.rate != Vector{});
   };
-  if (std::ranges::any_of(parameters.initial_stresses, changes))
-    return {usual_phases, phases_of_changing_stress};
-  if (std::ranges::any_of(parameters.boundaries, moves)) return {usual_phases, phases_between_moved_grips};
+  if (std::ranges::any_of(model.initial_stresses, changes)) return {usual_phases, phases_of_changing_stress};
+  if (std::ranges::any_of(model.boundaries, moves)) return {usual_phases, phases_between_moved_grips};
   return {};
 }
 
-SampleWork sample_work(const input::Parameters& parameters, double arrest_window, int phases) {
-  if (parameters.time.start == input::Start::rest) return {};
-  const double arrested = std::min<double>(dynamics::max_phase_durations,
-                                           running_durations + arrest_window / parameters.time.duration);
+SampleWork sample_work(const input::Time& time, double arrest_window, int phases) {
+  if (time.start == input::Start::rest) return {};
+  const double arrested =
+      std::min<double>(dynamics::max_phase_durations, running_durations + arrest_window / time.duration);
   // One equilibrium after each quasi-static break and one after each arrest.
   const double solves = static_breaks_per_phase * phases + (phases - 1);
-  return {phases, parameters.time.start == input::Start::equilibrium ? 1 : 0, 1 + (phases - 1) * arrested,
+  return {phases, time.start == input::Start::equilibrium ? 1 : 0, 1 + (phases - 1) * arrested,
           static_cast<int>(std::lround(solves))};
 }
 
@@ -88,17 +87,16 @@ SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, con
   return cost;
 }
 
-std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
-                                  const input::Parameters& parameters, const SampleCost& cost,
-                                  std::int64_t ranks) {
+std::vector<GroupPlan> make_plans(const geometry::Realization& realization, const input::Study& study,
+                                  const SampleCost& cost, std::int64_t ranks) {
   const auto n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
-  const std::int64_t samples = parameters.ensemble.samples;
+  const std::int64_t samples = study.ensemble.samples;
   std::vector<GroupPlan> plans;
   for (int q = 1; q <= std::clamp<std::int64_t>(ranks - 1, 1, most_ranks_per_sample); q *= 2) {
     if (q > 1 && n_tetrahedra / q < least_part) break;
     GroupPlan plan{.ranks = q, .groups = std::max<std::int64_t>(1, (ranks - 1) / q)};
     for (const auto& part :
-         geometry::split(realization, geometry::partition(realization, q), parameters.fracture.length))
+         geometry::split(realization, geometry::partition(realization, q), study.fracture.length))
       plan.tetrahedra = std::max<std::int64_t>(plan.tetrahedra, part.n_tetrahedra());
     plan.sample_seconds =
         (cost.total() - cost.mesh) * static_cast<double>(plan.tetrahedra) / static_cast<double>(n_tetrahedra);
@@ -107,7 +105,7 @@ std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
     const double meshing = static_cast<double>(samples) * cost.mesh + plan.sample_seconds;
     const double by_master = std::max(computing, meshing);
     const double by_groups = rounds * (plan.sample_seconds + cost.mesh);
-    const auto makers = parameters.ensemble.meshes;
+    const auto makers = study.ensemble.meshes;
     plan.waits_for_master = makers == input::MeshMakers::master && meshing > computing;
     plan.wall_seconds = makers == input::MeshMakers::master   ? by_master
                         : makers == input::MeshMakers::groups ? by_groups
@@ -122,18 +120,18 @@ const GroupPlan& recommended(std::span<const GroupPlan> plans) {
   return *std::ranges::find_if(plans, [&](const GroupPlan& plan) { return plan.wall_seconds <= enough; });
 }
 
-double sample_file_size(const input::Parameters& parameters, double n_nodes, double n_tetrahedra) {
+double sample_file_size(int n_frames, double n_nodes, double n_tetrahedra) {
   const double n_breaks = breaks_per_section * std::pow(n_tetrahedra, 2.0 / 3);
-  return of_structure + n_nodes * (of_node + of_frame_node * parameters.output.frames) +
-         n_tetrahedra * of_tetrahedron + n_breaks * of_break;
+  return of_structure + n_nodes * (of_node + of_frame_node * n_frames) + n_tetrahedra * of_tetrahedron +
+         n_breaks * of_break;
 }
 
-double ensemble_file_size(const input::Parameters& parameters, double n_nodes) {
+double ensemble_file_size(const input::Study& study, double n_nodes) {
   const auto n_crossings =
-      static_cast<double>(geometry::n_crack_starts(parameters.specimen) * parameters.sections.size());
-  const double n_mother_points = parameters.mesh.base == input::Base::shared ? n_nodes : 0;
+      static_cast<double>(geometry::n_crack_starts(study.specimen) * study.sections.size());
+  const double n_mother_points = study.mesh.base == input::Base::shared ? n_nodes : 0;
   return of_structure + of_mother_point * n_mother_points +
-         parameters.ensemble.samples * (of_row + of_crossing * n_crossings);
+         study.ensemble.samples * (of_row + of_crossing * n_crossings);
 }
 
 }  // namespace crackle::ensemble

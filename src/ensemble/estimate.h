@@ -5,7 +5,7 @@
 #include "dynamics/stable_step.h"
 #include "fracture/material_field.h"
 #include "geometry/realization.h"
-#include "input/parameters.h"
+#include "input/study.h"
 
 #include <cstdint>
 #include <optional>
@@ -28,7 +28,7 @@ struct PhaseRange {
 /// More than the usual number where a growing crack relieves the load, so that it arrests and starts again:
 /// between moved grips, up to 10, and under a stress that changes with time, such as a thermal one, up to 60
 /// (a disc shrunk into a ring: 34 to 57).
-PhaseRange expected_phases(const input::Parameters& parameters);
+PhaseRange expected_phases(const input::Model& model);
 
 /// Work of one dynamic phase of full duration.
 struct PhaseWork {
@@ -38,7 +38,7 @@ struct PhaseWork {
 
 /// @param stable_step of the realization and the integrator [s]
 /// @throws std::runtime_error naming time.step and the stable step when time.step exceeds the stable step
-PhaseWork phase_work(const input::Parameters& parameters, double stable_step);
+PhaseWork phase_work(const input::Time& time, double stable_step);
 
 /// Expected dynamic phases and static solves of a sample.
 struct SampleWork {
@@ -50,7 +50,7 @@ struct SampleWork {
 
 /// @param arrest_window see dynamics::arrest_window [s]
 /// @param phases of a sample with start = "quasi-static"; ignored with start = "rest", which has one
-SampleWork sample_work(const input::Parameters& parameters, double arrest_window, int phases = usual_phases);
+SampleWork sample_work(const input::Time& time, double arrest_window, int phases = usual_phases);
 
 /// Measured costs of the parts of a sample on this machine, in seconds of CPU time of one core, so that other
 /// load on the machine matters little.
@@ -81,7 +81,7 @@ public:
 /// @throws NotMeasured when the motion is invalid; std::runtime_error for anything that makes a sample fail
 ///   before it moves: boundary conditions that select no nodes or hold too little, loads at time 0 above the
 ///   first break, no convergence to equilibrium
-MeasuredCost measure_cost(const input::Parameters& parameters, const geometry::Realization& realization,
+MeasuredCost measure_cost(const input::Model& model, int n_frames, const geometry::Realization& realization,
                           double seconds);
 
 /// One-core time of a sample [s], without crack analysis and output.
@@ -111,17 +111,16 @@ struct GroupPlan {
 
 /// Plans for 1, 2, 4, ... ranks per sample, up to the number of ranks besides the master, at most 64, and as
 /// long as the parts are large enough for their exchange to take a small share of the time.
-std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
-                                  const input::Parameters& parameters, const SampleCost& cost,
-                                  std::int64_t ranks);
+std::vector<GroupPlan> make_plans(const geometry::Realization& realization, const input::Study& study,
+                                  const SampleCost& cost, std::int64_t ranks);
 
 /// The fastest plan; differences below 2 % are resolved in favour of fewer ranks per sample.
 const GroupPlan& recommended(std::span<const GroupPlan> plans);
 
 /// Size of a sample file [byte], compressed; accurate to about 25 % for a sample that cracks.
-double sample_file_size(const input::Parameters& parameters, double n_nodes, double n_tetrahedra);
+double sample_file_size(int n_frames, double n_nodes, double n_tetrahedra);
 
 /// Size of ensemble.h5 [byte].
-double ensemble_file_size(const input::Parameters& parameters, double n_nodes);
+double ensemble_file_size(const input::Study& study, double n_nodes);
 
 }  // namespace crackle::ensemble

@@ -15,11 +15,11 @@ constexpr double rounding = 1e-6;  // of material numbers
 
 }  // namespace
 
-void apply_material_map(const input::Parameters& parameters, const geometry::Body& body, std::uint64_t sample,
+void apply_material_map(const input::Model& model, const geometry::Body& body, std::uint64_t sample,
                         geometry::Realization& realization) {
-  if (!parameters.map) return;
-  const io::Raster raster(*parameters.map, sample, body.bounds());
-  const bool is_material = parameters.map->of == input::MapOf::material;
+  if (!model.map) return;
+  const io::Raster raster(*model.map, sample, body.bounds());
+  const bool is_material = model.map->of == input::MapOf::material;
   for (const geometry::Tetrahedron& t : realization.tetrahedra) {
     const geometry::Point place = geometry::centroid(realization.nodes, t);
     const double value = raster.at(place);
@@ -30,7 +30,7 @@ void apply_material_map(const input::Parameters& parameters, const geometry::Bod
     if (is_material) {
       const double number = std::round(value);
       if (!(std::abs(value - number) < rounding && number >= 0 &&
-            number < static_cast<double>(parameters.materials.size())))
+            number < static_cast<double>(model.materials.size())))
         refuse("not the number of a [[material]]");
       realization.material.push_back(static_cast<std::uint8_t>(number));
     } else {
@@ -39,12 +39,12 @@ void apply_material_map(const input::Parameters& parameters, const geometry::Bod
       realization.map_factor.push_back(factor);
     }
   }
-  if (!is_material || parameters.interfaces.empty()) return;
-  realization.interface = geometry::interface_numbers(realization, parameters.interface_pairs());
+  if (!is_material || model.interfaces.empty()) return;
+  realization.interface = geometry::interface_numbers(realization, model.interface_pairs());
 }
 
-void check_material_map(const input::Parameters& parameters, const geometry::Body& body) {
-  if (parameters.map) io::Raster(*parameters.map, 0, body.bounds());
+void check_material_map(const std::optional<input::MaterialMap>& map, const geometry::Body& body) {
+  if (map) io::Raster(*map, 0, body.bounds());
 }
 
 }  // namespace crackle::ensemble

@@ -3,9 +3,10 @@
 
 #include "geometry/body.h"
 #include "geometry/realization.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <cstdint>
+#include <optional>
 
 namespace crackle::ensemble {
 
@@ -13,10 +14,10 @@ namespace crackle::ensemble {
 /// centroids; nothing without [material.map].
 /// @throws std::runtime_error as io::Raster, and naming the tetrahedron whose value is no material or no
 ///   factor
-void apply_material_map(const input::Parameters& parameters, const geometry::Body& body, std::uint64_t sample,
+void apply_material_map(const input::Model& model, const geometry::Body& body, std::uint64_t sample,
                         geometry::Realization& realization);
 
 /// Reads the raster of the first sample. @throws std::runtime_error as apply_material_map
-void check_material_map(const input::Parameters& parameters, const geometry::Body& body);
+void check_material_map(const std::optional<input::MaterialMap>& map, const geometry::Body& body);
 
 }  // namespace crackle::ensemble

@@ -31,10 +31,11 @@ constexpr double energy_of_running_cracks = 0.02;
 
 class Measurement {
 public:
-  Measurement(const input::Parameters& parameters, const geometry::Realization& realization)
-      : parameters_(parameters),
+  Measurement(const input::Model& model, int n_frames, const geometry::Realization& realization)
+      : model_(model),
+        n_frames_(n_frames),
         subdomain_(geometry::split(realization, geometry::partition(realization, 1)).front()),
-        setup_(self_, parameters, subdomain_, 0),
+        setup_(self_, model, subdomain_, 0),
         account_(self_, setup_.body),
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)} {
   }
@@ -44,13 +45,14 @@ public:
   void measure_solves(MeasuredCost& cost) {
     setup_.refuse_free_body();
     const ThreadClock first;
-    dynamics::QuasiStaticLoading loading(self_, setup_.body, setup_.loads, setup_.law,
-                                         dynamics::arrest_window(parameters_, setup_.waves));
+    dynamics::QuasiStaticLoading loading(
+        self_, setup_.body, setup_.loads, setup_.law,
+        dynamics::arrest_window(model_.time, model_.specimen.size, setup_.waves));
     cost.first_solve = first.seconds();
     loading.load_at_start(account_);
     if (!setup_.body.initial_strain().is_none())
       cost.initial = dynamics::stress_state(self_, setup_.body, loading.displacement().local());
-    if (parameters_.time.start == input::Start::quasi_static) {
+    if (model_.time.start == input::Start::quasi_static) {
       loading.refuse_overload();
       cost.share_at_start = loading.stress_share();
     }
@@ -59,14 +61,14 @@ public:
     cost.outlook = dynamics::first_break(loading, setup_.loads, account_);
     cost.next_solve = loading.n_solves() > n_solves ? next.seconds() : cost.first_solve;
     if (!cost.outlook.breaks) cost.next_solve = 0;
-    cost.outlook.transit = dynamics::wave_transit(parameters_, setup_.waves);
+    cost.outlook.transit = dynamics::wave_transit(model_.specimen.size, setup_.waves);
     load_time_ = loading.time();
     state_.displacement.assign(loading.displacement());
   }
 
   void measure_phase(MeasuredCost& cost, double seconds) {
     // Lower strength under the same load: equivalent, up to scale, to a higher load.
-    fracture::FractureLaw weakened(self_, parameters_, 0, setup_.body, {setup_.grid.step, setup_.stable_step},
+    fracture::FractureLaw weakened(self_, model_, 0, setup_.body, {setup_.grid.step, setup_.stable_step},
                                    {.follows_cracks = false, .weakening = overload});
     weakened.take_over(setup_.body, setup_.body.changes());
     dynamics::MotionContext context = setup_.motion_context();
@@ -74,17 +76,17 @@ public:
     agitate();
     const ThreadClock start;
     const auto motion =
-        dynamics::make_motion(context, parameters_.time, load_time_, setup_.grid.duration(), state_);
+        dynamics::make_motion(context, model_.time, load_time_, setup_.grid.duration(), state_);
     cost.phase_start = start.seconds();
     const ThreadClock loop;
     double measured = 0;
     std::int64_t n_polls = 0;
     dynamics::PhaseOptions options;
     options.grid = setup_.grid;
-    if (parameters_.time.start != input::Start::rest)
-      options.arrest_window = dynamics::arrest_window(parameters_, setup_.waves);
+    if (model_.time.start != input::Start::rest)
+      options.arrest_window = dynamics::arrest_window(model_.time, model_.specimen.size, setup_.waves);
     // No frames are stored, but the energies of each are.
-    options.n_energy_rows += parameters_.output.frames;
+    options.n_energy_rows += n_frames_;
     options.request = [&] {
       measured = loop.seconds();
       ++n_polls;
@@ -117,7 +119,8 @@ private:
   }
 
   parallel::Communicator self_{MPI_COMM_SELF};
-  const input::Parameters& parameters_;
+  const input::Model& model_;
+  int n_frames_;
   geometry::Subdomain subdomain_;
   dynamics::SampleSetup setup_;
   dynamics::EnergyAccount account_;
@@ -125,12 +128,12 @@ private:
   double load_time_ = 0;
 };
 
-MeasuredCost measured_cost(const input::Parameters& parameters, const geometry::Realization& realization,
+MeasuredCost measured_cost(const input::Model& model, int n_frames, const geometry::Realization& realization,
                            double seconds) {
   MeasuredCost cost;
-  const bool at_rest = parameters.time.start == input::Start::rest;
+  const bool at_rest = model.time.start == input::Start::rest;
   const ThreadClock setup;
-  Measurement measurement(parameters, realization);
+  Measurement measurement(model, n_frames, realization);
   cost.setup = setup.seconds();
   cost.waves = measurement.waves();
   if (!at_rest) measurement.measure_solves(cost);
@@ -146,17 +149,17 @@ MeasuredCost measured_cost(const input::Parameters& parameters, const geometry::
 
 }  // namespace
 
-MeasuredCost measure_cost(const input::Parameters& parameters, const geometry::Realization& realization,
+MeasuredCost measure_cost(const input::Model& model, int n_frames, const geometry::Realization& realization,
                           double seconds) {
   try {
-    return measured_cost(parameters, realization, seconds);
+    return measured_cost(model, n_frames, realization, seconds);
   } catch (const dynamics::NumberRangeExceeded&) {
-    if (parameters.time.precision == input::Precision::double_) throw;
+    if (model.time.precision == input::Precision::double_) throw;
   }
   // As for a sample that leaves the range of mixed precision.
-  input::Parameters in_double = parameters;
+  input::Model in_double = model;
   in_double.time.precision = input::Precision::double_;
-  return measured_cost(in_double, realization, seconds);
+  return measured_cost(in_double, n_frames, realization, seconds);
 }
 
 }  // namespace crackle::ensemble

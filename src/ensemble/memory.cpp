@@ -92,15 +92,14 @@ double resident() {
   return stream >> total >> pages ? pages * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-double expected_nodes(const input::Parameters& parameters, const geometry::Body& body) {
-  if (parameters.mesh.points)
-    return static_cast<double>(geometry::read_points(*parameters.mesh.points, body).size());
-  return geometry::estimate_n_points(body, parameters.mesh);
+double expected_nodes(const input::Mesh& mesh, const geometry::Body& body) {
+  if (mesh.points) return static_cast<double>(geometry::read_points(*mesh.points, body).size());
+  return geometry::estimate_n_points(body, mesh);
 }
 
 /// To make a realization.
-double making(const input::Parameters& parameters, double n_tetrahedra) {
-  return made * n_tetrahedra + (parameters.map ? io::raster_memory(*parameters.map) : 0);
+double making(const std::optional<input::MaterialMap>& map, double n_tetrahedra) {
+  return made * n_tetrahedra + (map ? io::raster_memory(*map) : 0);
 }
 
 double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
@@ -112,36 +111,36 @@ double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) 
 
 }  // namespace
 
-MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
+MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout) {
-  const double each = computed + (parameters.fracture.length > 0 ? averaged : 0) +
-                      (parameters.fracture_of(0).nucleates_by_means() ? by_means : 0) +
-                      (parameters.bulk_viscosity().acts() ? viscous : 0) +
-                      pushed * static_cast<double>(parameters.body_forces().size());
+  const double each = computed + (study.fracture.length > 0 ? averaged : 0) +
+                      (study.fracture_of(0).nucleates_by_means() ? by_means : 0) +
+                      (study.bulk_viscosity().acts() ? viscous : 0) +
+                      pushed * static_cast<double>(study.body_forces().size());
   const double part = each * n_tetrahedra / layout.ranks_per_group;
-  const double frames = parameters.output.frames * n_nodes;
+  const double frames = study.output.frames * n_nodes;
   const double ahead =
       std::min(static_cast<double>(most_bytes_ahead), (layout.n_groups + 1) * kept * n_tetrahedra);
   const double start = libraries;
   MemoryDemand demand{};
   demand.member = start + part;
   demand.root = start + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
-  if (parameters.ensemble.meshes != input::MeshMakers::master)
-    demand.root = std::max(demand.root, start + making(parameters, n_tetrahedra));
-  const bool groups_make_all = parameters.ensemble.meshes == input::MeshMakers::groups;
-  demand.master = groups_make_all ? start : start + making(parameters, n_tetrahedra) + ahead;
+  if (study.ensemble.meshes != input::MeshMakers::master)
+    demand.root = std::max(demand.root, start + making(study.map, n_tetrahedra));
+  const bool groups_make_all = study.ensemble.meshes == input::MeshMakers::groups;
+  demand.master = groups_make_all ? start : start + making(study.map, n_tetrahedra) + ahead;
   if (layout.shared()) demand.master = std::max(demand.master, demand.root + ahead);
   return demand;
 }
 
-MemoryDemand expected_memory_demand(const input::Parameters& parameters, const geometry::Body& body,
+MemoryDemand expected_memory_demand(const input::Study& study, const geometry::Body& body,
                                     const GroupLayout& layout) {
-  const double n_nodes = expected_nodes(parameters, body);
-  return memory_demand(parameters, n_nodes, tetrahedra_per_node * n_nodes, layout);
+  const double n_nodes = expected_nodes(study.mesh, body);
+  return memory_demand(study, n_nodes, tetrahedra_per_node * n_nodes, layout);
 }
 
-double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
-  return libraries + making(parameters, tetrahedra_per_node * expected_nodes(parameters, body));
+double expected_mesh_memory(const input::Model& model, const geometry::Body& body) {
+  return libraries + making(model.map, tetrahedra_per_node * expected_nodes(model.mesh, body));
 }
 
 AvailableMemory available_memory(const fs::path& root) {
@@ -177,11 +176,11 @@ void check_available(double needed, const std::string& whose, const AvailableMem
   }
 }
 
-void check_memory(const parallel::Communicator& world, const input::Parameters& parameters,
-                  const geometry::Body& body, const GroupLayout& layout, bool has_work) {
+void check_memory(const parallel::Communicator& world, const input::Study& study, const geometry::Body& body,
+                  const GroupLayout& layout, bool has_work) {
   MemoryDemand demand{};
   parallel::agree_on_root(world, [&] {
-    if (has_work) demand = expected_memory_demand(parameters, body, layout);
+    if (has_work) demand = expected_memory_demand(study, body, layout);
   });
   demand = parallel::share(world, demand);
   MPI_Comm on_node = MPI_COMM_NULL;

@@ -3,7 +3,7 @@
 
 #include "ensemble/group.h"
 #include "geometry/body.h"
-#include "input/parameters.h"
+#include "input/study.h"
 #include "parallel/communicator.h"
 
 #include <filesystem>
@@ -22,16 +22,16 @@ struct MemoryDemand {
 
 /// Accurate to 25 % for bodies that need more memory than the program itself.
 /// @param n_nodes, n_tetrahedra of one realization
-MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
+MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout);
 
 /// As memory_demand, before any mesh exists: from the expected number of mother points, or the number in the
 /// file of mesh.points.
-MemoryDemand expected_memory_demand(const input::Parameters& parameters, const geometry::Body& body,
+MemoryDemand expected_memory_demand(const input::Study& study, const geometry::Body& body,
                                     const GroupLayout& layout);
 
 /// Memory of a program that only makes one realization [byte]; before any mesh exists.
-double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body);
+double expected_mesh_memory(const input::Model& model, const geometry::Body& body);
 
 /// Memory that processes can still allocate on this node, and what limits it.
 struct AvailableMemory {
@@ -53,7 +53,7 @@ void check_available(double needed, const std::string& whose, const AvailableMem
 
 /// Refuses a run whose ranks together need more memory than is available on one of their nodes. Collective.
 /// @param has_work on the root: false skips the check, as there is nothing to compute
-void check_memory(const parallel::Communicator& world, const input::Parameters& parameters,
-                  const geometry::Body& body, const GroupLayout& layout, bool has_work);
+void check_memory(const parallel::Communicator& world, const input::Study& study, const geometry::Body& body,
+                  const GroupLayout& layout, bool has_work);
 
 }  // namespace crackle::ensemble

@@ -18,9 +18,9 @@ constexpr double unknown = not_a_number;
 
 /// The sections that the crack of the first notch can cross, or all if there is none, from the middle one
 /// outwards.
-std::vector<std::size_t> sections_from_middle(const input::Parameters& parameters) {
-  const std::vector<input::Section> sections = parameters.sections.all();
-  const auto body = geometry::make_composite_body(parameters);
+std::vector<std::size_t> sections_from_middle(const input::Study& study) {
+  const std::vector<input::Section> sections = study.sections.all();
+  const auto body = geometry::make_composite_body(study);
   std::vector<std::size_t> crossed;
   for (std::size_t i = 0; i < sections.size() && !body->crack_starts().empty(); ++i) {
     const geometry::CrackStart& first = body->crack_starts().front();
@@ -36,12 +36,12 @@ std::vector<std::size_t> sections_from_middle(const input::Parameters& parameter
 
 }  // namespace
 
-Progress::Progress(std::size_t n_to_do, int n_groups, const input::Parameters& parameters)
+Progress::Progress(std::size_t n_to_do, int n_groups, const input::Study& study)
     : n_to_do_(n_to_do),
       n_groups_(n_groups),
-      sections_(parameters.sections.all()),
-      watched_(sections_from_middle(parameters)),
-      statistics_(parameters) {}
+      sections_(study.sections.all()),
+      watched_(sections_from_middle(study)),
+      statistics_(study) {}
 
 void Progress::kept(std::uint64_t sample, const analysis::SampleSummary& summary) {
   statistics_.add(sample, summary);

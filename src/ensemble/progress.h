@@ -20,7 +20,7 @@ namespace crackle::ensemble {
 class Progress {
 public:
   /// @param n_to_do samples to compute in this run
-  Progress(std::size_t n_to_do, int n_groups, const input::Parameters& parameters);
+  Progress(std::size_t n_to_do, int n_groups, const input::Study& study);
 
   /// A sample that finished in an earlier run.
   void kept(std::uint64_t sample, const analysis::SampleSummary& summary);

@@ -30,8 +30,8 @@ constexpr double lock_patience = LockFile::lifetime + 60;  // [s]
 
 /// This rank's share of the samples, as [first, end).
 std::pair<std::size_t, std::size_t> share_of_samples(const parallel::Communicator& world,
-                                                     const input::Parameters& parameters) {
-  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
+                                                     const input::Ensemble& ensemble) {
+  const auto n_samples = static_cast<std::size_t>(ensemble.samples);
   const auto rank = static_cast<std::size_t>(world.rank()), n_ranks = static_cast<std::size_t>(world.size());
   return {n_samples * rank / n_ranks, n_samples * (rank + 1) / n_ranks};
 }
@@ -39,7 +39,7 @@ std::pair<std::size_t, std::size_t> share_of_samples(const parallel::Communicato
 /// This rank's share of the rows, read back from the sample files.
 io::EnsembleBlock read_block(const parallel::Communicator& world, const input::Parameters& parameters,
                              const std::filesystem::path& folder) {
-  const auto [first, end] = share_of_samples(world, parameters);
+  const auto [first, end] = share_of_samples(world, parameters.ensemble);
   return {first, io::read_summaries(folder, parameters, first, end - first)};
 }
 
@@ -171,13 +171,13 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
 }
 
 Results results_at(const parallel::Communicator& world, const input::Parameters& parameters,
-                   const input::Parameters& sections, const fs::path& folder) {
+                   const input::Study& sections, const fs::path& folder) {
   parallel::agree_on_root(world, [&] { check_sample_files(folder); });
   std::vector<analysis::SampleSummary> stored, measured;  // this rank's
   parallel::agree(world, [&] {
     const auto body = geometry::make_composite_body(parameters);
     const io::SampleReader reader(folder, parameters);
-    const auto [first, end] = share_of_samples(world, parameters);
+    const auto [first, end] = share_of_samples(world, parameters.ensemble);
     for (std::size_t sample = first; sample < end; ++sample) {
       io::StoredSample found = reader.whole(sample);
       const bool is_done = found.summary.status == analysis::SampleStatus::done;

@@ -61,6 +61,6 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
 /// @param sections the same with other sections, input::with_sections
 /// @throws parallel::AgreedError on every rank when there are no sample files
 Results results_at(const parallel::Communicator& world, const input::Parameters& parameters,
-                   const input::Parameters& sections, const std::filesystem::path& folder);
+                   const input::Study& sections, const std::filesystem::path& folder);
 
 }  // namespace crackle::ensemble

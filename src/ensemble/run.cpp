@@ -168,7 +168,7 @@ void Run::plan() {
     if (is_sweep()) check_sweep_folder(options_.folder, cases_.size(), options_.plan.resume);
     // --resume starts cases that a stopped run had not reached.
     for (Case& one : cases_) {
-      check_material_map(one.parameters(), one.body());
+      check_material_map(one.parameters().map, one.body());
       one.make_plan();
     }
   });
@@ -202,7 +202,8 @@ void Run::begin() {
       const Case& one = cases_[i];
       geometry::MotherPoints& base = *bases_[mesh_settings(one.parameters(), false)];
       if (base.size() == 0 && !one.plan().to_do.empty())
-        base = make_shared_points(one.body(), one.parameters(), [this](const auto& line) { say(line); });
+        base = make_shared_points(one.body(), one.parameters().mesh, one.parameters().seed,
+                                  [this](const auto& line) { say(line); });
     }
     for (Case& one : cases_) one.lock();
     for (std::size_t i = 0; i < cases_.size(); ++i) begin_case(i);

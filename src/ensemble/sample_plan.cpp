@@ -142,8 +142,8 @@ void check_is_free(const fs::path& file, const input::Parameters& parameters, st
 /// Removes temporary files of the samples in the range; all of them if the range is the whole ensemble, since
 /// then no other run is active. Those of ensemble.h5 stay: another process may be recomputing the statistics
 /// (write_results).
-void remove_partial_files(const fs::path& folder, const input::Parameters& parameters, SampleRange range) {
-  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+void remove_partial_files(const fs::path& folder, const input::Ensemble& ensemble, SampleRange range) {
+  const auto n_samples = static_cast<std::uint64_t>(ensemble.samples);
   const bool is_whole = range.first == 0 && range.last + 1 == n_samples;
   std::error_code ignored;
   const auto is_partial = [](const fs::path& file) { return file.extension() == ".partial"; };
@@ -275,7 +275,7 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
     const fs::path checkpoint = io::checkpoint_path(folder, sample);
     if (!is_taken(checkpoint)) continue;
     try {
-      io::read_checkpoint(checkpoint, parameters, sample);
+      io::read_checkpoint(checkpoint, input::sample_identity(parameters), sample);
       plan.suspended.push_back(sample);
     } catch (const std::exception& error) {
       plan.invalid.push_back({checkpoint, error.what()});
@@ -284,8 +284,8 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
   return plan;
 }
 
-void require_sample(const input::Parameters& parameters, std::uint64_t sample) {
-  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+void require_sample(const input::Ensemble& ensemble, std::uint64_t sample) {
+  const auto n_samples = static_cast<std::uint64_t>(ensemble.samples);
   if (sample >= n_samples)
     fail("there is no sample {}: ensemble.samples = {} has samples 0 to {}", sample, n_samples,
          n_samples - 1);
@@ -294,7 +294,7 @@ void require_sample(const input::Parameters& parameters, std::uint64_t sample) {
 SamplePlan plan_sample(const fs::path& folder, const input::Parameters& parameters,
                        const PlanOptions& options) {
   const std::uint64_t sample = options.single.value();
-  require_sample(parameters, sample);
+  require_sample(parameters.ensemble, sample);
   const PlanOptions as_range{
       .resume = true, .retry_failed = options.retry_failed, .range = SampleRange{sample, sample}};
   if (options.resume) return make_plan(folder, parameters, as_range, summary_reader(parameters));
@@ -352,7 +352,7 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
     fs::remove(io::checkpoint_path(folder, sample));
     fs::remove(io::sample_path(folder, sample));
   }
-  remove_partial_files(folder, parameters, plan.range);
+  remove_partial_files(folder, parameters.ensemble, plan.range);
   const auto keep_copy = [](const fs::path& copy, const std::string& text) {
     if (!is_taken(copy) || read_text_if_any(copy) != text) io::write_text_file(copy, text);
   };

@@ -71,7 +71,7 @@ SamplePlan make_plan(const std::filesystem::path& folder, const input::Parameter
                      const PlanOptions& options, const SummaryReader& read);
 
 /// @throws std::runtime_error if the ensemble of the input has no sample of this number
-void require_sample(const input::Parameters& parameters, std::uint64_t sample);
+void require_sample(const input::Ensemble& ensemble, std::uint64_t sample);
 
 /// The work on options.single, whatever else the folder holds of the ensemble. Without `resume` and
 /// `overwrite`, neither a file nor a checkpoint of the sample may exist. Reads only.

@@ -13,11 +13,11 @@ namespace crackle::ensemble {
 namespace {
 
 /// Sets up a sample and suspends it immediately.
-dynamics::SampleResult set_up_only(const parallel::Communicator& group, const input::Parameters& parameters,
-                                   const geometry::Subdomain& subdomain,
+dynamics::SampleResult set_up_only(const parallel::Communicator& group, const input::Model& model,
+                                   const input::Output&, const geometry::Subdomain& subdomain,
                                    const dynamics::SampleControl& control) {
-  const dynamics::SampleSetup setup(group, parameters, subdomain, control.sample);
-  if (parameters.time.start != input::Start::rest) setup.refuse_free_body();
+  const dynamics::SampleSetup setup(group, model, subdomain, control.sample);
+  if (model.time.start != input::Start::rest) setup.refuse_free_body();
   dynamics::SampleResult result;
   result.suspended = true;
   return result;

@@ -23,12 +23,12 @@ bool is_at(const SquareEnd& end, const geometry::Point& place, double spacing) {
 
 }  // namespace
 
-std::vector<SquareEnd> square_ends(const input::Specimen& specimen) {
+std::vector<SquareEnd> square_ends(const plane::Specimen& specimen) {
   std::vector<SquareEnd> ends;
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
-    const input::Notch& notch = specimen.notches[i];
+    const plane::Notch& notch = specimen.notches[i];
     if (notch.slot) {
-      if (notch.slot->end == input::SlotEnd::round) continue;
+      if (notch.slot->end == plane::SlotEnd::round) continue;
       const auto& [from, to, end] = *notch.slot;
       const double length = std::hypot(to[0] - from[0], to[1] - from[1]);
       const plane::Point along{(to[0] - from[0]) / length, (to[1] - from[1]) / length};
@@ -36,12 +36,12 @@ std::vector<SquareEnd> square_ends(const input::Specimen& specimen) {
       ends.push_back({i, to, along, notch.height / 2});
       continue;
     }
-    const int depth_axis = input::axis_of(notch.face);
+    const int depth_axis = plane::axis_of(notch.face);
     plane::Point tip{}, ahead{};
-    tip[index(input::position_axis(notch.face) - 1)] = notch.at;
+    tip[index(plane::position_axis(notch.face) - 1)] = notch.at;
     tip[index(depth_axis - 1)] =
-        input::is_upper(notch.face) ? specimen.size[index(depth_axis)] - notch.depth : notch.depth;
-    ahead[index(depth_axis - 1)] = input::is_upper(notch.face) ? -1 : 1;
+        plane::is_upper(notch.face) ? specimen.size[index(depth_axis)] - notch.depth : notch.depth;
+    ahead[index(depth_axis - 1)] = plane::is_upper(notch.face) ? -1 : 1;
     ends.push_back({i, tip, ahead, notch.height / 2});
   }
   return ends;

@@ -7,7 +7,7 @@
 #include "fracture/nodal_means.h"
 #include "fracture/stress_average.h"
 #include "geometry/mother_points.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/operators.h"
 #include "parallel/communicator.h"
 #include "plane/shape.h"
@@ -30,7 +30,7 @@ struct SquareEnd {
 };
 
 /// Those of all slots. An open end is included: nothing is loaded there.
-std::vector<SquareEnd> square_ends(const input::Specimen& specimen);
+std::vector<SquareEnd> square_ends(const plane::Specimen& specimen);
 
 /// Square ends up to this height, in spacings, are cracks; higher ones have corners of their own.
 inline constexpr double highest_end_in_spacings = 1.5;

@@ -3,7 +3,7 @@
 
 #include "common/real.h"
 #include "fracture/equivalent_stress.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/tetrahedron_field.h"
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fracture/release.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <cstddef>
 #include <cstdint>

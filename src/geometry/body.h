@@ -212,17 +212,17 @@ private:
 
 /// The surface of the body described by an input, without its materials.
 /// @throws std::runtime_error naming the error
-std::unique_ptr<const Body> make_body(const input::Specimen& specimen);
+std::unique_ptr<const Body> make_body(const plane::Specimen& specimen);
 
 /// The same with the boundaries between its materials.
 /// @throws std::runtime_error naming the error
-std::unique_ptr<const Body> make_composite_body(const input::Parameters& parameters);
+std::unique_ptr<const Body> make_composite_body(const input::Model& model);
 
 /// The same with the regions of the boundary conditions imprinted on its faces: the body to be meshed.
 /// @throws std::runtime_error also when a region contains no part of its face
-std::unique_ptr<const Body> make_body(const input::Parameters& parameters);
+std::unique_ptr<const Body> make_body(const input::Model& model);
 
 /// Its number of crack starts, `notches` in the shapes of the result files; without making the body.
-std::size_t n_crack_starts(const input::Specimen& specimen);
+std::size_t n_crack_starts(const plane::Specimen& specimen);
 
 }  // namespace crackle::geometry

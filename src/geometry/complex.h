@@ -6,7 +6,8 @@
 #include "common/vector.h"
 #include "geometry/box.h"
 #include "geometry/point.h"
-#include "input/parameters.h"
+#include "input/model.h"
+#include "input/section.h"
 #include "plane/shape.h"
 
 #include <algorithm>

@@ -41,9 +41,9 @@ struct OwnInterval {
 };
 
 /// Empty if the limits exclude each other.
-std::optional<OwnInterval> own_interval(const Patch& patch, std::size_t axis, const input::Region& region,
+std::optional<OwnInterval> own_interval(const Patch& patch, std::size_t axis, const plane::Region& region,
                                         double near) {
-  Interval interval = input::unbounded;
+  Interval interval = plane::unbounded;
   bool is_line = false;
   for (std::size_t i = 0; i < 3; ++i) {
     const double slope = patch.axes[axis][i];
@@ -59,7 +59,7 @@ std::optional<OwnInterval> own_interval(const Patch& patch, std::size_t axis, co
 }
 
 /// True if a face normal to a coordinate axis lies within the region's limits along it.
-bool is_at_region(const Patch& patch, const std::array<std::size_t, 2>& axes, const input::Region& region,
+bool is_at_region(const Patch& patch, const std::array<std::size_t, 2>& axes, const plane::Region& region,
                   double near) {
   const Point place = patch.at(patch.domain.lower);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -84,7 +84,7 @@ std::optional<Interval> clipped(const OwnInterval& wanted, const Interval& own, 
   return part;
 }
 
-std::optional<FacePart> part_of(const Body& body, FaceId id, const input::Region& region) {
+std::optional<FacePart> part_of(const Body& body, FaceId id, const plane::Region& region) {
   const Face& face = body.faces()[index(id)];
   const double near = merging_distance(body);
   FacePart part{id, face.patch, spanning_axes(face.patch), {}, {}, near};
@@ -138,27 +138,26 @@ std::vector<ConditionRegion> condition_regions(const Body& body,
   return regions;
 }
 
-std::unique_ptr<const Body> make_body(const input::Specimen& specimen) {
+std::unique_ptr<const Body> make_body(const plane::Specimen& specimen) {
   return std::make_unique<Body>(plate(specimen));
 }
 
-std::unique_ptr<const Body> make_composite_body(const input::Parameters& parameters) {
-  Complex complex = plate(parameters.specimen);
-  if (!parameters.specimen.regions.empty())
-    divide(complex, parameters.specimen, parameters.interface_pairs());
+std::unique_ptr<const Body> make_composite_body(const input::Model& model) {
+  Complex complex = plate(model.specimen);
+  if (!model.specimen.regions.empty()) divide(complex, model.specimen, model.interface_pairs());
   return std::make_unique<Body>(std::move(complex));
 }
 
-std::unique_ptr<const Body> make_body(const input::Parameters& parameters) {
-  auto plain = make_composite_body(parameters);
-  const auto regions = condition_regions(*plain, parameters.boundaries);
+std::unique_ptr<const Body> make_body(const input::Model& model) {
+  auto plain = make_composite_body(model);
+  const auto regions = condition_regions(*plain, model.boundaries);
   if (!has_borders(*plain, regions)) return plain;
   return std::make_unique<Body>(imprint(*plain, regions));
 }
 
-std::vector<RegionRefinement> region_refinements(const input::Parameters& parameters) {
+std::vector<RegionRefinement> region_refinements(const input::Model& model) {
   std::map<int, double> finest;
-  for (const SpacingSource& source : make_body(parameters)->spacing_sources(parameters.mesh)) {
+  for (const SpacingSource& source : make_body(model)->spacing_sources(model.mesh)) {
     if (source.condition < 0) continue;
     const auto [entry, is_new] = finest.emplace(source.condition, source.spacing);
     entry->second = std::min(entry->second, source.spacing);

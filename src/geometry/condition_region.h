@@ -2,7 +2,7 @@
 #pragma once
 
 #include "geometry/body.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <array>
 #include <cstddef>
@@ -50,6 +50,6 @@ struct RegionRefinement {
   double spacing;  ///< finest spacing required [m]
 };
 
-std::vector<RegionRefinement> region_refinements(const input::Parameters& parameters);
+std::vector<RegionRefinement> region_refinements(const input::Model& model);
 
 }  // namespace crackle::geometry

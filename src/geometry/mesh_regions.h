@@ -5,7 +5,7 @@
 #include "geometry/mother_points.h"
 #include "geometry/point.h"
 #include "geometry/realization.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <cstdint>
 #include <span>

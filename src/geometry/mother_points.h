@@ -3,7 +3,7 @@
 
 #include "geometry/body.h"
 #include "geometry/point.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <cstdint>
 #include <filesystem>

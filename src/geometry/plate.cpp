@@ -15,8 +15,8 @@ namespace {
 
 class PlateBuilder {
 public:
-  explicit PlateBuilder(const input::Specimen& specimen)
-      : specimen_(specimen), shape_(input::shape_of(specimen)), sides_(plane::sides_of(shape_)) {
+  explicit PlateBuilder(const plane::Specimen& specimen)
+      : specimen_(specimen), shape_(plane::shape_of(specimen)), sides_(plane::sides_of(shape_)) {
     const plane::Bounds bounds = plane::bounds_of(shape_.loops.front().corners);
     complex_.bounds = {at(0, bounds.lower), at(specimen.size[0], bounds.upper)};
     complex_.volume = thickness() * plane::area(shape_);
@@ -25,7 +25,7 @@ public:
       for (const plane::Point& p : loop.corners)
         for (const double x : {0.0, thickness()}) complex_.corners.push_back(at(x, p));
     }
-    const bool is_box = input::is_box(specimen);
+    const bool is_box = plane::is_box(specimen);
     add_plane_faces();
     add_walls(is_box);
     add_edges();
@@ -84,16 +84,16 @@ private:
 
   void add_ligaments() {
     for (std::size_t i = 0; i < specimen_.notches.size(); ++i) {
-      const input::Notch& notch = specimen_.notches[i];
+      const plane::Notch& notch = specimen_.notches[i];
       const auto depth_axis = index(axis_of(notch.face)), at_axis = index(position_axis(notch.face));
-      const auto [low, high] = input::slot_of(notch, specimen_.size)[depth_axis];
+      const auto [low, high] = plane::slot_of(notch, specimen_.size)[depth_axis];
       CrackStart start{};
       start.name = fmt::format("notch {}", i + 1);
       start.tip[0] = thickness() / 2;
       start.tip[at_axis] = notch.at;
       start.tip[depth_axis] = is_upper(notch.face) ? low : high;
       start.end = start.tip;
-      start.end[depth_axis] = input::ligament_end(specimen_.notches, i, specimen_.size);
+      start.end[depth_axis] = plane::ligament_end(specimen_.notches, i, specimen_.size);
       start.along[depth_axis] = 1;
       start.across[at_axis] = 1;
       start.direction = is_upper(notch.face) ? -1 : 1;
@@ -126,7 +126,7 @@ private:
       for (double& coordinate : middle) coordinate /= length;
       add(part, middle);
     }
-    const std::vector<input::Hole>& holes = specimen_.holes;
+    const std::vector<plane::Hole>& holes = specimen_.holes;
     for (std::size_t i = 0; i < holes.size(); ++i) {
       plane::Point middle = holes[i].center;
       if (!holes[i].polygon.empty()) {
@@ -141,7 +141,7 @@ private:
     complex_.crack_starts.back().is_free_surface = true;
   }
 
-  const input::Specimen& specimen_;
+  const plane::Specimen& specimen_;
   plane::Shape shape_;
   std::vector<plane::Side> sides_;
   Complex complex_;
@@ -160,12 +160,12 @@ Face wall(const plane::Side& side, double lower, double upper, std::vector<std::
   return face;
 }
 
-Complex plate(const input::Specimen& specimen) {
+Complex plate(const plane::Specimen& specimen) {
   return PlateBuilder(specimen).result();
 }
 
-std::size_t n_crack_starts(const input::Specimen& specimen) {
-  if (input::is_box(specimen)) return specimen.notches.size();
+std::size_t n_crack_starts(const plane::Specimen& specimen) {
+  if (plane::is_box(specimen)) return specimen.notches.size();
   return specimen.notches.size() + specimen.holes.size() + 1;
 }
 

@@ -30,10 +30,10 @@ Face wall(const plane::Side& side, double lower, double upper, std::vector<std::
 /// In a box, cracks start at the tips of its slots and are followed along their ligaments. In other plates
 /// they start, in any direction, at each notch, at each hole and on the free surface.
 /// @pre specimen.shape is consistent with the other members of the specimen
-/// @throws std::runtime_error as input::shape_of
-Complex plate(const input::Specimen& specimen);
+/// @throws std::runtime_error as plane::shape_of
+Complex plate(const plane::Specimen& specimen);
 
 /// The lengths of the walls of a plate, their distances, and the tips of its slots.
-SpacingRule plate_spacing(const input::Specimen& specimen);
+SpacingRule plate_spacing(const plane::Specimen& specimen);
 
 }  // namespace crackle::geometry

@@ -18,7 +18,7 @@ namespace crackle::geometry {
 namespace {
 
 /// Both ends of a free slot, or the tip of a notch in a face.
-std::vector<plane::Point> notch_ends(const input::Notch& notch, const Box& bounds) {
+std::vector<plane::Point> notch_ends(const plane::Notch& notch, const Box& bounds) {
   if (notch.slot) return {notch.slot->from, notch.slot->to};
   const std::size_t depth_axis = index(axis_of(notch.face));
   plane::Point tip{};
@@ -31,12 +31,12 @@ std::vector<plane::Point> notch_ends(const input::Notch& notch, const Box& bound
 /// The sources of refinement of one plate.
 class PlateSpacing {
 public:
-  explicit PlateSpacing(const input::Specimen& specimen)
-      : plate_(input::shape_of(specimen)),
+  explicit PlateSpacing(const plane::Specimen& specimen)
+      : plate_(plane::shape_of(specimen)),
         index_(plate_, wall_tolerance * std::ranges::max(specimen.size)),
         notches_(specimen.notches),
         thickness_(specimen.size[0]),
-        is_box_(input::is_box(specimen)) {
+        is_box_(plane::is_box(specimen)) {
     const plane::Bounds bounds = plane::bounds_of(plate_.loops.front().corners);
     bounds_ = {at(0, bounds.lower), at(thickness_, bounds.upper)};
     for (std::size_t l = 0; l < plate_.loops.size(); ++l)
@@ -122,10 +122,10 @@ private:
   std::vector<SpacingSource> tip_sources(const input::Mesh& mesh) const {
     std::vector<SpacingSource> sources;
     for (std::size_t i = 0; i < notches_.size(); ++i) {
-      const input::Notch& notch = notches_[i];
+      const plane::Notch& notch = notches_[i];
       const std::vector<plane::Point> ends = notch_ends(notch, bounds_);
       // The corners of a square end are half a height away, those of a round one at most 1 / sqrt(2) heights.
-      const bool is_round = notch.slot && notch.slot->end == input::SlotEnd::round;
+      const bool is_round = notch.slot && notch.slot->end == plane::SlotEnd::round;
       const double reach = (is_round ? 0.7072 : 0.5001) * notch.height;
       const std::string part = fmt::format("notch-{}", i);
       for (const plane::Side& side : index_.sides()) {
@@ -144,7 +144,7 @@ private:
   std::string name_in_messages(std::size_t side) const {
     const std::string& name = names_[side];
     if (name.starts_with("notch-")) return fmt::format("notch {}", std::stoi(name.substr(6)) + 1);
-    return std::ranges::find(input::face_names, name) == input::face_names.end() ? name : "the face " + name;
+    return std::ranges::find(plane::face_names, name) == plane::face_names.end() ? name : "the face " + name;
   }
 
   std::string reason_for_length(std::size_t side) const {
@@ -188,7 +188,7 @@ private:
 
   plane::Shape plate_;
   plane::SideIndex index_;
-  std::vector<input::Notch> notches_;
+  std::vector<plane::Notch> notches_;
   double thickness_;
   bool is_box_;
   Box bounds_;
@@ -197,7 +197,7 @@ private:
 
 }  // namespace
 
-SpacingRule plate_spacing(const input::Specimen& specimen) {
+SpacingRule plate_spacing(const plane::Specimen& specimen) {
   return [spacing = std::make_shared<const PlateSpacing>(specimen)](const Body&, const input::Mesh& mesh,
                                                                     std::vector<SpacingSource>& sources) {
     spacing->add_sources(mesh, sources);

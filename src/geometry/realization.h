@@ -4,7 +4,7 @@
 #include "geometry/body.h"
 #include "geometry/mother_points.h"
 #include "geometry/point.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <array>
 #include <cstdint>
@@ -36,9 +36,9 @@ struct Realization {
   std::vector<Point> nodes;  ///< [m]
   std::vector<Tetrahedron> tetrahedra;
   std::vector<BoundaryTriangle> boundary;
-  /// Material of each tetrahedron, as its number in Parameters::materials; empty if the body has only one.
+  /// Material of each tetrahedron, as its number in Model::materials; empty if the body has only one.
   std::vector<std::uint8_t> material = {};
-  /// 1 + the number in Parameters::interfaces of that to which each tetrahedron belongs, the first of
+  /// 1 + the number in Model::interfaces of that to which each tetrahedron belongs, the first of
   /// several: it is of one of its two materials and has a node where these meet. 0: none; empty without
   /// interfaces.
   std::vector<std::uint8_t> interface = {};

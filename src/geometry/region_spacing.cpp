@@ -18,7 +18,7 @@ namespace crackle::geometry {
 
 namespace {
 
-using Line = input::MaterialLayout::Line;
+using Line = plane::MaterialLayout::Line;
 
 /// Maximum number of pieces of a wall for measuring its distance to others.
 constexpr double most_wall_pieces = 1000;
@@ -29,8 +29,8 @@ bool share_an_end(const Line& a, const Line& b) {
 
 class RegionSpacing {
 public:
-  RegionSpacing(const input::Specimen& specimen, input::MaterialLayout layout) : layout_(std::move(layout)) {
-    for (const input::MaterialRegion& region : specimen.regions)
+  RegionSpacing(const plane::Specimen& specimen, plane::MaterialLayout layout) : layout_(std::move(layout)) {
+    for (const plane::MaterialRegion& region : specimen.regions)
       is_curve_.push_back(region.shape && region.shape->polygon.empty());
   }
 
@@ -143,13 +143,13 @@ private:
     }
   }
 
-  input::MaterialLayout layout_;
+  plane::MaterialLayout layout_;
   std::vector<bool> is_curve_;  ///< of each region
 };
 
 }  // namespace
 
-SpacingRule region_spacing(const input::Specimen& specimen, const input::MaterialLayout& layout) {
+SpacingRule region_spacing(const plane::Specimen& specimen, const plane::MaterialLayout& layout) {
   return [spacing = std::make_shared<const RegionSpacing>(specimen, layout)](
              const Body& body, const input::Mesh& mesh, std::vector<SpacingSource>& sources) {
     spacing->add_sources(body.bounds(), mesh, sources);

@@ -17,7 +17,7 @@ namespace crackle::geometry {
 
 namespace {
 
-using Layout = input::MaterialLayout;
+using Layout = plane::MaterialLayout;
 using Line = Layout::Line;
 
 /// Finds the material at a point.
@@ -192,8 +192,8 @@ plane::Side side_of(const Layout& layout, const Line& line) {
   return plane::side_between(layout.corners[index(line.end[0])], layout.corners[index(line.end[1])], -1);
 }
 
-void divide(Complex& complex, const input::Specimen& specimen, std::vector<std::array<int, 2>> interfaces) {
-  const Layout layout = input::material_layout(specimen);
+void divide(Complex& complex, const plane::Specimen& specimen, std::vector<std::array<int, 2>> interfaces) {
+  const Layout layout = plane::material_layout(specimen);
   Dividing(complex, layout, static_cast<int>(complex.corners.size() / 2)).run();
   complex.interfaces = std::move(interfaces);
   complex.material =

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "geometry/complex.h"
-#include "input/material_layout.h"
+#include "plane/material_layout.h"
 #include "plane/side_index.h"
 
 #include <array>
@@ -15,17 +15,17 @@ namespace crackle::geometry {
 /// face, with gaps.
 /// @param complex the plate of the specimen
 /// @param interfaces pairs of materials
-/// @throws std::runtime_error as input::material_layout
-void divide(Complex& complex, const input::Specimen& specimen, std::vector<std::array<int, 2>> interfaces);
+/// @throws std::runtime_error as plane::material_layout
+void divide(Complex& complex, const plane::Specimen& specimen, std::vector<std::array<int, 2>> interfaces);
 
 /// True if materials change at a level of x, beside a line.
-bool is_in_cap(const input::MaterialLayout& layout, const input::MaterialLayout::Line& line,
+bool is_in_cap(const plane::MaterialLayout& layout, const plane::MaterialLayout::Line& line,
                std::size_t level, bool on_left);
 
-plane::Side side_of(const input::MaterialLayout& layout, const input::MaterialLayout::Line& line);
+plane::Side side_of(const plane::MaterialLayout& layout, const plane::MaterialLayout::Line& line);
 
 /// The lengths of inner walls, their distances, and the thicknesses of layers.
 /// @param layout of the specimen
-SpacingRule region_spacing(const input::Specimen& specimen, const input::MaterialLayout& layout);
+SpacingRule region_spacing(const plane::Specimen& specimen, const plane::MaterialLayout& layout);
 
 }  // namespace crackle::geometry

@@ -94,7 +94,7 @@ struct Effect {
 };
 
 /// The part of a face in a region; empty if they do not meet.
-Box part_of(const Face& face, const input::Region& region) {
+Box part_of(const Face& face, const plane::Region& region) {
   Box part = face.patch.bounds();
   for (std::size_t i = 0; i < 3; ++i) {
     part.lower[i] = std::max(part.lower[i], region[i].first);
@@ -200,13 +200,13 @@ Component component_of(const std::vector<Effect>& effects, std::size_t k) {
 using Field = std::function<Vector(const Point&)>;
 
 /// The body forces, their rates, and the initial velocity.
-std::vector<Field> fields_of(const input::Parameters& parameters) {
+std::vector<Field> fields_of(const input::Model& model) {
   std::vector<Field> fields;
-  for (const input::BodyLoad& load : parameters.body_forces()) {
+  for (const input::BodyLoad& load : model.body_forces()) {
     fields.push_back([load](const Point& p) { return load.at(p); });
     fields.push_back([load](const Point&) { return load.rate; });
   }
-  fields.push_back([velocities = parameters.initial_velocities()](const Point& p) {
+  fields.push_back([velocities = model.initial_velocities()](const Point& p) {
     Vector sum{};
     for (const input::BodyLoad& velocity : velocities) sum = sum + velocity.at(p);
     return sum;
@@ -216,13 +216,12 @@ std::vector<Field> fields_of(const input::Parameters& parameters) {
 
 /// True if the stress from the start, and a raster of the material, are the same after a reflection.
 /// @param reverses whether it reverses each axis
-bool keeps_the_state(const input::Parameters& parameters, const Box& bounds,
-                     const std::array<bool, 3>& reverses) {
-  if (parameters.map)
-    for (const int axis : parameters.map->axes)
+bool keeps_the_state(const input::Model& model, const Box& bounds, const std::array<bool, 3>& reverses) {
+  if (model.map)
+    for (const int axis : model.map->axes)
       if (reverses[index(axis)]) return false;
   constexpr int n_points = 64;
-  return std::ranges::all_of(parameters.initial_stresses, [&](const input::InitialStress& initial) {
+  return std::ranges::all_of(model.initial_stresses, [&](const input::InitialStress& initial) {
     const std::size_t axis = index(initial.along);
     if (!reverses[axis]) return true;
     const std::pair extent{bounds.lower[axis], bounds.upper[axis]};
@@ -249,17 +248,17 @@ std::array<Point, 4> spanning_points(const Box& box) {
 /// The effects of a body's conditions, to be compared with their images.
 class Loads {
 public:
-  Loads(const Body& body, const input::Parameters& parameters)
-      : parameters_(&parameters),
+  Loads(const Body& body, const input::Model& model)
+      : model_(&model),
         bounds_(body.bounds()),
         near_(load_tolerance * std::ranges::max(body.size())),
-        effects_(effects_of(body, parameters.boundaries)),
-        fields_(fields_of(parameters)),
-        is_in_equilibrium_(parameters.time.start != input::Start::rest) {
+        effects_(effects_of(body, model.boundaries)),
+        fields_(fields_of(model)),
+        is_in_equilibrium_(model.time.start != input::Start::rest) {
     for (std::size_t k = 0; k < 3; ++k) all_[k] = component_of(effects_, k);
     // Where loads are not simple sums, a support counts as the image of another support only.
     const bool are_simple =
-        parameters.body_forces().empty() &&
+        model.body_forces().empty() &&
         std::ranges::none_of(effects_, [](const Effect& effect) { return effect.factor->has_value(); });
     if (are_simple)
       has_central_support_ = has_central_support();
@@ -275,7 +274,7 @@ public:
     const Point lower = symmetry.image(bounds_.lower), upper = symmetry.image(bounds_.upper);
     std::array<std::optional<Amount>, 3> translation;
     const auto sign = [&](std::size_t k) { return lower[k] > upper[k] ? -1.0 : 1.0; };
-    if (!keeps_the_state(*parameters_, bounds_, {sign(0) < 0, sign(1) < 0, sign(2) < 0})) return false;
+    if (!keeps_the_state(*model_, bounds_, {sign(0) < 0, sign(1) < 0, sign(2) < 0})) return false;
     for (const Field& field : fields_)
       if (!is_symmetric(field, symmetry, {sign(0), sign(1), sign(2)})) return false;
     return std::ranges::all_of(effects_, [&](const Effect& effect) {
@@ -402,7 +401,7 @@ private:
            (*effect.history == *other.history || effect.amount.largest() == 0);
   }
 
-  const input::Parameters* parameters_;
+  const input::Model* model_;
   Box bounds_;
   double near_;  ///< [m]
   std::vector<Effect> effects_;
@@ -414,8 +413,8 @@ private:
 
 }  // namespace
 
-std::vector<Symmetry> loaded_symmetries(const Body& body, const input::Parameters& parameters) {
-  const Loads loads(body, parameters);
+std::vector<Symmetry> loaded_symmetries(const Body& body, const input::Model& model) {
+  const Loads loads(body, model);
   std::vector<Symmetry> result = body.symmetries();
   std::erase_if(
       result, [&](const Symmetry& symmetry) { return symmetry.code != 0 && !loads.are_symmetric(symmetry); });

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "geometry/body.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <cstdint>
 #include <vector>
@@ -21,7 +21,7 @@ std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh);
 ///
 /// Factors, body forces and the initial velocity must be mapped onto themselves, and with them no support
 /// changes places with a load.
-std::vector<Symmetry> loaded_symmetries(const Body& body, const input::Parameters& parameters);
+std::vector<Symmetry> loaded_symmetries(const Body& body, const input::Model& model);
 
 /// The body's symmetry with this code.
 /// @throws std::invalid_argument when there is none

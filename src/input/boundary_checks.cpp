@@ -82,8 +82,8 @@ void check_width(const Boundary& condition, std::size_t axis, const std::string&
                     name_of(condition.kind));
 }
 
-void check_region_of_box(const Boundary& condition, Face face, const std::string& key,
-                         const Specimen& specimen, Findings& findings) {
+void check_region_of_box(const Boundary& condition, plane::Face face, const std::string& key,
+                         const plane::Specimen& specimen, Findings& findings) {
   const auto normal = static_cast<std::size_t>(axis_of(face));
   const double position = is_upper(face) ? specimen.size[normal] : 0;
   const auto [lower, upper] = condition.region[normal];
@@ -94,7 +94,7 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
                     shown_length(position), shown_length(lower), shown_length(upper));
     return;
   }
-  const Region part = part_of_face(condition, face, specimen.size);
+  const plane::Region part = part_of_face(condition, face, specimen.size);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (axis != normal && !meets(condition.region[axis], 0, specimen.size[axis])) {
       findings.report(key + ".region." + axis_names[axis],
@@ -108,7 +108,7 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     const std::string notch = fmt::format("specimen.notch[{}]", i);
     if (specimen.notches[i].face != face || findings.faulty(notch)) continue;
-    const Region slot = slot_of(specimen.notches[i], specimen.size);
+    const plane::Region slot = slot_of(specimen.notches[i], specimen.size);
     bool inside = true;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // A line on the lip of the slot has nodes.
@@ -129,25 +129,26 @@ std::string range_of_names(const char* kind, std::size_t n) {
   return n == 1 ? fmt::format(", \"{}-0\"", kind) : fmt::format(", \"{0}-0\" to \"{0}-{1}\"", kind, n - 1);
 }
 
-std::string known_names(const Specimen& specimen, const std::vector<Wall>& walls) {
+std::string known_names(const plane::Specimen& specimen, const std::vector<Wall>& walls) {
   const bool is_circle = specimen.outline && specimen.outline->polygon.empty();
   const std::size_t n_edges = !specimen.outline ? 4 : is_circle ? 1 : specimen.outline->polygon.size();
   std::string faces;
-  for (const std::string name : face_names)
+  for (const std::string name : plane::face_names)
     if (name[0] == 'x' || std::ranges::any_of(walls, [&](const Wall& wall) { return has_name(wall, name); }))
       faces += fmt::format("{}\"{}\"", faces.empty() ? "" : ", ", name);
   return faces + range_of_names("edge", n_edges) + range_of_names("hole", specimen.holes.size()) +
          range_of_names("notch", specimen.notches.size());
 }
 
-void check_region(const Boundary& condition, const std::string& key, const Specimen& specimen,
+void check_region(const Boundary& condition, const std::string& key, const plane::Specimen& specimen,
                   const std::vector<Wall>& walls, Findings& findings) {
   if (const auto face = box_face(condition, specimen))
     return check_region_of_box(condition, *face, key, specimen, findings);
-  const Region& region = condition.region;
+  const plane::Region& region = condition.region;
   const double thickness = specimen.size[0];
-  const bool is_side = condition.on == name_of(Face::x_min) || condition.on == name_of(Face::x_max);
-  const double at = condition.on == name_of(Face::x_max) ? thickness : 0;
+  const bool is_side =
+      condition.on == name_of(plane::Face::x_min) || condition.on == name_of(plane::Face::x_max);
+  const double at = condition.on == name_of(plane::Face::x_max) ? thickness : 0;
   const bool is_beside =
       is_side ? region[0].first > at + 1e-9 * thickness || region[0].second < at - 1e-9 * thickness
               : !meets(region[0], 0, thickness);
@@ -172,7 +173,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
     }
   }
   if (!is_known) {
-    const bool is_end = std::ranges::find(face_names, condition.on) != face_names.end();
+    const bool is_end = std::ranges::find(plane::face_names, condition.on) != plane::face_names.end();
     findings.report(key + ".on", "{}; give one of {}",
                     is_end ? fmt::format("no edge of the outline lies at {}", condition.on)
                            : fmt::format("\"{}\" is not known", shortened(condition.on)),
@@ -192,20 +193,21 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
 }
 
 /// True if two conditions act on a common part of a box's faces, or of its walls.
-bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& specimen,
+bool have_common_part(const Boundary& a, const Boundary& b, const plane::Specimen& specimen,
                       const std::vector<Wall>& walls) {
   const auto face = box_face(a, specimen);
   const auto other_face = box_face(b, specimen);
   if (face || other_face) {
     if (face != other_face) return false;
-    const Region part = part_of_face(a, *face, specimen.size);
-    const Region other = part_of_face(b, *face, specimen.size);
+    const plane::Region part = part_of_face(a, *face, specimen.size);
+    const plane::Region other = part_of_face(b, *face, specimen.size);
     const auto normal = static_cast<std::size_t>(axis_of(*face));
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (axis != normal && !overlap(part[axis], other[axis], 0)) return false;
     return true;
   }
-  if (!overlap(a.region[0], b.region[0], 0) && a.on != name_of(Face::x_min) && a.on != name_of(Face::x_max))
+  if (!overlap(a.region[0], b.region[0], 0) && a.on != name_of(plane::Face::x_min) &&
+      a.on != name_of(plane::Face::x_max))
     return false;
   if (a.on.starts_with("x-") || b.on.starts_with("x-"))
     return a.on == b.on && overlap(a.region[1], b.region[1], 0) && overlap(a.region[2], b.region[2], 0);
@@ -286,7 +288,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
                       "the body has no boundary condition; give at least one [[boundary]] or [[load]] table");
     return;
   }
-  const Specimen& specimen = parameters.specimen;
+  const plane::Specimen& specimen = parameters.specimen;
   const bool size_known = is_box(specimen) ? size_is_known(findings) : specimen.shape.has_value();
   const std::vector<Wall> walls =
       size_known && !findings.faulty("specimen.notch") ? walls_of(shape_of(specimen)) : std::vector<Wall>{};

@@ -11,13 +11,13 @@ std::string boundary_key(std::size_t i) {
   return fmt::format("boundary[{}]", i);
 }
 
-std::optional<Face> box_face(const Boundary& condition, const Specimen& specimen) {
+std::optional<plane::Face> box_face(const Boundary& condition, const plane::Specimen& specimen) {
   if (!is_box(specimen)) return {};
-  for (std::size_t i = 0; i < box_edges.size(); ++i)
-    if (condition.on == fmt::format("edge-{}", i)) return box_edges[i];
-  const auto found = std::ranges::find(face_names, condition.on);
-  if (found == face_names.end()) return {};
-  return static_cast<Face>(found - face_names.begin());
+  for (std::size_t i = 0; i < plane::box_edges.size(); ++i)
+    if (condition.on == fmt::format("edge-{}", i)) return plane::box_edges[i];
+  const auto found = std::ranges::find(plane::face_names, condition.on);
+  if (found == plane::face_names.end()) return {};
+  return static_cast<plane::Face>(found - plane::face_names.begin());
 }
 
 std::vector<Wall> walls_of(const plane::Shape& shape) {
@@ -30,7 +30,7 @@ std::vector<Wall> walls_of(const plane::Shape& shape) {
   return walls;
 }
 
-std::optional<std::pair<double, double>> share_in(const Wall& wall, const Region& region) {
+std::optional<std::pair<double, double>> share_in(const Wall& wall, const plane::Region& region) {
   double first = 0;
   double last = 1;
   for (std::size_t i = 0; i < 2; ++i) {
@@ -50,8 +50,8 @@ std::optional<std::pair<double, double>> share_in(const Wall& wall, const Region
   return std::pair{first, last};
 }
 
-Region part_of_face(const Boundary& condition, Face face, const Vector& size) {
-  Region part;
+plane::Region part_of_face(const Boundary& condition, plane::Face face, const Vector& size) {
+  plane::Region part;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     part[axis] = {std::max(condition.region[axis].first, 0.0),
                   std::min(condition.region[axis].second, size[axis])};

@@ -19,11 +19,11 @@ inline bool prescribes_motion(const Boundary& condition) {
 }
 
 /// The box face on which a condition acts; empty if its name is that of something else.
-std::optional<Face> box_face(const Boundary& condition, const Specimen& specimen);
+std::optional<plane::Face> box_face(const Boundary& condition, const plane::Specimen& specimen);
 
 /// The part of its face on which a condition acts; along the face's normal both limits are the face's
 /// position.
-Region part_of_face(const Boundary& condition, Face face, const Vector& size);
+plane::Region part_of_face(const Boundary& condition, plane::Face face, const Vector& size);
 
 /// A wall through the thickness as a segment in the plane of the plate.
 struct Wall {
@@ -35,6 +35,6 @@ std::vector<Wall> walls_of(const plane::Shape& shape);
 bool has_name(const Wall& wall, const std::string& name);
 
 /// The part of a wall inside a region, as an interval of its length; empty if there is none.
-std::optional<std::pair<double, double>> share_in(const Wall& wall, const Region& region);
+std::optional<std::pair<double, double>> share_in(const Wall& wall, const plane::Region& region);
 
 }  // namespace crackle::input

@@ -22,7 +22,8 @@ const char* extent_name(int axis) {
   return axis == 0 ? "thickness" : axis == 1 ? "width" : "length";
 }
 
-void check_notch_in_body(const Notch& notch, const std::string& key, const Vector& size, Findings& findings) {
+void check_notch_in_body(const plane::Notch& notch, const std::string& key, const Vector& size,
+                         Findings& findings) {
   const int depth_axis = axis_of(notch.face);
   const int axis = position_axis(notch.face);
   const double depth_extent = size[index(depth_axis)];
@@ -48,14 +49,14 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
 
 /// The extent that a notch's crack can reach along the axis of its depth: from the tip to the opposite face,
 /// as it can pass another notch.
-std::pair<double, double> reach_of(const Notch& notch, const Vector& size) {
+std::pair<double, double> reach_of(const plane::Notch& notch, const Vector& size) {
   const double extent = size[index(axis_of(notch.face))];
   return is_upper(notch.face) ? std::pair{0.0, extent - notch.depth} : std::pair{notch.depth, extent};
 }
 
 /// The extents that notch cracks advancing along an axis can reach, for advice: "between 6 mm and 24.5 mm
 /// (specimen.notch[0])", each extent once; empty if there are none.
-std::string describe_ligaments(const Specimen& specimen, int axis) {
+std::string describe_ligaments(const plane::Specimen& specimen, int axis) {
   constexpr std::size_t max_shown = 4;
   std::vector<std::string> extents;
   std::string text;
@@ -72,9 +73,9 @@ std::string describe_ligaments(const Specimen& specimen, int axis) {
   return text;
 }
 
-bool can_arrive(const Specimen& specimen, int axis, double position) {
+bool can_arrive(const plane::Specimen& specimen, int axis, double position) {
   const double gap = touching * specimen.size[index(axis)];
-  return std::ranges::any_of(specimen.notches, [&](const Notch& notch) {
+  return std::ranges::any_of(specimen.notches, [&](const plane::Notch& notch) {
     if (axis_of(notch.face) != axis) return false;
     const auto [from, to] = reach_of(notch, specimen.size);
     return position > from + gap && position < to - gap;
@@ -83,7 +84,7 @@ bool can_arrive(const Specimen& specimen, int axis, double position) {
 
 /// @param is_draw parameters of a single sample; unreachable sections are allowed and have no crossings
 void check_sections_along(int axis, const std::vector<double>& positions, const std::string& name,
-                          const Specimen& specimen, bool is_draw, Findings& findings) {
+                          const plane::Specimen& specimen, bool is_draw, Findings& findings) {
   const auto [lower, upper] = bounds_of(specimen)[index(axis)];
   const bool has_size = size_is_known(findings);
   // A body without notches has no crack paths, so its sections are not checked.
@@ -116,7 +117,7 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
 }
 
 /// True if a part of the line, more than a point, lies inside the body's box.
-bool meets_box(const SectionLine& line, const Region& bounds) {
+bool meets_box(const SectionLine& line, const plane::Region& bounds) {
   double first = 0, last = 1;  // part of the line, as shares of its length
   for (std::size_t k = 0; k < 2; ++k) {
     const double start = line.from[k], way = line.to[k] - start;
@@ -131,7 +132,7 @@ bool meets_box(const SectionLine& line, const Region& bounds) {
   return first < last;
 }
 
-void check_line(const SectionLine& line, const std::string& key, const Specimen& specimen,
+void check_line(const SectionLine& line, const std::string& key, const plane::Specimen& specimen,
                 Findings& findings) {
   if (findings.faulty(key)) return;
   const auto point = [](const std::array<double, 2>& p) {
@@ -214,12 +215,12 @@ void check_sections(const Parameters& parameters, Findings& findings) {
     check_line(sections.lines[i], fmt::format("sections.line[{}]", i), parameters.specimen, findings);
 }
 
-std::vector<std::string> section_warnings(const Parameters& parameters) {
-  const Specimen& specimen = parameters.specimen;
+std::vector<std::string> section_warnings(const Study& study) {
+  const plane::Specimen& specimen = study.specimen;
   std::vector<std::string> warnings;
   const bool has_slots =
-      std::ranges::any_of(specimen.notches, [](const Notch& one) { return one.slot.has_value(); });
-  if (is_box(specimen) || has_slots || parameters.draw) return {};
+      std::ranges::any_of(specimen.notches, [](const plane::Notch& one) { return one.slot.has_value(); });
+  if (is_box(specimen) || has_slots || study.draw) return {};
   const auto look = [&](int axis, const char* name, const std::vector<double>& positions) {
     const std::string ligaments = describe_ligaments(specimen, axis);
     for (std::size_t i = 0; i < positions.size(); ++i)
@@ -229,8 +230,8 @@ std::vector<std::string> section_warnings(const Parameters& parameters) {
             "notches have their ligaments {}",
             name, i, show(positions[i]), ligaments));
   };
-  look(1, "y", parameters.sections.y);
-  look(2, "z", parameters.sections.z);
+  look(1, "y", study.sections.y);
+  look(2, "z", study.sections.z);
   return warnings;
 }
 
@@ -309,7 +310,7 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
   if (by_means.strength > 0 || fracture.length > 0) return;
   // At a smooth surface the threshold that follows from a toughness is that of the spacing.
   for (std::size_t i = 0; i < parameters.specimen.notches.size(); ++i)
-    if (const auto& slot = parameters.specimen.notches[i].slot; slot && slot->end == SlotEnd::round)
+    if (const auto& slot = parameters.specimen.notches[i].slot; slot && slot->end == plane::SlotEnd::round)
       findings.report("fracture.toughness",
                       "does not say when a crack starts at the round end of {}, a smooth surface; give "
                       "fracture.strength, too",

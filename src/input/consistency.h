@@ -16,14 +16,11 @@ struct Wall;
 /// Sides and planes closer than this share of the body's size count as touching.
 inline constexpr double touching = 1e-6;
 
-/// True if two slots of a box overlap, or come as close as `near` [m] along each axis.
-bool meet(const Region& slot, const Region& other, const Vector& near);
-
 /// True if the extent of the body is valid.
 bool size_is_known(const Findings& findings);
 
-/// True if input::shape_of is defined. Call after complete_specimen and check_specimen.
-bool shape_is_known(const Specimen& specimen, const Findings& findings);
+/// True if plane::shape_of is defined. Call after complete_specimen and check_specimen.
+bool shape_is_known(const plane::Specimen& specimen, const Findings& findings);
 
 /// Checks that the keys of the specimen are consistent, and derives the size of an outline and the shape of a
 /// body other than a box. Call before the checks.
@@ -48,15 +45,14 @@ void check_mesh(const Parameters& parameters, Findings& findings);
 void check_sections(const Parameters& parameters, Findings& findings);
 /// Warnings about sections outside the ligaments of all notches of a body with holes, whose cracks may reach
 /// them: one sentence each.
-std::vector<std::string> section_warnings(const Parameters& parameters);
+std::vector<std::string> section_warnings(const Study& study);
 void check_fracture(const Parameters& parameters, Findings& findings);
 void check_boundaries(const Parameters& parameters, Findings& findings);
 /// Reports a load that acts only where motions are prescribed in its direction.
 /// @param walls of the body
-void check_idle_load(const Parameters& parameters, std::size_t i, const std::vector<Wall>& walls,
-                     Findings& findings);
+void check_idle_load(const Model& model, std::size_t i, const std::vector<Wall>& walls, Findings& findings);
 /// Warnings about loads that act in part where a motion is prescribed in their direction: one sentence each.
-std::vector<std::string> idle_load_warnings(const Parameters& parameters);
+std::vector<std::string> idle_load_warnings(const Model& model);
 void check_initial_stresses(const Parameters& parameters, Findings& findings);
 void check_loads(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);

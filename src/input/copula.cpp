@@ -8,24 +8,24 @@
 
 namespace crackle::input {
 
-std::vector<std::vector<double>> copula(const Parameters& parameters) {
-  const std::size_t n = parameters.random.size();
+std::vector<std::vector<double>> copula(const Study& study) {
+  const std::size_t n = study.random.size();
   std::vector<std::vector<double>> matrix(n, std::vector<double>(n, 0));
   for (std::size_t i = 0; i < n; ++i) matrix[i][i] = 1;
   const auto number_of = [&](const std::string& key) {
-    const auto found = std::ranges::find(parameters.random, key, &RandomInput::key);
-    return static_cast<std::size_t>(found - parameters.random.begin());
+    const auto found = std::ranges::find(study.random, key, &RandomInput::key);
+    return static_cast<std::size_t>(found - study.random.begin());
   };
-  for (const auto& [between, rank] : parameters.correlations) {
+  for (const auto& [between, rank] : study.correlations) {
     const std::size_t i = number_of(between[0]), k = number_of(between[1]);
     matrix[i][k] = matrix[k][i] = 2 * std::sin(std::numbers::pi * rank / 6);
   }
   return matrix;
 }
 
-std::vector<std::vector<double>> copula_factor(const Parameters& parameters) {
+std::vector<std::vector<double>> copula_factor(const Study& study) {
   constexpr double least_pivot = 1e-10;
-  std::vector<std::vector<double>> factor = copula(parameters);
+  std::vector<std::vector<double>> factor = copula(study);
   for (std::size_t i = 0; i < factor.size(); ++i)
     for (std::size_t k = 0; k < factor.size(); ++k) {
       if (k > i) {

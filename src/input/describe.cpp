@@ -22,7 +22,7 @@ Affects affects_in(const Parameters& parameters, const Key& key, std::size_t i) 
       !parameters.random.empty() && parameters.ensemble.plan == SamplingPlan::latin_hypercube;
   if (key.affects == Affects::layers) return has_layers ? Affects::draws : Affects::run;
   if (key.affects != Affects::place) return key.affects;
-  return parameters.boundaries.at(i).region == everywhere ? Affects::sample : Affects::points;
+  return parameters.boundaries.at(i).region == plane::everywhere ? Affects::sample : Affects::points;
 }
 
 /// The keys with what they affect.

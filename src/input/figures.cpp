@@ -32,7 +32,7 @@ double best_quality(double angle) {
 
 /// Points where a region's limits of y or z cross an ellipse, within its limits of the other coordinate. Uses
 /// only square roots, like plane::arc.
-Polygon limits_on(const Ellipse& curve, const Region& region) {
+Polygon limits_on(const Ellipse& curve, const plane::Region& region) {
   Polygon places;
   for (std::size_t i = 0; i < 2; ++i)
     for (const double limit : {region[i + 1].first, region[i + 1].second}) {
@@ -60,13 +60,13 @@ constexpr double same_share = 1e-6;
 }  // namespace
 
 MeshSpacing::MeshSpacing(const Parameters& parameters) : mesh_(parameters.mesh) {
-  for (const Notch& notch : parameters.specimen.notches) {
+  for (const plane::Notch& notch : parameters.specimen.notches) {
     const double radius = notch.height / 2;
     if (notch.slot) {
       tips_.push_back({notch.slot->from, radius});
       tips_.push_back({notch.slot->to, radius});
     } else {
-      const Region slot = slot_of(notch, parameters.specimen.size);
+      const plane::Region slot = slot_of(notch, parameters.specimen.size);
       const auto [lower, upper] = slot[index(axis_of(notch.face))];
       Point tip{};
       tip[index(axis_of(notch.face)) - 1] = is_upper(notch.face) ? lower : upper;
@@ -125,7 +125,7 @@ Polygon ShapeBuilder::ellipse(const Ellipse& curve, const std::string& name) con
     }
   }
   if (name.starts_with("region")) return corners;
-  for (const MaterialRegion& region : parameters_.specimen.regions)
+  for (const plane::MaterialRegion& region : parameters_.specimen.regions)
     for (const Point& place : intersections(corners, region.outline)) {
       insert_vertex(corners, place, stays);
       stays.push_back(place);
@@ -133,7 +133,7 @@ Polygon ShapeBuilder::ellipse(const Ellipse& curve, const std::string& name) con
   return corners;
 }
 
-std::optional<Polygon> ShapeBuilder::outline(const Hole& figure, const std::string& key,
+std::optional<Polygon> ShapeBuilder::outline(const plane::Hole& figure, const std::string& key,
                                              const std::string& name, Findings& findings) const {
   if (findings.faulty(key)) return {};
   if (figure.polygon.empty()) {

@@ -55,8 +55,8 @@ public:
   /// The outline of a figure; empty if a key is faulty, or for a polygon that intersects itself, which is
   /// reported.
   /// @param key of its table
-  std::optional<plane::Polygon> outline(const Hole& figure, const std::string& key, const std::string& name,
-                                        Findings& findings) const;
+  std::optional<plane::Polygon> outline(const plane::Hole& figure, const std::string& key,
+                                        const std::string& name, Findings& findings) const;
 
 private:
   const Parameters& parameters_;

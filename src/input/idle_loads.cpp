@@ -30,15 +30,16 @@ double share_within(const std::pair<double, double>& part, const std::pair<doubl
 
 /// The share of the area on which a load acts that is also a motion's; of a line the share of its length.
 /// Notches and holes in a face are neglected.
-double share_driven(const Boundary& load, const Boundary& motion, const Specimen& specimen,
+double share_driven(const Boundary& load, const Boundary& motion, const plane::Specimen& specimen,
                     const std::vector<Wall>& walls) {
   const auto face = box_face(load, specimen);
   const bool is_side = load.on.starts_with("x-");
   if (face || is_side) {
     if (face ? face != box_face(motion, specimen) : load.on != motion.on) return 0;
-    const Face of = face.value_or(load.on == name_of(Face::x_min) ? Face::x_min : Face::x_max);
-    const Region part = part_of_face(load, of, specimen.size);
-    const Region other = part_of_face(motion, of, specimen.size);
+    const plane::Face of =
+        face.value_or(load.on == name_of(plane::Face::x_min) ? plane::Face::x_min : plane::Face::x_max);
+    const plane::Region part = part_of_face(load, of, specimen.size);
+    const plane::Region other = part_of_face(motion, of, specimen.size);
     double share = 1;
     for (std::size_t axis = 0; axis < 3; ++axis) share *= share_within(part[axis], other[axis]);
     return share;
@@ -85,19 +86,18 @@ struct IdleLoad {
   bool is_all = true;  ///< along every axis on which the load acts
 };
 
-std::optional<IdleLoad> idle_load(const Parameters& parameters, std::size_t i,
-                                  const std::vector<Wall>& walls) {
-  const Boundary& load = parameters.boundaries[i];
+std::optional<IdleLoad> idle_load(const Model& model, std::size_t i, const std::vector<Wall>& walls) {
+  const Boundary& load = model.boundaries[i];
   if (traits(load.kind).action != Action::load) return {};
   IdleLoad idle;
   const auto acts = axes_of_load(load, walls);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!acts[axis]) continue;
     double greatest = 0;
-    for (std::size_t j = 0; j < parameters.boundaries.size(); ++j) {
-      const Boundary& motion = parameters.boundaries[j];
+    for (std::size_t j = 0; j < model.boundaries.size(); ++j) {
+      const Boundary& motion = model.boundaries[j];
       if (!prescribes_motion(motion) || !motion.components[axis]) continue;
-      const double share = share_driven(load, motion, parameters.specimen, walls);
+      const double share = share_driven(load, motion, model.specimen, walls);
       if (share > idle.share) idle = {share, j, axis, idle.is_all};
       greatest = std::max(greatest, share);
     }
@@ -108,26 +108,25 @@ std::optional<IdleLoad> idle_load(const Parameters& parameters, std::size_t i,
 
 }  // namespace
 
-void check_idle_load(const Parameters& parameters, std::size_t i, const std::vector<Wall>& walls,
-                     Findings& findings) {
-  const auto idle = idle_load(parameters, i, walls);
+void check_idle_load(const Model& model, std::size_t i, const std::vector<Wall>& walls, Findings& findings) {
+  const auto idle = idle_load(model, i, walls);
   if (!idle || !idle->is_all || findings.faulty(boundary_key(idle->motion))) return;
   findings.report(boundary_key(i),
                   "its {} acts only where {} prescribes the motion in {}, so that the body does not feel it; "
                   "leave one of the two out, or move it",
-                  name_of(parameters.boundaries[i].kind), boundary_key(idle->motion), axis_names[idle->axis]);
+                  name_of(model.boundaries[i].kind), boundary_key(idle->motion), axis_names[idle->axis]);
 }
 
-std::vector<std::string> idle_load_warnings(const Parameters& parameters) {
-  const std::vector<Wall> walls = walls_of(shape_of(parameters.specimen));
+std::vector<std::string> idle_load_warnings(const Model& model) {
+  const std::vector<Wall> walls = walls_of(shape_of(model.specimen));
   std::vector<std::string> warnings;
-  for (std::size_t i = 0; i < parameters.boundaries.size(); ++i)
-    if (const auto idle = idle_load(parameters, i, walls); idle && idle->share > slight_overlap)
+  for (std::size_t i = 0; i < model.boundaries.size(); ++i)
+    if (const auto idle = idle_load(model, i, walls); idle && idle->share > slight_overlap)
       warnings.push_back(fmt::format(
           "{:.0f} % of the {} of {} act where {} prescribes the motion in {}, so that the body does not feel "
           "them along that axis; separate the two",
-          100 * idle->share, name_of(parameters.boundaries[i].kind), boundary_key(i),
-          boundary_key(idle->motion), axis_names[idle->axis]));
+          100 * idle->share, name_of(model.boundaries[i].kind), boundary_key(i), boundary_key(idle->motion),
+          axis_names[idle->axis]));
   return warnings;
 }
 

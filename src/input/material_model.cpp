@@ -3,16 +3,16 @@
 
 namespace crackle::input {
 
-MaterialModel::MaterialModel(const Parameters& parameters)
-    : seed(parameters.ensemble.seed),
-      materials(parameters.materials),
-      fracture(parameters.fracture),
-      interfaces(parameters.interfaces),
-      maps_stiffness(parameters.maps_stiffness()),
-      maps_strength(parameters.maps_strength()),
-      initial_stresses(parameters.initial_stresses),
-      bounds(bounds_of(parameters.specimen)) {
-  for (std::size_t m = 0; m < materials.size(); ++m) of_material.push_back(parameters.fracture_of(m));
+MaterialModel::MaterialModel(const Model& model)
+    : seed(model.seed),
+      materials(model.materials),
+      fracture(model.fracture),
+      interfaces(model.interfaces),
+      maps_stiffness(model.maps_stiffness()),
+      maps_strength(model.maps_strength()),
+      initial_stresses(model.initial_stresses),
+      bounds(bounds_of(model.specimen)) {
+  for (std::size_t m = 0; m < materials.size(); ++m) of_material.push_back(model.fracture_of(m));
 }
 
 }  // namespace crackle::input

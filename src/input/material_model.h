@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace crackle::input {
 /// What the input says on the materials of a body: stiffness, density, stress from the start, how they break
 /// and how they vary. All that the fracture of a sample depends on, but for its mesh and its loads.
 struct MaterialModel {
-  MaterialModel(const Parameters& parameters);
+  MaterialModel(const Model& model);
 
   std::uint64_t seed;                 ///< of random fields
   std::vector<Material> materials;    ///< the first one fills the body outside the regions
@@ -21,7 +21,7 @@ struct MaterialModel {
   std::vector<Interface> interfaces;
   bool maps_stiffness, maps_strength;
   std::vector<InitialStress> initial_stresses;
-  Region bounds;  ///< of the body, along which these change
+  plane::Region bounds;  ///< of the body, along which these change
 
   /// The material of a uniform body; in others the one outside the regions.
   const Material& material() const { return materials.front(); }

@@ -29,7 +29,7 @@ double rounded_down(double value) {
 }
 
 /// Area of the intersection of a shape and a box [m^2].
-double common_area(const plane::Shape& shape, const Region& box) {
+double common_area(const plane::Shape& shape, const plane::Region& box) {
   const plane::Bounds bounds = plane::bounds_of(shape.loops.front().corners);
   plane::Point lower{};
   plane::Point upper{};
@@ -42,7 +42,7 @@ double common_area(const plane::Shape& shape, const Region& box) {
 }
 
 /// Volume of the body in a box [m^3].
-double material_volume(const Specimen& specimen, const Region& box) {
+double material_volume(const plane::Specimen& specimen, const plane::Region& box) {
   const double thickness = std::min(box[0].second, specimen.size[0]) - std::max(box[0].first, 0.0);
   return std::max(0.0, thickness) * common_area(shape_of(specimen), box);
 }
@@ -116,7 +116,7 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
                     show(parameters.mesh.spacing));
   if (findings.faulty(key) || !size_is_known(findings)) return;
   const Vector& size = parameters.specimen.size;
-  const Region bounds = bounds_of(parameters.specimen);
+  const plane::Region bounds = bounds_of(parameters.specimen);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto [lower, upper] = region.box[axis];
     const auto [first, last] = bounds[axis];
@@ -158,7 +158,7 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
     return;
   }
   if (!shape_is_known(parameters.specimen, findings)) return;
-  check_number(mesh, mesh.spacing, material_volume(parameters.specimen, everywhere), "mesh.spacing",
+  check_number(mesh, mesh.spacing, material_volume(parameters.specimen, plane::everywhere), "mesh.spacing",
                findings);
   if (findings.faulty("mesh")) return;
   check_softening(parameters, findings);

@@ -35,13 +35,13 @@ Key governing_key() {
           [=](const Source& source, Parameters& parameters, std::size_t) {
             if (source.value.kind == ValueKind::integer) {
               if (const auto number = read_integer(source, 0, max_conditions))
-                parameters.output.governing = static_cast<int>(*number);
+                parameters.governing = static_cast<int>(*number);
             } else if (const auto name = read_text(source, form)) {
-              parameters.output.governing = *name;
+              parameters.governing = *name;
             }
           },
           [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            const auto& governing = parameters.output.governing;
+            const auto& governing = parameters.governing;
             if (const auto* const number = std::get_if<int>(&governing)) return fmt::format("{}", *number);
             if (const auto* const name = std::get_if<std::string>(&governing)) return *name;
             return {};
@@ -62,8 +62,8 @@ bool in_shape(const plane::Shape& shape, const plane::Point& p, double slack) {
 }
 
 /// Why a point is not in the body; empty if it is.
-std::optional<std::string> reason_outside(const Specimen& specimen, const Vector& p) {
-  const Region bounds = bounds_of(specimen);
+std::optional<std::string> reason_outside(const plane::Specimen& specimen, const Vector& p) {
+  const plane::Region bounds = bounds_of(specimen);
   double extent = 0;
   for (const auto& [lower, upper] : bounds) extent = std::max(extent, upper - lower);
   const double slack = 1e-9 * extent;
@@ -78,7 +78,7 @@ std::optional<std::string> reason_outside(const Specimen& specimen, const Vector
     return "the position is outside the body, or in a hole or a notch; give one in the material";
   }
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
-    const Region slot = slot_of(specimen.notches[i], specimen.size);
+    const plane::Region slot = slot_of(specimen.notches[i], specimen.size);
     bool is_inside = true;
     for (std::size_t axis = 1; axis < 3; ++axis)
       is_inside = is_inside && p[axis] > slot[axis].first + slack && p[axis] < slot[axis].second - slack;
@@ -99,7 +99,7 @@ std::string known_conditions(const std::vector<Boundary>& conditions) {
 }
 
 void check_governing(const Parameters& parameters, Findings& findings) {
-  const auto& governing = parameters.output.governing;
+  const auto& governing = parameters.governing;
   const std::vector<Boundary>& conditions = parameters.boundaries;
   if (findings.faulty("output.governing") || findings.faulty("boundary") || conditions.empty()) return;
   if (const auto* const number = std::get_if<int>(&governing);

@@ -46,9 +46,9 @@ std::string mega_is_meant(double stress, double least, double greatest) {
   return fmt::format("; did you mean {}? mPa is millipascal, MPa megapascal", shown_stress(meant));
 }
 
-std::string of_modulus(const Parameters& parameters, std::size_t number) {
-  const double modulus = parameters.materials[number].youngs_modulus;
-  const std::string key = material_key(parameters.materials, number);
+std::string of_modulus(const Model& model, std::size_t number) {
+  const double modulus = model.materials[number].youngs_modulus;
+  const std::string key = material_key(model.materials, number);
   if (modulus < softest)
     return fmt::format("{}.youngs_modulus = {} is softer than rubber, like a gel{}", key,
                        shown_stress(modulus), mega_is_meant(modulus, 100 * softest, stiffest));
@@ -57,21 +57,21 @@ std::string of_modulus(const Parameters& parameters, std::size_t number) {
   return {};
 }
 
-std::string of_density(const Parameters& parameters, std::size_t number) {
-  const double density = parameters.materials[number].density;
+std::string of_density(const Model& model, std::size_t number) {
+  const double density = model.materials[number].density;
   if (density >= lightest && density <= heaviest) return {};
   const double meant = 1000 * density;
   return fmt::format(
-      "{}.density = {:.4g} kg/m^3 is {} than any solid{}", material_key(parameters.materials, number),
-      density, density < lightest ? "lighter" : "heavier",
+      "{}.density = {:.4g} kg/m^3 is {} than any solid{}", material_key(model.materials, number), density,
+      density < lightest ? "lighter" : "heavier",
       density < lightest && meant <= heaviest
           ? fmt::format("; did you mean {:.4g} g/cm^3, which is {:.4g} kg/m^3?", density, meant)
           : "");
 }
 
 /// Key of a material's value: that of the material or that of [fracture].
-std::string key_of(const Parameters& parameters, std::size_t number, double own, const char* name) {
-  return fmt::format("{}.{}", own > 0 ? material_key(parameters.materials, number) : "fracture", name);
+std::string key_of(const Model& model, std::size_t number, double own, const char* name) {
+  return fmt::format("{}.{}", own > 0 ? material_key(model.materials, number) : "fracture", name);
 }
 
 /// What is wrong with strains of a tenth and more.
@@ -95,18 +95,18 @@ std::string of_strength(double strength, double modulus, const std::string& key)
   return {};
 }
 
-std::string of_strength(const Parameters& parameters, std::size_t number) {
-  const Material& material = parameters.materials[number];
-  return of_strength(parameters.fracture_of(number).strength, material.youngs_modulus,
-                     key_of(parameters, number, material.strength, "strength"));
+std::string of_strength(const Model& model, std::size_t number) {
+  const Material& material = model.materials[number];
+  return of_strength(model.fracture_of(number).strength, material.youngs_modulus,
+                     key_of(model, number, material.strength, "strength"));
 }
 
 /// A toughness corresponds to a strength of about sqrt(toughness * modulus / spacing), highest where the mesh
 /// is finest.
 /// @param given the key and its value, such as "fracture.toughness = 90 J/m^2"
-std::string of_toughness(const Parameters& parameters, double toughness, double modulus,
-                         const std::string& given, const char* units) {
-  const double radius = parameters.fracture.length;
+std::string of_toughness(const Model& model, double toughness, double modulus, const std::string& given,
+                         const char* units) {
+  const double radius = model.fracture.length;
   const auto strength_at = [&](double spacing) {
     return std::sqrt(toughness * modulus / (radius > 0 ? spacings_per_radius * radius : spacing));
   };
@@ -114,7 +114,7 @@ std::string of_toughness(const Parameters& parameters, double toughness, double 
     return radius > 0 ? fmt::format("with an averaging length of {}", show(radius))
                       : fmt::format("at a spacing of {}", show(spacing));
   };
-  const double finest = parameters.mesh.finest_spacing(), coarsest = parameters.mesh.spacing;
+  const double finest = model.mesh.finest_spacing(), coarsest = model.mesh.spacing;
   if (const double strength = strength_at(finest); strength > ideal_strength * modulus)
     return fmt::format("{} needs stresses of about {} {}, {}{}", given, shown_stress(strength), where(finest),
                        over_a_tenth(strength, modulus),
@@ -127,9 +127,9 @@ std::string of_toughness(const Parameters& parameters, double toughness, double 
 
 constexpr const char* units_of_toughness = "1 J/mm^2 is a million J/m^2, 1 N/mm a thousand";
 
-std::string of_toughness(const Parameters& parameters, std::size_t number) {
-  const Fracture fracture = parameters.fracture_of(number);
-  const Material& material = parameters.materials[number];
+std::string of_toughness(const Model& model, std::size_t number) {
+  const Fracture fracture = model.fracture_of(number);
+  const Material& material = model.materials[number];
   if (fracture.toughness == 0 || fracture.softens()) return {};
   const double own_intensity = material.fracture_toughness;
   const double intensity = own_intensity > 0        ? own_intensity
@@ -137,64 +137,64 @@ std::string of_toughness(const Parameters& parameters, std::size_t number) {
                                                     : fracture.fracture_toughness;
   const bool by_intensity = intensity > 0;
   const std::string given =
-      by_intensity ? fmt::format("{} = {}", key_of(parameters, number, own_intensity, "fracture_toughness"),
+      by_intensity ? fmt::format("{} = {}", key_of(model, number, own_intensity, "fracture_toughness"),
                                  format_quantity(intensity, stress_intensity_dimension))
-                   : fmt::format("{} = {}", key_of(parameters, number, material.toughness, "toughness"),
+                   : fmt::format("{} = {}", key_of(model, number, material.toughness, "toughness"),
                                  quantity_text(fracture.toughness, "J/m^2"));
-  return of_toughness(parameters, fracture.toughness, material.youngs_modulus, given,
+  return of_toughness(model, fracture.toughness, material.youngs_modulus, given,
                       by_intensity ? "1 MPa m^0.5 is 31.6 N/mm^1.5" : units_of_toughness);
 }
 
 /// @param add receives the warnings
 template <class Add>
-void look_at_interface(const Parameters& parameters, std::size_t number, Add&& add) {
-  const Interface& interface = parameters.interfaces[number];
+void look_at_interface(const Model& model, std::size_t number, Add&& add) {
+  const Interface& interface = model.interfaces[number];
   const std::string key = fmt::format("interface[{}]", number);
   double modulus = infinity;  // of the softer material
-  const auto pair = parameters.interface_pairs()[number];
+  const auto pair = model.interface_pairs()[number];
   for (const int m : pair)
-    modulus = std::min(modulus, parameters.materials[static_cast<std::size_t>(m)].youngs_modulus);
+    modulus = std::min(modulus, model.materials[static_cast<std::size_t>(m)].youngs_modulus);
   add(of_strength(interface.strength, modulus, key + ".strength"));
-  if (interface.toughness > 0 && !parameters.fracture.softens())
-    add(of_toughness(parameters, interface.toughness, modulus,
+  if (interface.toughness > 0 && !model.fracture.softens())
+    add(of_toughness(model, interface.toughness, modulus,
                      fmt::format("{}.toughness = {}", key, quantity_text(interface.toughness, "J/m^2")),
                      units_of_toughness));
 }
 
 /// Under a stress of twice the strength a tetrahedron breaks after impulse / strength^exponent.
-std::string of_impulse(const Parameters& parameters, std::size_t number) {
-  const Fracture fracture = parameters.fracture_of(number);
-  const Material& material = parameters.materials[number];
+std::string of_impulse(const Model& model, std::size_t number) {
+  const Fracture fracture = model.fracture_of(number);
+  const Material& material = model.materials[number];
   if (fracture.accumulation == Accumulation::step) return {};
-  const double spacing = parameters.mesh.finest_spacing();
+  const double spacing = model.mesh.finest_spacing();
   const double strength =
       fracture.strength > 0
           ? fracture.strength
           : std::sqrt(fracture.toughness * material.youngs_modulus /
                       (fracture.length > 0 ? spacings_per_radius * fracture.length : spacing));
   const double delay = fracture.impulse / std::pow(strength, fracture.exponent);
-  const double duration = parameters.time.duration;
+  const double duration = model.time.duration;
   if (!(delay > long_share * duration)) return {};
   return fmt::format(
       "{} = {} keeps a tetrahedron from breaking for {} at twice its strength of about {}, with a "
       "time.duration of {}: usual impulses are far below 1 % of strength^exponent times the duration",
-      key_of(parameters, number, material.impulse, "impulse"),
+      key_of(model, number, material.impulse, "impulse"),
       format_quantity(fracture.impulse, impulse_dimension(fracture.exponent)), quantity_text(delay, "s"),
       shown_stress(strength), quantity_text(duration, "s"));
 }
 
-std::string of_duration(const Parameters& parameters) {
-  const double speed = slowest_bar_speed(parameters.materials);
-  const Vector& size = parameters.specimen.size;
+std::string of_duration(const Model& model) {
+  const double speed = slowest_bar_speed(model.materials);
+  const Vector& size = model.specimen.size;
   const double transit = std::ranges::max(size) / speed;
-  const double duration = parameters.time.duration;
+  const double duration = model.time.duration;
   if (duration > many_transits * transit)
     return fmt::format("time.duration = {} is {:.2g} times the transit time of a wave along the body, {}{}",
                        quantity_text(duration, "s"), duration / transit, quantity_text(transit, "s"),
                        duration >= 1000 ? "; Ms is megasecond, ms millisecond, us microsecond" : "");
   // From rest a wave may break the body on its way through the thickness.
   const double across = std::min(size[1], size[2]);
-  const double way = parameters.time.start == Start::rest ? std::min(size[0], across) : across;
+  const double way = model.time.start == Start::rest ? std::min(size[0], across) : across;
   if (duration < way / speed)
     return fmt::format(
         "time.duration = {} is shorter than a wave takes across {} of the body, {}, and cracks are slower",
@@ -224,15 +224,15 @@ double prescribed_speed(const Boundary& condition, double duration) {
   return speed * (condition.factor ? condition.factor->largest_magnitude() : 1);
 }
 
-std::string of_release_time(const Parameters& parameters) {
+std::string of_release_time(const Model& model) {
   double release = 0;
-  for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
-    const Fracture fracture = parameters.fracture_of(i);
-    release = std::max(release, fracture.release_speed > 0
-                                    ? parameters.mesh.finest_spacing() / fracture.release_speed
-                                    : fracture.release_time.value_or(0));
+  for (std::size_t i = 0; i < model.materials.size(); ++i) {
+    const Fracture fracture = model.fracture_of(i);
+    release =
+        std::max(release, fracture.release_speed > 0 ? model.mesh.finest_spacing() / fracture.release_speed
+                                                     : fracture.release_time.value_or(0));
   }
-  const double duration = parameters.time.duration;
+  const double duration = model.time.duration;
   if (!(release > long_share * duration)) return {};
   return fmt::format(
       "a release in {} is more than a tenth of time.duration = {}: few tetrahedra lose all of their "
@@ -242,19 +242,19 @@ std::string of_release_time(const Parameters& parameters) {
 
 /// Velocities from rest that strain the body by more than small strains: a wave strains by velocity over
 /// wave speed. A body in free flight is not strained.
-std::string of_speed(const Parameters& parameters) {
-  if (parameters.time.start != Start::rest) return {};
+std::string of_speed(const Model& model) {
+  if (model.time.start != Start::rest) return {};
   double speed = 0;
   bool is_held = false;
-  for (const Boundary& condition : parameters.boundaries) {
+  for (const Boundary& condition : model.boundaries) {
     is_held = is_held || prescribes_motion(condition.kind);
-    speed = std::max(speed, prescribed_speed(condition, parameters.time.duration));
+    speed = std::max(speed, prescribed_speed(condition, model.time.duration));
   }
-  const bool is_strained = is_held || std::ranges::any_of(parameters.loads, [](const BodyLoad& load) {
+  const bool is_strained = is_held || std::ranges::any_of(model.loads, [](const BodyLoad& load) {
                              return load.kind == LoadKind::velocity_gradient;
                            });
-  if (is_strained) speed = std::max(speed, initial_speed(parameters));
-  const double wave = slowest_bar_speed(parameters.materials);
+  if (is_strained) speed = std::max(speed, initial_speed(model));
+  const double wave = slowest_bar_speed(model.materials);
   if (!(speed > fast_share * wave)) return {};
   return fmt::format(
       "a velocity of {} is {:.2g} % of a wave's, {}: it strains the body by as much, beyond the small "
@@ -262,9 +262,9 @@ std::string of_speed(const Parameters& parameters) {
       quantity_text(speed, "m/s"), 100 * speed / wave, quantity_text(wave, "m/s"));
 }
 
-std::string of_reference_volume(const Parameters& parameters) {
-  const auto& variation = parameters.fracture.variation;
-  const Vector& size = parameters.specimen.size;
+std::string of_reference_volume(const Model& model) {
+  const auto& variation = model.fracture.variation;
+  const Vector& size = model.specimen.size;
   const double body = size[0] * size[1] * size[2];
   if (!variation || !(variation->reference_volume > many_bodies * body)) return {};
   return fmt::format(
@@ -275,22 +275,22 @@ std::string of_reference_volume(const Parameters& parameters) {
       std::pow(variation->reference_volume / body, 1 / variation->modulus));
 }
 
-std::string of_output(const Parameters& parameters) {
-  const auto& history = parameters.output.history;
-  if (!history || *history <= parameters.time.duration) return {};
+std::string of_output(const Output& output, const Time& time) {
+  const auto& history = output.history;
+  if (!history || *history <= time.duration) return {};
   return fmt::format("output.history = {} is longer than time.duration = {}", quantity_text(*history, "s"),
-                     quantity_text(parameters.time.duration, "s"));
+                     quantity_text(time.duration, "s"));
 }
 
 /// A material or an interface that is nowhere in the body.
-std::string of_use(const Parameters& parameters) {
-  if (parameters.map && parameters.map->of == MapOf::material) return {};
+std::string of_use(const Model& model) {
+  if (model.map && model.map->of == MapOf::material) return {};
   const auto is_used = [&](const std::string& name) {
-    return name == parameters.material().name ||
-           std::ranges::find(parameters.specimen.regions, name, &MaterialRegion::material) !=
-               parameters.specimen.regions.end();
+    return name == model.material().name ||
+           std::ranges::find(model.specimen.regions, name, &plane::MaterialRegion::material) !=
+               model.specimen.regions.end();
   };
-  for (const Material& material : parameters.materials)
+  for (const Material& material : model.materials)
     if (!is_used(material.name))
       return fmt::format("no [[specimen.region]] consists of the material \"{}\"", material.name);
   return {};
@@ -298,9 +298,9 @@ std::string of_use(const Parameters& parameters) {
 
 }  // namespace
 
-double initial_speed(const Parameters& parameters, bool is_free) {
-  const Region bounds = bounds_of(parameters.specimen);
-  const auto velocities = parameters.initial_velocities();
+double initial_speed(const Model& model, bool is_free) {
+  const plane::Region bounds = bounds_of(model.specimen);
+  const auto velocities = model.initial_velocities();
   const auto velocity_at = [&](const Vector& p) {
     Vector sum{};
     for (const auto& velocity : velocities) sum = sum + velocity.at(p);
@@ -319,7 +319,7 @@ double initial_speed(const Parameters& parameters, bool is_free) {
   return speed;
 }
 
-std::vector<std::string> plausibility_warnings(const Parameters& parameters) {
+std::vector<std::string> plausibility_warnings(const Study& study) {
   std::vector<std::string> warnings;
   // What follows from a doubtful value is not judged.
   const auto add = [&](std::string text) {
@@ -328,21 +328,22 @@ std::vector<std::string> plausibility_warnings(const Parameters& parameters) {
     return true;
   };
   bool moves_as_meant = true;
-  for (std::size_t i = 0; i < parameters.materials.size(); ++i) {
-    const bool is_soft = add(of_modulus(parameters, i)), is_light = add(of_density(parameters, i));
-    const bool is_strong = !is_soft && add(of_strength(parameters, i));
-    const bool is_tough = !is_soft && add(of_toughness(parameters, i));
+  for (std::size_t i = 0; i < study.materials.size(); ++i) {
+    const bool is_soft = add(of_modulus(study, i)), is_light = add(of_density(study, i));
+    const bool is_strong = !is_soft && add(of_strength(study, i));
+    const bool is_tough = !is_soft && add(of_toughness(study, i));
     const bool is_doubtful = is_soft || is_strong || is_tough;
-    if (!is_doubtful) add(of_impulse(parameters, i));
+    if (!is_doubtful) add(of_impulse(study, i));
     moves_as_meant = moves_as_meant && !is_doubtful && !is_light;
   }
-  for (std::size_t i = 0; i < parameters.interfaces.size(); ++i) look_at_interface(parameters, i, add);
+  for (std::size_t i = 0; i < study.interfaces.size(); ++i) look_at_interface(study, i, add);
   if (moves_as_meant)
-    for (const auto warning_on : {of_duration, of_speed}) add(warning_on(parameters));
-  for (const auto warning_on : {of_release_time, of_reference_volume, of_output, of_use})
-    add(warning_on(parameters));
-  for (std::string& text : section_warnings(parameters)) add(std::move(text));
-  for (std::string& text : idle_load_warnings(parameters)) add(std::move(text));
+    for (const auto warning_on : {of_duration, of_speed}) add(warning_on(study));
+  for (const auto warning_on : {of_release_time, of_reference_volume}) add(warning_on(study));
+  add(of_output(study.output, study.time));
+  add(of_use(study));
+  for (std::string& text : section_warnings(study)) add(std::move(text));
+  for (std::string& text : idle_load_warnings(study)) add(std::move(text));
   return warnings;
 }
 

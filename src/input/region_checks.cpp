@@ -3,7 +3,7 @@
 #include "consistency.h"
 #include "dimension.h"
 #include "figures.h"
-#include "input/material_layout.h"
+#include "plane/material_layout.h"
 
 #include <fmt/format.h>
 
@@ -48,7 +48,7 @@ void check_keys(std::size_t i, Findings& findings) {
 }
 
 void check_ranges(const Parameters& parameters, std::size_t i, Findings& findings) {
-  const Region bounds = bounds_of(parameters.specimen);
+  const plane::Region bounds = bounds_of(parameters.specimen);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto [lower, upper] = parameters.specimen.regions[i].box[axis];
     const auto [first, last] = bounds[axis];
@@ -61,7 +61,7 @@ void check_ranges(const Parameters& parameters, std::size_t i, Findings& finding
 }
 
 /// A rectangle. What reaches to an end of the body reaches beyond it.
-Polygon rectangle(const Region& box, const Region& bounds, double near) {
+Polygon rectangle(const plane::Region& box, const plane::Region& bounds, double near) {
   Point lower{}, upper{};
   for (std::size_t i = 0; i < 2; ++i) {
     const auto [first, last] = bounds[i + 1];
@@ -73,8 +73,8 @@ Polygon rectangle(const Region& box, const Region& bounds, double near) {
 }
 
 /// Makes the chords of curves end where they meet the surface or other regions, so that none is short.
-void end_chords_at_meetings(Specimen& specimen) {
-  for (MaterialRegion& region : specimen.regions) {
+void end_chords_at_meetings(plane::Specimen& specimen) {
+  for (plane::MaterialRegion& region : specimen.regions) {
     if (!region.shape || !region.shape->polygon.empty()) continue;
     Polygon places;
     const auto add = [&](const Polygon& other) {
@@ -82,7 +82,7 @@ void end_chords_at_meetings(Specimen& specimen) {
       places.insert(places.end(), found.begin(), found.end());
     };
     for (const plane::Loop& loop : shape_of(specimen).loops) add(loop.corners);
-    for (const MaterialRegion& other : specimen.regions)
+    for (const plane::MaterialRegion& other : specimen.regions)
       if (&other != &region) add(other.outline);
     Polygon stays;
     for (const Point& place : places) {
@@ -93,14 +93,14 @@ void end_chords_at_meetings(Specimen& specimen) {
 }
 
 auto in_region(std::size_t layer, int region) {
-  return [=](const MaterialLayout::Line& line, bool on_left) {
-    return MaterialLayout::region_beside(line, on_left, layer) == region;
+  return [=](const plane::MaterialLayout::Line& line, bool on_left) {
+    return plane::MaterialLayout::region_beside(line, on_left, layer) == region;
   };
 }
 
 /// Reports regions outside the body, and regions of which others leave nothing.
-void check_volumes(const Parameters& parameters, const MaterialLayout& layout, Findings& findings) {
-  const Specimen& specimen = parameters.specimen;
+void check_volumes(const Parameters& parameters, const plane::MaterialLayout& layout, Findings& findings) {
+  const plane::Specimen& specimen = parameters.specimen;
   const Vector& size = specimen.size;
   for (std::size_t i = 0; i < specimen.regions.size(); ++i) {
     if (specimen.regions[i].number == 0) continue;
@@ -109,9 +109,9 @@ void check_volumes(const Parameters& parameters, const MaterialLayout& layout, F
     for (std::size_t layer = 0; layer < layout.n_layers(); ++layer)
       visible += (layout.levels[layer + 1] - layout.levels[layer]) * layout.area(in_region(layer, own));
     if (visible > no_volume * size[0] * size[1] * size[2]) continue;
-    Specimen alone = specimen;
+    plane::Specimen alone = specimen;
     alone.regions = {specimen.regions[i]};
-    const MaterialLayout without_others = material_layout(alone, true);
+    const plane::MaterialLayout without_others = material_layout(alone, true);
     double whole = 0;
     for (std::size_t layer = 0; layer < without_others.n_layers(); ++layer)
       whole += without_others.area(in_region(layer, 0));
@@ -123,7 +123,7 @@ void check_volumes(const Parameters& parameters, const MaterialLayout& layout, F
 }
 
 /// The sharpest corner of a material at a boundary to another one, and the region there.
-std::pair<plane::Corner, int> sharpest_corner(const MaterialLayout& layout) {
+std::pair<plane::Corner, int> sharpest_corner(const plane::MaterialLayout& layout) {
   struct Arm {
     double angle;
     bool has_plate;  ///< to its left, seen from the corner
@@ -131,7 +131,7 @@ std::pair<plane::Corner, int> sharpest_corner(const MaterialLayout& layout) {
   };
   std::map<int, std::vector<Arm>> arms;
   std::map<int, bool> is_inner;
-  for (const MaterialLayout::Line& line : layout.lines)
+  for (const plane::MaterialLayout::Line& line : layout.lines)
     for (std::size_t k = 0; k < 2; ++k) {
       const Point way = layout.corners[index(line.end[1 - k])] - layout.corners[index(line.end[k])];
       arms[line.end[k]].push_back({std::atan2(way[1], way[0]), line.side < 0 || k == 0, line.region});
@@ -155,7 +155,7 @@ std::pair<plane::Corner, int> sharpest_corner(const MaterialLayout& layout) {
 }  // namespace
 
 void make_region_outlines(Parameters& parameters, Findings& findings) {
-  Specimen& specimen = parameters.specimen;
+  plane::Specimen& specimen = parameters.specimen;
   for (std::size_t i = 0; i < specimen.regions.size(); ++i) {
     check_keys(i, findings);
     specimen.regions[i].number =
@@ -163,12 +163,12 @@ void make_region_outlines(Parameters& parameters, Findings& findings) {
     if (!findings.faulty(key_of(i)) && size_is_known(findings)) check_ranges(parameters, i, findings);
   }
   if (findings.faulty("specimen") || !has_spacing(parameters, findings)) return;
-  const Region bounds = bounds_of(specimen);
+  const plane::Region bounds = bounds_of(specimen);
   const ShapeBuilder figures(parameters);
   for (std::size_t i = 0; i < specimen.regions.size(); ++i) {
-    MaterialRegion& region = specimen.regions[i];
+    plane::MaterialRegion& region = specimen.regions[i];
     if (!region.shape)
-      region.outline = rectangle(region.box, bounds, region_merging * std::ranges::max(specimen.size));
+      region.outline = rectangle(region.box, bounds, plane::region_merging * std::ranges::max(specimen.size));
     else if (auto outline = figures.outline(*region.shape, key_of(i), fmt::format("region-{}", i), findings))
       region.outline = std::move(*outline);
     check_chords(key_of(i), region.outline, findings);
@@ -176,7 +176,7 @@ void make_region_outlines(Parameters& parameters, Findings& findings) {
 }
 
 void complete_regions(Parameters& parameters, Findings& findings) {
-  Specimen& specimen = parameters.specimen;
+  plane::Specimen& specimen = parameters.specimen;
   if (specimen.regions.empty() || !has_spacing(parameters, findings) || !shape_is_known(specimen, findings))
     return;
   end_chords_at_meetings(specimen);

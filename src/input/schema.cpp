@@ -12,8 +12,8 @@ namespace crackle::input {
 namespace {
 
 /// Accessor of a member of one of the groups of the parameters, such as `parameters.mesh.spacing`.
-template <class Group, class T>
-Access<T> in(Group Parameters::*group, T Group::*member) {
+template <class Owner, class Group, class T>
+Access<T> in(Group Owner::*group, T Group::*member) {
   return [=](Parameters& parameters, std::size_t) -> T& { return parameters.*group.*member; };
 }
 
@@ -122,9 +122,10 @@ Table ensemble_table() {
                    "number of samples")
            .also_called({"n_samples", "N", "realizations"})
            .that_affects(Affects::layers),
-       integer_key("seed", in(&Parameters::ensemble, &Ensemble::seed), 0,
-                   std::numeric_limits<std::int64_t>::max(), by_default("0"),
-                   "sample i, with its random fields and inputs, depends on (seed, i) only")
+       integer_key<std::uint64_t>(
+           "seed", [](Parameters & parameters, std::size_t) -> auto& { return parameters.seed; }, 0,
+           std::numeric_limits<std::int64_t>::max(), by_default("0"),
+           "sample i, with its random fields and inputs, depends on (seed, i) only")
            .that_affects(Affects::points),
        integer_key("ranks_per_sample", in(&Parameters::ensemble, &Ensemble::ranks_per_sample), 1, 100'000,
                    by_default("1"), "ranks that share one sample")

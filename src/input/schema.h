@@ -215,10 +215,10 @@ Key lengths_key(std::string name, Access<Lengths> access, const std::string& for
 }
 
 /// The faces from this one to the last, for choice_key.
-inline std::vector<std::pair<std::string, Face>> faces_from(Face first) {
-  std::vector<std::pair<std::string, Face>> choices;
-  for (auto i = static_cast<std::size_t>(first); i < face_names.size(); ++i) {
-    choices.emplace_back(face_names[i], static_cast<Face>(i));
+inline std::vector<std::pair<std::string, plane::Face>> faces_from(plane::Face first) {
+  std::vector<std::pair<std::string, plane::Face>> choices;
+  for (auto i = static_cast<std::size_t>(first); i < plane::face_names.size(); ++i) {
+    choices.emplace_back(plane::face_names[i], static_cast<plane::Face>(i));
   }
   return choices;
 }

@@ -115,7 +115,7 @@ private:
   }
 
   std::optional<plane::Loop> hole(std::size_t i) {
-    const Hole& given = specimen_.holes[i];
+    const plane::Hole& given = specimen_.holes[i];
     const std::string key = fmt::format("specimen.hole[{}]", i);
     const std::string name = fmt::format("hole-{}", i);
     const int part = add_part(name, given.polygon.empty());
@@ -125,7 +125,7 @@ private:
   }
 
   std::optional<plane::Loop> notch(std::size_t i) {
-    const Notch& given = specimen_.notches[i];
+    const plane::Notch& given = specimen_.notches[i];
     const std::string key = fmt::format("specimen.notch[{}]", i);
 
     const int part = add_part(fmt::format("notch-{}", i), false);
@@ -137,7 +137,7 @@ private:
   }
 
   /// A slot cut into a face of the box or of the bounding box of the outline.
-  Polygon in_face(const Notch& given) const {
+  Polygon in_face(const plane::Notch& given) const {
     const plane::Bounds bounds = plane::bounds_of(shape_.loops.front().corners);
     const std::size_t depth_axis = index(axis_of(given.face)) - 1;
     const std::size_t at_axis = index(position_axis(given.face)) - 1;
@@ -162,7 +162,7 @@ private:
 
   /// True in a hole and on its border.
   bool is_in_hole(const Point& p) const {
-    return std::ranges::any_of(specimen_.holes, [&](const Hole& hole) {
+    return std::ranges::any_of(specimen_.holes, [&](const plane::Hole& hole) {
       if (!hole.polygon.empty())
         return plane::holds(hole.polygon, p) || distance_to(hole.polygon, p) <= on_surface * size_;
       const Point along{std::cos(hole.angle), std::sin(hole.angle)};
@@ -179,11 +179,11 @@ private:
 
   /// The corners at one end of a slot, from the right of its direction to the left.
   /// @param direction unit vector out of the slot
-  Polygon slot_end(const Notch& given, Point end, const Point& direction) const {
+  Polygon slot_end(const plane::Notch& given, Point end, const Point& direction) const {
     const Point left = given.height / 2 * left_of(direction);
     if (is_in_outline(end)) {
       if (const auto open = end_in_hole(given, end, direction)) return *open;
-      if (given.slot->end == SlotEnd::square) return {end - left, end + left};
+      if (given.slot->end == plane::SlotEnd::square) return {end - left, end + left};
       return plane::arc(end - given.height / 2 * direction, -1.0 * left, given.height / 2 * direction, 2,
                         figures_.spacing());
     }
@@ -195,14 +195,14 @@ private:
   }
 
   /// The same of an end in a hole: it is extended until it is in the hole over its whole height.
-  std::optional<Polygon> end_in_hole(const Notch& given, Point end, const Point& direction) const {
+  std::optional<Polygon> end_in_hole(const plane::Notch& given, Point end, const Point& direction) const {
     const Point left = given.height / 2 * left_of(direction);
     for (; is_in_hole(end); end = end + given.height / 8 * direction)
       if (is_in_hole(end - left) && is_in_hole(end + left)) return Polygon{end - left, end + left};
     return {};
   }
 
-  std::optional<Polygon> between_points(const Notch& given, const std::string& key) {
+  std::optional<Polygon> between_points(const plane::Notch& given, const std::string& key) {
     const auto& [from, to, end] = *given.slot;
     const double length = plane::norm(to - from);
     if (!(length > touching * size_)) {
@@ -210,7 +210,7 @@ private:
       return {};
     }
     const bool is_inside = is_in_body(from) && is_in_body(to);
-    if (end == SlotEnd::round && length + touching * size_ < (is_inside ? 2 : 1) * given.height / 2) {
+    if (end == plane::SlotEnd::round && length + touching * size_ < (is_inside ? 2 : 1) * given.height / 2) {
       findings_.report(
           key + ".height", "{} is too high for a slot of length {} with round ends; give at most {}",
           input::show(given.height), input::show(length), input::show(length * (is_inside ? 1 : 2)));
@@ -346,7 +346,7 @@ private:
   }
 
   const Parameters& parameters_;
-  const Specimen& specimen_;
+  const plane::Specimen& specimen_;
   Findings& findings_;
   ShapeBuilder figures_;
   plane::Shape shape_;
@@ -404,12 +404,13 @@ void check_outline(const Parameters& parameters, Findings& findings) {
 }
 
 /// @pre is_box(specimen)
-bool has_meeting_notches(const Specimen& specimen) {
+bool has_meeting_notches(const plane::Specimen& specimen) {
   const Vector& size = specimen.size;
   const Vector near{touching * size[0], touching * size[1], touching * size[2]};
   for (std::size_t i = 0; i < specimen.notches.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (meet(slot_of(specimen.notches[i], size), slot_of(specimen.notches[j], size), near)) return true;
+      if (plane::meet(slot_of(specimen.notches[i], size), slot_of(specimen.notches[j], size), near))
+        return true;
   return false;
 }
 
@@ -421,28 +422,18 @@ bool size_is_known(const Findings& findings) {
   });
 }
 
-bool shape_is_known(const Specimen& specimen, const Findings& findings) {
+bool shape_is_known(const plane::Specimen& specimen, const Findings& findings) {
   return !findings.faulty("specimen") && (is_box(specimen) || specimen.shape);
-}
-
-Region bounds_of(const Specimen& specimen) {
-  Region bounds;
-  for (std::size_t i = 0; i < 3; ++i) bounds[i] = {0, specimen.size[i]};
-  if (specimen.outline && !specimen.outline->polygon.empty()) {
-    const plane::Bounds plane = plane::bounds_of(specimen.outline->polygon);
-    for (std::size_t i = 0; i < 2; ++i) bounds[i + 1] = {plane.lower[i], plane.upper[i]};
-  }
-  return bounds;
 }
 
 void complete_specimen(Parameters& parameters, Findings& findings) {
   check_outline(parameters, findings);
   check_holes(parameters, findings);
   check_slots(parameters, findings);
-  Specimen& specimen = parameters.specimen;
+  plane::Specimen& specimen = parameters.specimen;
   if (specimen.outline && size_is_known(findings)) {
     specimen.size[1] = specimen.size[2] = 2 * specimen.outline->radius;
-    const Region bounds = bounds_of(specimen);
+    const plane::Region bounds = bounds_of(specimen);
     for (std::size_t i = 1; i < 3; ++i) specimen.size[i] = bounds[i].second - bounds[i].first;
   }
   make_region_outlines(parameters, findings);

@@ -11,10 +11,10 @@ namespace {
 
 /// The least of a length over the materials.
 template <class Length>
-double least_of(const Parameters& parameters, const Length& length) {
+double least_of(const Model& model, const Length& length) {
   double least = infinity;
-  for (std::size_t i = 0; i < parameters.materials.size(); ++i)
-    least = std::min(least, length(parameters.materials[i], parameters.fracture_of(i)));
+  for (std::size_t i = 0; i < model.materials.size(); ++i)
+    least = std::min(least, length(model.materials[i], model.fracture_of(i)));
   return least;
 }
 
@@ -24,12 +24,12 @@ double zone_length(const Material& material, const Fracture& fracture) {
 
 }  // namespace
 
-double process_zone_length(const Parameters& parameters) {
-  return least_of(parameters, zone_length);
+double process_zone_length(const Model& model) {
+  return least_of(model, zone_length);
 }
 
-double snap_back_spacing(const Parameters& parameters) {
-  return least_of(parameters, [](const Material& material, const Fracture& fracture) {
+double snap_back_spacing(const Model& model) {
+  return least_of(model, [](const Material& material, const Fracture& fracture) {
     const double nu = material.poisson_ratio;
     const double stored =
         std::max(0.5, (1 + nu) * (1 - 2 * nu));  // stored energy density, relative to strength^2 / E

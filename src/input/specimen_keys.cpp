@@ -102,7 +102,7 @@ std::optional<plane::Polygon> read_polygon_file(const Source& source) {
   return checked_polygon(source, std::move(polygon));
 }
 
-Outline& outline(Parameters& parameters) {
+plane::Outline& outline(Parameters& parameters) {
   if (!parameters.specimen.outline) parameters.specimen.outline.emplace();
   return *parameters.specimen.outline;
 }
@@ -136,7 +136,7 @@ Key outline_key() {
           polygon_form + "; a text file with \"y z\" in millimetres on each line; or \"circle\"",
           "in the plane of the plate; a circle has its centre at y = z = radius",
           [](const Source& source, Parameters& parameters, std::size_t) {
-            Outline& result = outline(parameters);
+            plane::Outline& result = outline(parameters);
             if (source.value.kind != ValueKind::string) {
               result.polygon = read_polygon(source).value_or(plane::Polygon{});
             } else if (source.value.string != "circle") {
@@ -162,15 +162,15 @@ Key outline_radius_key() {
 
 /// Where the keys of a figure find it: holes, and regions with a shape other than a box.
 struct FigureAccess {
-  std::function<Hole&(Parameters&, std::size_t)> make;
-  std::function<const Hole*(const Parameters&, std::size_t)> find;  ///< null if there is none
+  std::function<plane::Hole&(Parameters&, std::size_t)> make;
+  std::function<const plane::Hole*(const Parameters&, std::size_t)> find;  ///< null if there is none
 };
 
 /// Text of a key for a figure that is there.
 template <class Show>
 auto shown_of(const FigureAccess& figure, Show show) {
   return [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    const Hole* const some = figure.find(parameters, i);
+    const plane::Hole* const some = figure.find(parameters, i);
     if (some == nullptr) return {};
     return show(*some);
   };
@@ -183,7 +183,7 @@ Key center_key(const FigureAccess& figure) {
           [=](Parameters & parameters, std::size_t i) -> auto& { return figure.make(parameters, i).center; },
           point_form, coordinate, optional("required with radius and semi_axes"), "centre"),
       [=](const Parameters& parameters, std::size_t i) {
-        const Hole* const some = figure.find(parameters, i);
+        const plane::Hole* const some = figure.find(parameters, i);
         return some != nullptr && some->polygon.empty();
       });
 }
@@ -198,7 +198,7 @@ Key radius_key(const FigureAccess& figure) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))
               figure.make(parameters, i).semi_axes = {*value, *value};
           },
-          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
+          shown_of(figure, [](const plane::Hole& some) -> std::optional<std::string> {
             const auto& [a, b] = some.semi_axes;
             if (!some.polygon.empty() || a != b) return {};
             return show(a);
@@ -214,7 +214,7 @@ Key semi_axes_key(const FigureAccess& figure) {
                       "two lengths, such as [\"4 mm\", \"2 mm\"]", positive_length,
                       optional("required for an ellipse"), "semi-axes"),
                   [=](const Parameters& parameters, std::size_t i) {
-                    const Hole* const some = figure.find(parameters, i);
+                    const plane::Hole* const some = figure.find(parameters, i);
                     return some != nullptr && some->polygon.empty() &&
                            some->semi_axes[0] != some->semi_axes[1];
                   });
@@ -231,7 +231,7 @@ Key angle_key(const FigureAccess& figure) {
             if (const auto value = read_quantity(source, angle_dimension, range))
               figure.make(parameters, i).angle = *value;
           },
-          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
+          shown_of(figure, [](const plane::Hole& some) -> std::optional<std::string> {
             if (some.angle == 0 || some.semi_axes[0] == some.semi_axes[1]) return {};
             return format_quantity(some.angle, angle_dimension);
           })};
@@ -244,10 +244,10 @@ Key polygon_key(const FigureAccess& figure, std::string help) {
           polygon_form,
           std::move(help),
           [=](const Source& source, Parameters& parameters, std::size_t i) {
-            Hole& some = figure.make(parameters, i);
+            plane::Hole& some = figure.make(parameters, i);
             if (const auto polygon = read_polygon(source)) some.polygon = *polygon;
           },
-          shown_of(figure, [](const Hole& some) -> std::optional<std::string> {
+          shown_of(figure, [](const plane::Hole& some) -> std::optional<std::string> {
             if (some.polygon.empty()) return {};
             return show_polygon(some.polygon);
           })};
@@ -259,13 +259,13 @@ std::vector<Key> figure_keys(const FigureAccess& figure, std::string corners_of)
 }
 
 template <class T>
-Access<T> notch(T Notch::*member) {
+Access<T> notch(T plane::Notch::*member) {
   return
       [=](Parameters& parameters, std::size_t i) -> T& { return parameters.specimen.notches.at(i).*member; };
 }
 
-Slot& slot(Parameters& parameters, std::size_t i) {
-  Notch& some = parameters.specimen.notches.at(i);
+plane::Slot& slot(Parameters& parameters, std::size_t i) {
+  plane::Notch& some = parameters.specimen.notches.at(i);
   if (!some.slot) some.slot.emplace();
   return *some.slot;
 }
@@ -277,7 +277,7 @@ Key of_face(Key key) {
   });
 }
 
-Key slot_point_key(const char* name, plane::Point Slot::*member, const char* help) {
+Key slot_point_key(const char* name, plane::Point plane::Slot::*member, const char* help) {
   return shown_if(
       lengths_key<plane::Point>(
           name, [=](Parameters & parameters, std::size_t i) -> auto& { return slot(parameters, i).*member; },
@@ -296,18 +296,18 @@ Key slot_end_key() {
           "inside the body; a round one also stops at the point",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto choice = read_choice(source, words))
-              slot(parameters, i).end = *choice == 0 ? SlotEnd::square : SlotEnd::round;
+              slot(parameters, i).end = *choice == 0 ? plane::SlotEnd::square : plane::SlotEnd::round;
           },
           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             const auto& some = parameters.specimen.notches.at(i).slot;
             if (!some) return {};
-            return words[some->end == SlotEnd::square ? 0 : 1];
+            return words[some->end == plane::SlotEnd::square ? 0 : 1];
           }};
 }
 
 Table hole_table() {
   const FigureAccess figure{
-      [](Parameters& parameters, std::size_t i) -> Hole& { return parameters.specimen.holes.at(i); },
+      [](Parameters& parameters, std::size_t i) -> plane::Hole& { return parameters.specimen.holes.at(i); },
       [](const Parameters& parameters, std::size_t i) { return &parameters.specimen.holes.at(i); }};
   return {"specimen.hole",
           Occurrence::many,
@@ -318,10 +318,10 @@ Table hole_table() {
 }
 
 Table material_region_table() {
-  const auto region = [](Parameters& parameters, std::size_t i) -> MaterialRegion& {
+  const auto region = [](Parameters& parameters, std::size_t i) -> plane::MaterialRegion& {
     return parameters.specimen.regions.at(i);
   };
-  const FigureAccess figure{[=](Parameters& parameters, std::size_t i) -> Hole& {
+  const FigureAccess figure{[=](Parameters& parameters, std::size_t i) -> plane::Hole& {
                               auto& shape = region(parameters, i).shape;
                               return shape ? *shape : shape.emplace();
                             },
@@ -357,17 +357,18 @@ Table notch_table() {
   return {"specimen.notch",
           Occurrence::many,
           "a slot through the thickness: cut into a face, or between two points",
-          {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
-                                    "where the slot is cut in")),
-           of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), coordinate,
-                                unless_from, "mid-plane of the slot, along the face's other in-plane axis")),
-           of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
+          {of_face(choice_key<plane::Face>("face", notch(&plane::Notch::face), faces_from(plane::Face::y_min),
+                                           unless_from, "where the slot is cut in")),
+           of_face(quantity_key("at", notch(&plane::Notch::at), with_example(length_dimension, "65 mm"),
+                                coordinate, unless_from,
+                                "mid-plane of the slot, along the face's other in-plane axis")),
+           of_face(quantity_key("depth", notch(&plane::Notch::depth), with_example(length_dimension, "6 mm"),
                                 positive_length, unless_from, "from the face to the tip")),
-           quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
+           quantity_key("height", notch(&plane::Notch::height), with_example(length_dimension, "0.6 mm"),
                         positive_length, required(), "opening of the slot"),
-           slot_point_key("from", &Slot::from,
+           slot_point_key("from", &plane::Slot::from,
                           "start of the centre line; open if on the surface or outside the body"),
-           slot_point_key("to", &Slot::to, "its end"), slot_end_key()},
+           slot_point_key("to", &plane::Slot::to, "its end"), slot_end_key()},
           [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
           [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
 }

@@ -64,13 +64,13 @@ struct EnsembleShape {
   std::size_t n_positions() const { return n_starts * n_sections; }
 };
 
-EnsembleShape shape_of(const input::Parameters& parameters) {
-  return {static_cast<std::size_t>(parameters.ensemble.samples),
-          geometry::n_crack_starts(parameters.specimen),
-          parameters.sections.size(),
-          parameters.sections.y.size(),
-          random_keys(parameters),
-          analysis::crack_parts(parameters).size()};
+EnsembleShape shape_of(const input::Study& study) {
+  return {static_cast<std::size_t>(study.ensemble.samples),
+          geometry::n_crack_starts(study.specimen),
+          study.sections.size(),
+          study.sections.y.size(),
+          random_keys(study.random),
+          analysis::crack_parts(study.materials, study.interfaces).size()};
 }
 
 /// One of a row's values, which may not be known yet: then NaN.
@@ -235,22 +235,21 @@ void write_sections(hid_t file, const input::Sections& sections) {
 }
 
 /// Creates the group /samples/inputs, if there are random inputs, with the values of pending samples.
-void lay_out_inputs(hid_t file, const input::Parameters& parameters) {
-  if (parameters.random.empty()) return;
+void lay_out_inputs(hid_t file, const input::Study& study) {
+  if (study.random.empty()) return;
   const hdf5::Handle group = hdf5::create_group(file, "samples/inputs");
-  write_random_keys(group, parameters);
-  const std::vector<double> column(static_cast<std::size_t>(parameters.ensemble.samples),
-                                   SampleSummary::none);
-  for (const input::RandomInput& random : parameters.random) {
+  write_random_keys(group, study.random);
+  const std::vector<double> column(static_cast<std::size_t>(study.ensemble.samples), SampleSummary::none);
+  for (const input::RandomInput& random : study.random) {
     hdf5::write_dataset<double>(group, random.key, {column.size()}, column, units_of(random));
     describe_dataset(group, random.key, input::describe(random));
   }
 }
 
-void label_dimensions(hid_t file, const input::Parameters& parameters) {
+void label_dimensions(hid_t file, const input::Study& study) {
   for (const char* name : {"samples", "timing"})
     hdf5::label_datasets(hdf5::open_group(file, name), {"sample"});
-  if (!parameters.random.empty()) hdf5::label_datasets(hdf5::open_group(file, "samples/inputs"), {"sample"});
+  if (!study.random.empty()) hdf5::label_datasets(hdf5::open_group(file, "samples/inputs"), {"sample"});
   const hdf5::Handle paths = hdf5::open_group(file, "crack_path");
   hdf5::label_datasets(paths, {"sample", "notch", "section"});
   const auto label = [&](const char* name, const std::vector<std::string>& names) {
@@ -258,7 +257,7 @@ void label_dimensions(hid_t file, const input::Parameters& parameters) {
   };
   label("section", {"section"});
   label("section_axis", {"section"});
-  if (!parameters.sections.lines.empty()) label("section_line", {"line", "end", "component"});
+  if (!study.sections.lines.empty()) label("section_line", {"line", "end", "component"});
   const hdf5::Handle section = hdf5::open_dataset(paths, "section");
   analysis::for_each_position_result([&](const ResultInfo& info, auto) {
     hdf5::attach_scale(hdf5::open_dataset(paths, info.name), section, 2);
@@ -309,7 +308,9 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
     describe_result(file, name, info, n_columns++);
   });
   label_dimensions(file, parameters);
-  if (shape.n_parts > 0) describe_parts(hdf5::open_group(file, "samples"), parameters, n_columns);
+  if (shape.n_parts > 0)
+    describe_parts(hdf5::open_group(file, "samples"),
+                   analysis::crack_parts(parameters.materials, parameters.interfaces), n_columns);
   write_statistics(file, statistics, shape);
   if (parameters.mesh.base == input::Base::shared) write_mother_points(file, base);
   write_provenance(file, n_ranks);

@@ -30,7 +30,7 @@ void write_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
   hdf5::write_attribute(file, "program_version", program_version());
   hdf5::write_attribute(file, "git_commit", git_commit());
   hdf5::write_attribute(file, "library_versions", library_versions());
-  hdf5::write_attribute(file, "seed", parameters.ensemble.seed);
+  hdf5::write_attribute(file, "seed", parameters.seed);
   hdf5::write_attribute(file, "input", parameters.text);
   hdf5::write_attribute(file, "points", parameters.mesh.points_digest);
   hdf5::write_attribute(file, "input_identity", input::sample_identity(parameters));

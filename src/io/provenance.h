@@ -17,8 +17,8 @@ inline constexpr const char* sample_kind = "crackle sample";
 inline constexpr const char* ensemble_kind = "crackle ensemble";
 
 /// Shape of results at the sections: crack starts x sections.
-inline hdf5::Shape position_shape(const input::Parameters& parameters) {
-  return {geometry::n_crack_starts(parameters.specimen), parameters.sections.size()};
+inline hdf5::Shape position_shape(const input::Study& study) {
+  return {geometry::n_crack_starts(study.specimen), study.sections.size()};
 }
 
 /// Writes the root attributes of every result file: kind, schema_version, program_version, git_commit,

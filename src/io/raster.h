@@ -3,7 +3,7 @@
 
 #include "geometry/box.h"
 #include "geometry/point.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -51,25 +51,24 @@ void describe_dataset(hid_t parent, const std::string& dataset, const std::strin
   hdf5::write_attribute(hdf5::open_dataset(parent, dataset), "meaning", meaning);
 }
 
-void describe_parts(hid_t group, const input::Parameters& parameters, int column) {
+void describe_parts(hid_t group, const std::vector<std::string>& parts, int column) {
   const analysis::ResultInfo& info = analysis::crack_area_in_info;
   describe_result(group, info.name, info, column);
   const hdf5::Handle dataset = hdf5::open_dataset(group, info.name);
-  hdf5::write_attribute(dataset, "parts",
-                        fmt::format("{}", fmt::join(analysis::crack_parts(parameters), "\n")));
+  hdf5::write_attribute(dataset, "parts", fmt::format("{}", fmt::join(parts, "\n")));
   std::vector<std::string> dimensions{"part"};
   if (hdf5::read_shape(group, info.name).size() > 1) dimensions.insert(dimensions.begin(), "sample");
   hdf5::label_dimensions(dataset, dimensions);
 }
 
-std::vector<std::string> random_keys(const input::Parameters& parameters) {
+std::vector<std::string> random_keys(const std::vector<input::RandomInput>& random) {
   std::vector<std::string> keys;
-  for (const input::RandomInput& random : parameters.random) keys.push_back(random.key);
+  for (const input::RandomInput& one : random) keys.push_back(one.key);
   return keys;
 }
 
-void write_random_keys(hid_t group, const input::Parameters& parameters) {
-  hdf5::write_attribute(group, "keys", fmt::format("{}", fmt::join(random_keys(parameters), "\n")));
+void write_random_keys(hid_t group, const std::vector<input::RandomInput>& random) {
+  hdf5::write_attribute(group, "keys", fmt::format("{}", fmt::join(random_keys(random), "\n")));
 }
 
 std::string units_of(const input::RandomInput& random) {

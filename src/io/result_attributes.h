@@ -4,7 +4,7 @@
 #include "analysis/result_list.h"
 #include "geometry/body.h"
 #include "hdf5.h"
-#include "input/parameters.h"
+#include "input/study.h"
 
 #include <string>
 
@@ -18,12 +18,12 @@ void describe_result(hid_t parent, const std::string& dataset, const analysis::R
 void describe_dataset(hid_t parent, const std::string& dataset, const std::string& meaning);
 
 /// Describes the dataset crack_area_in of a group: metadata, the names of the parts, its last dimension.
-void describe_parts(hid_t group, const input::Parameters& parameters, int column);
+void describe_parts(hid_t group, const std::vector<std::string>& parts, int column);
 
 /// Keys of the random inputs, in their order, as dataset names.
-std::vector<std::string> random_keys(const input::Parameters& parameters);
+std::vector<std::string> random_keys(const std::vector<input::RandomInput>& random);
 /// Writes the attribute `keys` of the group with these datasets, one per line.
-void write_random_keys(hid_t group, const input::Parameters& parameters);
+void write_random_keys(hid_t group, const std::vector<input::RandomInput>& random);
 /// SI unit of a random input's values; "1" for dimensionless numbers.
 std::string units_of(const input::RandomInput& random);
 

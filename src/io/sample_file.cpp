@@ -195,14 +195,14 @@ fracture::TetrahedronSpan all_of(const geometry::Realization& mesh) {
 }
 
 void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, const geometry::Realization& mesh,
-                  const input::Parameters& parameters) {
+                  const input::Model& model) {
   using dynamics::Frame;
   const std::size_t n_nodes = mesh.nodes.size();
   const hdf5::Handle group = hdf5::create_group(file, "frames");
   // Needed to compute the stress from the displacement.
-  hdf5::write_attribute(group, "youngs_modulus", parameters.material().youngs_modulus);
-  hdf5::write_attribute(group, "poisson_ratio", parameters.material().poisson_ratio);
-  const auto release_time = fracture::release_times(parameters, all_of(mesh));
+  hdf5::write_attribute(group, "youngs_modulus", model.material().youngs_modulus);
+  hdf5::write_attribute(group, "poisson_ratio", model.material().poisson_ratio);
+  const auto release_time = fracture::release_times(model, all_of(mesh));
   hdf5::write_attribute(group, "release_time", release_time.is_uniform() ? release_time[0] : 0);
   if (!release_time.is_uniform())
     write_column<double>(file, "mesh/release_time", release_time.values(), std::identity(), "s",
@@ -222,7 +222,7 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, const 
 /// Properties of the tetrahedra, as far as they differ.
 void write_materials(hid_t file, const SampleFileContent& content) {
   const geometry::Realization& mesh = content.realization;
-  const input::Parameters& parameters = content.parameters;
+  const input::Model& model = content.parameters;
   const fracture::TetrahedronSpan all = all_of(mesh);
   // Values that are those of the attributes of /frames, or the only density, are left out.
   const auto write = [&](const char* name, double known, const auto& value_of, const char* units,
@@ -233,24 +233,24 @@ void write_materials(hid_t file, const SampleFileContent& content) {
     if (std::ranges::count(values, known) == std::ssize(values)) return;
     write_column<double>(file, fmt::format("mesh/{}", name), values, std::identity(), units, meaning);
   };
-  if (parameters.fracture.variation)
-    write_column<double>(file, "mesh/strength_factor",
-                         fracture::strength_factors(parameters, content.sample, all), std::identity(), "1",
+  if (model.fracture.variation)
+    write_column<double>(file, "mesh/strength_factor", fracture::strength_factors(model, content.sample, all),
+                         std::identity(), "1",
                          "factor by which the variation multiplies the strength of each tetrahedron");
   if (!mesh.material.empty()) {
     write_column<std::uint8_t>(file, "mesh/material", mesh.material, std::identity(), "",
                                "number of the material of each tetrahedron");
     std::vector<std::string> names;
-    for (const input::Material& material : parameters.materials) names.push_back(material.name);
+    for (const input::Material& material : model.materials) names.push_back(material.name);
     hdf5::write_attribute(file, "material_names", fmt::format("{}", fmt::join(names, "\n")));
   }
-  if (parameters.map && parameters.map->has_file_per_sample())
-    hdf5::write_attribute(file, "map", file_digest(parameters.map->path(content.sample)).value_or(""));
+  if (model.map && model.map->has_file_per_sample())
+    hdf5::write_attribute(file, "map", file_digest(model.map->path(content.sample)).value_or(""));
   if (!mesh.map_factor.empty())
     write_column<float>(file, "mesh/map_factor", mesh.map_factor, std::identity(), "1",
                         "factor of each tetrahedron by [material.map]");
-  const auto material = fracture::make_material_field(parameters, content.sample, all);
-  const input::Material& first = parameters.material();
+  const auto material = fracture::make_material_field(model, content.sample, all);
+  const input::Material& first = model.material();
   const auto number = [](std::size_t t) { return static_cast<std::int32_t>(t); };
   write(
       "youngs_modulus", mechanics::IsotropicElasticity(first).youngs_modulus(),
@@ -258,14 +258,14 @@ void write_materials(hid_t file, const SampleFileContent& content) {
       "Young's modulus of each tetrahedron");
   write(
       "poisson_ratio", first.poisson_ratio,
-      [&](std::size_t t) { return parameters.materials[all.material_of(t)].poisson_ratio; }, "1",
+      [&](std::size_t t) { return model.materials[all.material_of(t)].poisson_ratio; }, "1",
       "Poisson's ratio of each tetrahedron");
   write(
       "density", first.density, [&](std::size_t t) { return material.density[number(t)]; }, "kg/m^3",
       "density of each tetrahedron");
   // Frames are from the last dynamic phase.
   if (const double start = content.result.phase_start; !std::isnan(start))
-    if (const auto strain = fracture::initial_strain_at(parameters, start, material.elasticity, all);
+    if (const auto strain = fracture::initial_strain_at(model, start, material.elasticity, all);
         !strain.empty())
       write_column<double>(file, "mesh/initial_strain", strain, std::identity(), "1",
                            "strain at which each tetrahedron is free of stress: xx, yy, zz, yz, xz, xy");
@@ -309,7 +309,7 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
     const ResultInfo& info = analysis::crack_area_in_info;
     hdf5::write_dataset<double>(group, info.name, {summary.crack_area_in.size()}, summary.crack_area_in,
                                 info.units);
-    describe_parts(group, parameters, n_columns);
+    describe_parts(group, analysis::crack_parts(parameters.materials, parameters.interfaces), n_columns);
   }
   if (!summary.inputs.empty()) {
     const hdf5::Handle inputs = hdf5::create_group(group, "inputs");
@@ -368,7 +368,8 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
       write_bridge_releases(id, result.bridge_releases);
     if (content.parameters.fracture.softens()) write_stiffness_reductions(id, result.stiffness_reductions);
     write_energy(id, result.energy);
-    write_history(id, content.parameters, result.history, result.separated_at, content.crack_history);
+    write_history(id, content.parameters, content.parameters.output.probes, result.history,
+                  result.separated_at, content.crack_history);
     write_frames(id, result.frames, content.realization, content.parameters);
     write_counts(id, result.counts);
     const hdf5::Handle timing = write_timing(id, content.summary);

@@ -34,19 +34,18 @@ auto read_file(const std::filesystem::path& file, std::int64_t oldest, Read&& re
 }
 
 /// The row of a pending sample.
-SampleSummary empty_row(const input::Parameters& parameters) {
-  return analysis::empty_summary(static_cast<int>(geometry::n_crack_starts(parameters.specimen)),
-                                 static_cast<int>(parameters.sections.size()),
-                                 analysis::SampleStatus::pending);
+SampleSummary empty_row(const input::Study& study) {
+  return analysis::empty_summary(static_cast<int>(geometry::n_crack_starts(study.specimen)),
+                                 static_cast<int>(study.sections.size()), analysis::SampleStatus::pending);
 }
 
 /// Compares the contents of the sample's own raster, as long as it is there, with those that it was made
 /// from.
-void check_raster(hid_t root, const input::Parameters& parameters, std::uint64_t sample) {
-  if (!parameters.map || !parameters.map->has_file_per_sample() || H5Aexists(root, "map") <= 0) return;
-  const auto now = file_digest(parameters.map->path(sample));
+void check_raster(hid_t root, const std::optional<input::MaterialMap>& map, std::uint64_t sample) {
+  if (!map || !map->has_file_per_sample() || H5Aexists(root, "map") <= 0) return;
+  const auto now = file_digest(map->path(sample));
   if (now && *now != hdf5::read_text_attribute(root, "map"))
-    fail<hdf5::Error>("was made from other contents of {}", parameters.map->path(sample).string());
+    fail<hdf5::Error>("was made from other contents of {}", map->path(sample).string());
 }
 
 SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters& parameters,
@@ -56,7 +55,7 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
     fail<hdf5::Error>("holds sample {} instead of {}", number, sample);
   // Older versions may have identified inputs differently.
   if (version == sample_schema_version) check_input(root, parameters);
-  check_raster(root, parameters, sample);
+  check_raster(root, parameters.map, sample);
   SampleSummary row = empty_row(parameters);
   const std::int64_t status = hdf5::read_integer_attribute(root, "status");
   if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&
@@ -77,14 +76,15 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
   });
   const char* const parts = analysis::crack_area_in_info.name;
   if (H5Lexists(group, parts, H5P_DEFAULT) > 0)
-    row.crack_area_in = hdf5::read_dataset<double>(group, parts, {analysis::crack_parts(parameters).size()});
+    row.crack_area_in = hdf5::read_dataset<double>(
+        group, parts, {analysis::crack_parts(parameters.materials, parameters.interfaces).size()});
   if (!parameters.random.empty()) {
     const hdf5::Handle inputs = hdf5::open_group(group, "inputs");
     for (const input::RandomInput& random : parameters.random)
       row.inputs.push_back(hdf5::read_scalar<double>(inputs, random.key));
   }
   row.wall_time = hdf5::read_scalar<double>(root, "timing/wall_time");
-  check_numbers(row, random_keys(parameters));
+  check_numbers(row, random_keys(parameters.random));
   return row;
 }
 

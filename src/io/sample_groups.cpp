@@ -35,16 +35,16 @@ void label_as(hid_t group, std::initializer_list<const char*> datasets,
 }
 
 /// The boundary conditions, then the body forces.
-void write_conditions(hid_t group, const input::Parameters& parameters, const std::vector<HistoryRow>& rows) {
+void write_conditions(hid_t group, const input::Model& model, const std::vector<HistoryRow>& rows) {
   std::vector<std::string> faces, names, kinds;
   std::vector<bool> are_loads;
-  for (const input::Boundary& condition : parameters.boundaries) {
+  for (const input::Boundary& condition : model.boundaries) {
     faces.push_back(condition.on);
     names.push_back(condition.name);
     kinds.emplace_back(input::name_of(condition.kind));
     are_loads.push_back(input::traits(condition.kind).action == input::Action::load);
   }
-  for (const input::BodyLoad& load : parameters.body_forces()) {
+  for (const input::BodyLoad& load : model.body_forces()) {
     faces.emplace_back("body");
     names.emplace_back();
     kinds.emplace_back(input::name_of(load.kind));
@@ -119,8 +119,9 @@ void write_cracks(hid_t group, const cracks::CrackHistory& cracks, std::size_t n
 
 }  // namespace
 
-void write_history(hid_t file, const input::Parameters& parameters, const std::vector<HistoryRow>& rows,
-                   double separated_at, const cracks::CrackHistory& cracks) {
+void write_history(hid_t file, const input::Model& model, const std::vector<input::Probe>& probes,
+                   const std::vector<HistoryRow>& rows, double separated_at,
+                   const cracks::CrackHistory& cracks) {
   const hdf5::Handle group = hdf5::create_group(file, "history");
   write_column<double>(group, "time", rows, &HistoryRow::load_time, "s",
                        "time of the load curves: in a dynamic phase, its start plus the time since then");
@@ -147,17 +148,17 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
       group, "broken", rows, [](const HistoryRow& row) { return row.energy.broken; }, "",
       "tetrahedra broken so far");
   if (cracks.area.size() == rows.size() * cracks.n_starts) write_cracks(group, cracks, rows.size());
-  write_conditions(group, parameters, rows);
+  write_conditions(group, model, rows);
   hdf5::label_datasets(group, {"moment", "notch"}, "time");
   label_as(group, {"load", "reaction", "displacement"}, {"moment", "condition", "component"});
   label_as(group, {"condition_on", "condition_kind", "condition_name"}, {"condition"});
   std::vector<std::int32_t> governing;
-  for (const auto& one : mechanics::governing_conditions(parameters)) governing.push_back(one.condition);
+  for (const auto& one : mechanics::governing_conditions(model)) governing.push_back(one.condition);
   if (!governing.empty())
     hdf5::write_attribute<std::int32_t>(group, "governing", governing, {governing.size()});
   hdf5::write_attribute(group, "separated_at", separated_at);
   hdf5::write_attribute(group, "rayleigh_speed", cracks.rayleigh_speed);
-  if (!parameters.output.probes.empty()) write_probes(group, parameters.output.probes, rows);
+  if (!probes.empty()) write_probes(group, probes, rows);
 }
 
 }  // namespace crackle::io

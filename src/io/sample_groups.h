@@ -3,7 +3,7 @@
 
 #include "cracks/crack_history.h"
 #include "dynamics/sample_result.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include "hdf5.h"
 #include "result_attributes.h"
@@ -41,7 +41,7 @@ void write_column(hid_t group, const std::string& name, const std::vector<Row>& 
 /// Writes the group /history of a sample file: one row for each moment.
 /// @param separated_at as in SampleResult
 /// @param cracks of the same rows; empty tables without analysis
-void write_history(hid_t file, const input::Parameters& parameters,
+void write_history(hid_t file, const input::Model& model, const std::vector<input::Probe>& probes,
                    const std::vector<dynamics::HistoryRow>& rows, double separated_at,
                    const cracks::CrackHistory& cracks);
 

@@ -4,7 +4,7 @@
 #include "geometry/dual_facets.h"
 #include "geometry/mother_points.h"
 #include "geometry/realization.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <filesystem>
 #include <vector>

@@ -87,9 +87,9 @@ void add_body_force(const parallel::Communicator& group, const BodyLoad& load,
 
 }  // namespace
 
-void add_body_forces(const parallel::Communicator& group, const input::Parameters& parameters,
+void add_body_forces(const parallel::Communicator& group, std::span<const BodyLoad> forces,
                      const geometry::Subdomain& subdomain, const PdsOperators& operators, Conditions& loads) {
-  for (const BodyLoad& load : parameters.body_forces())
+  for (const BodyLoad& load : forces)
     add_body_force(group, load, subdomain,
                    load.kind == LoadKind::body_force ? operators.node_volume : operators.node_mass, loads);
 }

@@ -3,7 +3,7 @@
 
 #include "geometry/condition_region.h"
 #include "geometry/subdomain.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/conditions.h"
 #include "parallel/communicator.h"
 

@@ -144,36 +144,34 @@ void Conditions::set_displacements(double time, std::span<double> displacement) 
   }
 }
 
-Conditions make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+Conditions make_boundary_loads(const parallel::Communicator& group, const input::Model& model,
                                const geometry::Subdomain& subdomain) {
-  return make_boundary_loads(group, parameters, subdomain,
-                             material_field(parameters.materials, subdomain.material));
+  return make_boundary_loads(group, model, subdomain, material_field(model.materials, subdomain.material));
 }
 
-Conditions make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+Conditions make_boundary_loads(const parallel::Communicator& group, const input::Model& model,
                                const geometry::Subdomain& subdomain, const MaterialField& material) {
   std::vector<Vector> outward;  // of every face
   std::vector<geometry::ConditionRegion> regions;
   parallel::agree(group, [&] {
-    const auto body = geometry::make_body(parameters.specimen);
+    const auto body = geometry::make_body(model.specimen);
     for (const geometry::Face& face : body->faces()) outward.push_back(face.outward);
-    regions = geometry::condition_regions(*body, parameters.boundaries);
+    regions = geometry::condition_regions(*body, model.boundaries);
   });
   Conditions loads;
   for (std::size_t i = 0; i < regions.size(); ++i)
-    add_condition(
-        {group, subdomain, material, parameters.boundaries[i], static_cast<int>(i), regions[i], outward},
-        loads);
+    add_condition({group, subdomain, material, model.boundaries[i], static_cast<int>(i), regions[i], outward},
+                  loads);
   assign_shared_components(group, index(subdomain.layout.n_owned), loads);
   leave_out_prescribed(loads.motions, loads.absorbers);
   loads.constrained_tetrahedra = tetrahedra_at(loads.motions, subdomain);
-  loads.governing = governing_conditions(parameters);
+  loads.governing = governing_conditions(model);
   // The machine's load is the pressure times its area.
   for (GoverningCondition& one : loads.governing)
-    if (index(one.condition) < parameters.boundaries.size() &&
-        parameters.boundaries[index(one.condition)].kind == input::BoundaryKind::pressure)
+    if (index(one.condition) < model.boundaries.size() &&
+        model.boundaries[index(one.condition)].kind == input::BoundaryKind::pressure)
       one.area = loaded_region(group, regions[index(one.condition)], subdomain,
-                               parameters.boundaries[index(one.condition)].factor)
+                               model.boundaries[index(one.condition)].factor)
                      .total_area;
   return loads;
 }

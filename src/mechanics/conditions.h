@@ -2,7 +2,7 @@
 #pragma once
 
 #include "geometry/subdomain.h"
-#include "input/parameters.h"
+#include "input/model.h"
 #include "mechanics/elasticity.h"
 #include "mechanics/governing_condition.h"
 #include "mechanics/load_curve.h"
@@ -114,15 +114,15 @@ struct Conditions {
 /// Collective (total areas are summed over the group).
 /// @param material of each tetrahedron, which absorbing faces match
 /// @throws parallel::AgreedError when a condition applies to no node or no area of the body
-Conditions make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+Conditions make_boundary_loads(const parallel::Communicator& group, const input::Model& model,
                                const geometry::Subdomain& subdomain, const MaterialField& material);
 /// With the materials of the input as they are, without rasters and variations.
-Conditions make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+Conditions make_boundary_loads(const parallel::Communicator& group, const input::Model& model,
                                const geometry::Subdomain& subdomain);
 
-/// Adds the input's body forces, lumped like the masses: a force per mass at a node acts on its mass.
-/// Collective.
-void add_body_forces(const parallel::Communicator& group, const input::Parameters& parameters,
+/// Adds body forces (input::Model::body_forces), lumped like the masses: a force per mass at a node acts on
+/// its mass. Collective.
+void add_body_forces(const parallel::Communicator& group, std::span<const input::BodyLoad> forces,
                      const geometry::Subdomain& subdomain, const PdsOperators& operators, Conditions& loads);
 
 }  // namespace crackle::mechanics

@@ -77,13 +77,13 @@ Vector drive_direction(const Drive& condition) {
 
 }  // namespace
 
-std::vector<GoverningCondition> governing_conditions(const input::Parameters& parameters) {
+std::vector<GoverningCondition> governing_conditions(const input::Model& model) {
   std::vector<Drive> conditions;
-  for (const auto& condition : parameters.boundaries) conditions.push_back(drive_of(condition));
-  for (const auto& load : parameters.body_forces()) conditions.push_back(drive_of(load));
+  for (const auto& condition : model.boundaries) conditions.push_back(drive_of(condition));
+  for (const auto& load : model.body_forces()) conditions.push_back(drive_of(load));
   const auto drive = driver(conditions);
   std::optional<std::size_t> first = drive;
-  const auto& governing = parameters.output.governing;
+  const auto& governing = model.governing;
   if (const auto* const number = std::get_if<int>(&governing)) first = index(*number);
   if (const auto* const name = std::get_if<std::string>(&governing))
     first = static_cast<std::size_t>(std::ranges::find(conditions, *name, &Drive::name) - conditions.begin());

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/vector.h"
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include <vector>
 
@@ -28,6 +28,6 @@ struct GoverningCondition {
 ///
 /// The direction of a condition is that of its rate or, for a velocity or without a rate, that of its value,
 /// reversed if the first non-zero factor of its history is negative.
-std::vector<GoverningCondition> governing_conditions(const input::Parameters& parameters);
+std::vector<GoverningCondition> governing_conditions(const input::Model& model);
 
 }  // namespace crackle::mechanics

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "input/parameters.h"
+#include "input/study.h"
 
 #include <functional>
 #include <vector>

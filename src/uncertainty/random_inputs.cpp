@@ -84,10 +84,10 @@ std::vector<double> sobol_point(std::uint64_t seed, std::size_t n_dimensions, st
 }
 
 /// A point of the unit cube with the correlations of the inputs.
-std::vector<double> correlated(const input::Parameters& parameters, const std::vector<double>& point) {
-  if (parameters.correlations.empty()) return point;
+std::vector<double> correlated(const input::Study& study, const std::vector<double>& point) {
+  if (study.correlations.empty()) return point;
   const boost::math::normal normal;
-  const auto factor = input::copula_factor(parameters);
+  const auto factor = input::copula_factor(study);
   std::vector<double> moved;
   for (const auto& row : factor) {
     double variable = 0;
@@ -121,12 +121,12 @@ std::vector<double> plan_point(input::SamplingPlan plan, std::uint64_t seed, std
   fail("unknown plan");
 }
 
-std::vector<double> drawn_values(const input::Parameters& parameters, std::uint64_t sample) {
-  const auto& [ensemble, random] = std::tie(parameters.ensemble, parameters.random);
+std::vector<double> drawn_values(const input::Study& study, std::uint64_t sample) {
+  const auto& [ensemble, random] = std::tie(study.ensemble, study.random);
   if (random.empty()) return {};
-  const std::vector<double> point =
-      correlated(parameters, plan_point(ensemble.plan, ensemble.seed, ensemble.n_inputs(), random.size(),
-                                        ensemble.input_of(sample)));
+  const std::vector<double> point = correlated(
+      study,
+      plan_point(ensemble.plan, study.seed, ensemble.n_inputs(), random.size(), ensemble.input_of(sample)));
   std::vector<double> values;
   for (std::size_t k = 0; k < random.size(); ++k)
     values.push_back(to_six_digits(quantile(random[k], point[k])));

@@ -22,7 +22,7 @@ std::vector<double> plan_point(input::SamplingPlan plan, std::uint64_t seed, std
                                std::size_t n_dimensions, std::uint64_t number);
 
 /// The values of the random inputs in a sample [SI], rounded to six digits so that processors agree.
-std::vector<double> drawn_values(const input::Parameters& parameters, std::uint64_t sample);
+std::vector<double> drawn_values(const input::Study& study, std::uint64_t sample);
 
 /// The input of a sample; the ensemble's own without random inputs.
 /// @throws std::runtime_error with the values when they make an invalid input

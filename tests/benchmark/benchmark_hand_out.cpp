@@ -99,9 +99,9 @@ int main(int argc, char** argv) {
     const auto parameters = input::read(argc > 1 ? argv[1] : "jobs/paper/clock-from-zero.toml");
     const auto n = static_cast<std::uint64_t>(argc > 2 ? std::stoi(argv[2]) : 40);
     const auto body = geometry::make_body(parameters);
-    const auto base = ensemble::make_shared_points(*body, parameters, {});
+    const auto base = ensemble::make_shared_points(*body, parameters.mesh, parameters.seed, {});
     const auto make = [&](std::uint64_t sample) {
-      return ensemble::make_sample_mesh(*body, base, parameters, sample, 0);
+      return ensemble::make_sample_mesh(*body, base, parameters.mesh, parameters.seed, sample, 0);
     };
     const auto make_nothing = [](std::uint64_t) { return geometry::Realization(); };
     const auto print = [&](const std::string& what, double samples_per_second) {

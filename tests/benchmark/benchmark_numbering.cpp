@@ -99,7 +99,7 @@ void evaluate_forces(benchmark::State& state, const Numbering& numbering, const 
 void register_benchmarks(const char* input) {
   const input::Parameters parameters = input::read(input);
   const geometry::Body body = *geometry::make_body(parameters.specimen);
-  const std::uint64_t seed = parameters.ensemble.seed;
+  const std::uint64_t seed = parameters.seed;
   const Realization realization = geometry::make_realization(
       body, geometry::make_mother_points(body, parameters.mesh, seed), parameters.mesh, seed, 0);
   const auto add = [&](const char* name, const Numbering& numbering) {

@@ -76,8 +76,8 @@ struct Sample {
   explicit Sample(const input::Parameters& input)
       : parameters(input),
         geometry(*geometry::make_body(input.specimen)),
-        base(geometry::make_mother_points(geometry, input.mesh, input.ensemble.seed)),
-        realization(geometry::make_realization(geometry, base, input.mesh, input.ensemble.seed, 0)),
+        base(geometry::make_mother_points(geometry, input.mesh, input.seed)),
+        realization(geometry::make_realization(geometry, base, input.mesh, input.seed, 0)),
         subdomain(geometry::split(realization, geometry::partition(realization, 1)).front()),
         body(subdomain, fracture::make_material_field(input, 0, fracture::span_of(subdomain))),
         loads(mechanics::make_boundary_loads(self, input, subdomain)) {}
@@ -358,12 +358,10 @@ void measure(const parallel::Communicator& world, const Options& options) {
         rounds.time("static first", 1, [&] { results["static_first_iterations"] = solutions.first(); });
         solutions.break_one();
         rounds.time("static update", 1, [&] { results["static_update_iterations"] = solutions.update(); });
-        rounds.time("base points", 1, [&] {
-          geometry::make_mother_points(sample.geometry, parameters.mesh, parameters.ensemble.seed);
-        });
+        rounds.time("base points", 1,
+                    [&] { geometry::make_mother_points(sample.geometry, parameters.mesh, parameters.seed); });
         rounds.time("mesh", 1, [&] {
-          geometry::make_realization(sample.geometry, sample.base, parameters.mesh, parameters.ensemble.seed,
-                                     1);
+          geometry::make_realization(sample.geometry, sample.base, parameters.mesh, parameters.seed, 1);
         });
         rounds.time("Delaunay", 1, [&] { geometry::plain_delaunay(sample.realization.nodes); });
       }

@@ -105,8 +105,10 @@ inline dynamics::SampleResult break_strip(const parallel::Communicator& group, s
   return result;
 }
 
-inline const Mechanics strip =
-    [](const parallel::Communicator& group, const input::Parameters&, const geometry::Subdomain& subdomain,
-       const dynamics::SampleControl& control) { return break_strip(group, control.sample, subdomain); };
+inline const Mechanics strip = [](const parallel::Communicator& group, const input::Model&,
+                                  const input::Output&, const geometry::Subdomain& subdomain,
+                                  const dynamics::SampleControl& control) {
+  return break_strip(group, control.sample, subdomain);
+};
 
 }  // namespace crackle::ensemble

@@ -21,7 +21,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 input::Parameters torn_bar() {
   auto parameters = test::torn_bar(2e-8);
@@ -79,7 +79,7 @@ protected:
       };
       if (group.is_root()) control.checkpoint = saved;
       if (group.size() == world_.size() || world_.is_root())
-        result = run_sample(group, parameters, part(group), control);
+        result = run_sample(group, parameters, parameters.output, part(group), control);
       is_suspended = result.suspended;
       MPI_Bcast(&is_suspended, 1, MPI_CXX_BOOL, 0, world_.get());
       n_suspended_ += is_suspended ? 1 : 0;
@@ -91,7 +91,8 @@ protected:
                int n_range_restarts = 0) {
     const auto pieces = in_pieces(parameters, on_fewer);
     if (!world_.is_root()) return;
-    const auto& whole = test::reference([&] { return run_sample(self_, parameters, part(self_)); });
+    const auto& whole =
+        test::reference([&] { return run_sample(self_, parameters, parameters.output, part(self_)); });
     std::printf("%s%s: %zu breaks, %ld dynamic phases, %ld steps, suspended %d times with %d checkpoints\n",
                 name, on_fewer ? " with changing ranks" : "", whole.breaks.size(),
                 static_cast<long>(whole.counts.dynamic_phases), static_cast<long>(whole.counts.steps),
@@ -114,7 +115,7 @@ protected:
     SampleControl control;
     control.stop = [&] { return ++n_looks >= n; };
     control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
-    EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).suspended);
+    EXPECT_TRUE(run_sample(world_, parameters, parameters.output, part(world_), control).suspended);
     return saved;
   }
 
@@ -232,7 +233,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
   const auto mixed = test::pulled_bar(torn_bar());
   auto in_double = mixed;
   in_double.time.precision = input::Precision::double_;
-  auto expected = run_sample(world_, in_double, part(world_));
+  auto expected = run_sample(world_, in_double, in_double.output, part(world_));
   expected.counts.range_restarts = 1;
   int n_running = 0, n_between = 0;
   // One in each of the two phases, and one between them.
@@ -252,7 +253,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
                   checkpoint.running ? "one runs" : "none runs");
     SampleControl control;
     control.checkpoint = saved;
-    const auto result = run_sample(world_, mixed, part(world_), control);
+    const auto result = run_sample(world_, mixed, mixed.output, part(world_), control);
     if (world_.is_root()) test::expect_same_course(expected, result);
   }
   EXPECT_EQ(n_running, 2);
@@ -262,7 +263,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
   SampleControl control;
   control.log = [&](const std::string& line) { lines += line + "\n"; };
   control.checkpoint = suspended_at_poll(10, mixed);
-  const auto result = run_sample(world_, in_double, part(world_), control);
+  const auto result = run_sample(world_, in_double, in_double.output, part(world_), control);
   if (world_.is_root()) {
     EXPECT_NE(lines.find("the checkpoint is not used: it was made in mixed numbers"), std::string::npos)
         << lines;
@@ -275,7 +276,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
 /// phase that the checkpoint continues.
 TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
   const auto parameters = test::pulled_bar(torn_bar());
-  const auto whole = run_sample(world_, parameters, part(world_));
+  const auto whole = run_sample(world_, parameters, parameters.output, part(world_));
   std::vector<std::byte> saved;
   bool is_found = false;
   for (int n = 1; !is_found; ++n) {
@@ -297,7 +298,7 @@ TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
     saved.assign(bytes.begin(), bytes.end());
     ++n_saved;
   };
-  EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).suspended);
+  EXPECT_TRUE(run_sample(world_, parameters, parameters.output, part(world_), control).suspended);
   EXPECT_EQ(n_saved, 0) << "an earlier moment replaced a later one";
 
   SampleControl again;
@@ -306,7 +307,7 @@ TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
     is_continued = is_continued || line.find("continues at step") != line.npos;
   };
   again.checkpoint = saved;
-  const auto result = run_sample(world_, parameters, part(world_), again);
+  const auto result = run_sample(world_, parameters, parameters.output, part(world_), again);
   if (!world_.is_root()) return;
   EXPECT_TRUE(is_replayed);
   EXPECT_TRUE(is_continued);
@@ -315,7 +316,7 @@ TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
 
 TEST_F(Checkpoints, OfAnotherSampleOrCutShortAreNotUsed) {
   const auto parameters = test::pulled_bar(torn_bar());
-  const auto whole = run_sample(world_, parameters, part(world_));
+  const auto whole = run_sample(world_, parameters, parameters.output, part(world_));
   std::vector<std::byte> saved;
   int n_looks = 0;
   SampleControl control;
@@ -323,7 +324,7 @@ TEST_F(Checkpoints, OfAnotherSampleOrCutShortAreNotUsed) {
   control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
   auto other = parameters;
   other.fracture.strength *= 1.01;
-  EXPECT_TRUE(run_sample(world_, other, part(world_), control).suspended);
+  EXPECT_TRUE(run_sample(world_, other, other.output, part(world_), control).suspended);
   if (world_.is_root()) {
     ASSERT_FALSE(saved.empty());
   }
@@ -333,7 +334,7 @@ TEST_F(Checkpoints, OfAnotherSampleOrCutShortAreNotUsed) {
     SampleControl again;
     again.log = [&](const std::string& line) { lines += line + "\n"; };
     again.checkpoint = saved;
-    const auto result = run_sample(world_, parameters, part(world_), again);
+    const auto result = run_sample(world_, parameters, parameters.output, part(world_), again);
     if (!world_.is_root()) continue;
     EXPECT_NE(lines.find("the checkpoint is not used"), std::string::npos) << lines;
     test::expect_same_course(whole, result);
@@ -346,7 +347,7 @@ TEST_F(Checkpoints, ThatCannotBeKeptDoNotEndTheSample) {
   control.log = [&](const std::string& line) { lines += line + "\n"; };
   control.save = [](std::span<const std::byte>) { throw std::runtime_error("No space left on device"); };
   control.checkpoint_interval = 0;
-  const auto result = run_sample(world_, torn_bar(), part(world_), control);
+  const auto result = run_sample(world_, torn_bar(), torn_bar().output, part(world_), control);
   EXPECT_FALSE(result.suspended);
   if (world_.is_root()) {
     EXPECT_NE(lines.find("the checkpoint could not be written: No space left on device"), std::string::npos);

@@ -32,10 +32,10 @@ protected:
   EnsembleFile() {
     parameters.text = "[ensemble]\nsamples = 7\n# 20 µm\n" + std::string(100'000, '#') + "\n";
     parameters.ensemble.samples = 7;
-    parameters.ensemble.seed = 2012;
+    parameters.seed = 2012;
     parameters.specimen = {
         {0.003, 0.016, 0.024},
-        {{input::Face::y_min, 0.009, 0.004, 0.0006}, {input::Face::y_max, 0.015, 0.004, 0.0006}}};
+        {{plane::Face::y_min, 0.009, 0.004, 0.0006}, {plane::Face::y_max, 0.015, 0.004, 0.0006}}};
     parameters.sections = {.y = {0.007, 0.009}, .z = {0.01225}};
     for (int i = 0; i < 7; ++i) {
       SampleSummary row = analysis::empty_summary(2, 3, SampleStatus::done);

@@ -89,10 +89,10 @@ protected:
     return samples;
   }
   Mechanics recording(const Mechanics& function) {
-    return [this, function](const auto& group, const auto& parameters, const auto& subdomain,
+    return [this, function](const auto& group, const auto& model, const auto& output, const auto& subdomain,
                             const auto& control) {
       if (group.is_root()) computed_here_.push_back(control.sample);
-      return function(group, parameters, subdomain, control);
+      return function(group, model, output, subdomain, control);
     };
   }
 
@@ -142,8 +142,8 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
 
   const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
   EXPECT_EQ(content.input_text, parameters.text);
-  const auto base = geometry::make_mother_points(*geometry::make_body(parameters), parameters.mesh,
-                                                 parameters.ensemble.seed);
+  const auto base =
+      geometry::make_mother_points(*geometry::make_body(parameters), parameters.mesh, parameters.seed);
   EXPECT_EQ(content.base.position, base.position);
   EXPECT_EQ(content.base.spacing, base.spacing);
   EXPECT_EQ(content.base.movable, base.movable);
@@ -216,11 +216,12 @@ end = "round"
 
 TEST_F(EnsembleRun, PoisonedSampleFailsAlone) {
   const auto parameters = plate(4, 1);
-  const auto outcome = run("out", parameters, false,
-                           [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
-                             if (control.sample == 2) throw std::runtime_error("injected");
-                             return break_strip(group, control.sample, subdomain);
-                           });
+  const auto outcome =
+      run("out", parameters, false,
+          [](const auto& group, const auto&, const auto&, const auto& subdomain, const auto& control) {
+            if (control.sample == 2) throw std::runtime_error("injected");
+            return break_strip(group, control.sample, subdomain);
+          });
   EXPECT_EQ(outcome.done, 3);
   EXPECT_EQ(outcome.failed, 1);
   if (world_.is_root()) {
@@ -241,21 +242,21 @@ TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginnin
   const auto parameters = plate(3, 1);
   std::size_t found = 0;  // size of the checkpoints to continue from, on this rank [byte]
   const auto checkpointed = [&](bool fails) -> Mechanics {
-    return [&found, fails](const auto& group, const auto& own, const auto& subdomain,
+    return [&found, fails](const auto& group, const auto& own, const auto& output, const auto& subdomain,
                            const dynamics::SampleControl& control) {
       const std::uint64_t sample = control.sample;
       found += control.checkpoint.size();
       const std::vector<std::byte> bytes(100);
       if (sample == 1 && group.is_root()) control.save(bytes);
       if (sample == 1 && fails) throw std::runtime_error("no memory");
-      return strip(group, own, subdomain, control);
+      return strip(group, own, output, subdomain, control);
     };
   };
   EXPECT_EQ(run("retried", parameters, false, checkpointed(true)).failed, 1);
   if (world_.is_root()) {
     EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "retried", 1)));
     // As left by a kill between the two.
-    io::write_checkpoint(io::checkpoint_path(root_ / "retried", 1), parameters, 1,
+    io::write_checkpoint(io::checkpoint_path(root_ / "retried", 1), input::sample_identity(parameters), 1,
                          std::vector<std::byte>(100));
   }
   MPI_Barrier(world_.get());
@@ -275,7 +276,7 @@ TEST_F(EnsembleRun, SuspendedSampleReportsThatItsCheckpointCouldNotBeKept) {
   if (world_.is_root())
     fs::create_directories(io::checkpoint_path(root_ / "full", 0).string() + ".partial/in the way");
   MPI_Barrier(world_.get());
-  const auto parked = [](const auto& group, const auto&, const auto&,
+  const auto parked = [](const auto& group, const auto&, const auto&, const auto&,
                          const dynamics::SampleControl& control) {
     if (group.is_root()) {
       EXPECT_THROW(control.save(std::vector<std::byte>(100)), std::runtime_error);
@@ -313,7 +314,8 @@ TEST_F(EnsembleRun, StopsWhenTheMeanPathIsKnownWhateverFinishesFirst) {
   const auto parameters =
       plate(16, 1, "[ensemble.stop]\nhalf_width = \"5 mm\"\nconfidence = 0.9\nmin_samples = 4\n");
   // Early samples take longest, so that later ones end first.
-  const auto slow_first = [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+  const auto slow_first = [](const auto& group, const auto&, const auto&, const auto& subdomain,
+                             const auto& control) {
     std::this_thread::sleep_for(
         std::chrono::milliseconds(control.sample < 3 ? 200 - 40 * control.sample : 1));
     return break_strip(group, control.sample, subdomain);
@@ -368,7 +370,7 @@ TEST_F(EnsembleRun, TheEndNamesWhatIsPendingAndHowToGoOn) {
   options.stop = {};
   log_.str("");
   ensemble::run(world_, parameters, {}, options,
-                [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+                [](const auto& group, const auto&, const auto&, const auto& subdomain, const auto& control) {
                   auto result = break_strip(group, control.sample, subdomain);
                   if (control.sample % 2 == 1) throw std::runtime_error("injected");
                   return result;
@@ -409,11 +411,12 @@ TEST_F(EnsembleRun, RefusalsAreAgreedAndWriteNothing) {
 TEST_F(EnsembleRun, FileThatCannotBeWrittenFailsItsSampleUntilItCan) {
   const auto parameters = plate(3, 1);
   const fs::path blocked = io::sample_path(root_ / "out", 1);
-  const auto outcome = run("out", parameters, false,
-                           [&](const auto& group, const auto&, const auto& subdomain, const auto& control) {
-                             if (control.sample == 1) fs::create_directories(blocked / "in the way");
-                             return break_strip(group, control.sample, subdomain);
-                           });
+  const auto outcome =
+      run("out", parameters, false,
+          [&](const auto& group, const auto&, const auto&, const auto& subdomain, const auto& control) {
+            if (control.sample == 1) fs::create_directories(blocked / "in the way");
+            return break_strip(group, control.sample, subdomain);
+          });
   EXPECT_EQ(outcome.done, 2);
   EXPECT_EQ(outcome.failed, 1);
   if (world_.is_root()) {
@@ -428,12 +431,13 @@ TEST_F(EnsembleRun, FileThatCannotBeWrittenFailsItsSampleUntilItCan) {
 
 TEST_F(EnsembleRun, VanishedFolderEndsInAReport) {
   const auto parameters = plate(1, 1);
-  const auto outcome = run("out", parameters, false,
-                           [&](const auto& group, const auto&, const auto& subdomain, const auto& control) {
-                             fs::remove_all(root_ / "out");
-                             std::ofstream(root_ / "out") << "a file in place of the folder";
-                             return break_strip(group, control.sample, subdomain);
-                           });
+  const auto outcome =
+      run("out", parameters, false,
+          [&](const auto& group, const auto&, const auto&, const auto& subdomain, const auto& control) {
+            fs::remove_all(root_ / "out");
+            std::ofstream(root_ / "out") << "a file in place of the folder";
+            return break_strip(group, control.sample, subdomain);
+          });
   EXPECT_EQ(outcome.done, 0);
   EXPECT_EQ(outcome.failed, 1);
   EXPECT_TRUE(outcome.lost);
@@ -481,7 +485,8 @@ TEST_F(EnsembleRun, SingleSampleIsNotReplacedWithoutAWord) {
   MPI_Barrier(world_.get());
   EXPECT_THAT(refusal(), HasSubstr("0001.h5 already holds this sample")) << "damaged as it is";
   options.overwrite = true;
-  const auto failing = [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+  const auto failing = [](const auto& group, const auto&, const auto&, const auto& subdomain,
+                          const auto& control) {
     break_strip(group, control.sample, subdomain);
     throw std::runtime_error("injected");
     return dynamics::SampleResult();
@@ -507,7 +512,7 @@ TEST_F(EnsembleRun, SingleSampleThatFailsOrDoesNotExist) {
   const auto parameters = plate(2, 1);
   const auto outcome =
       run_single("one", parameters, {.single = 1},
-                 [](const auto& group, const auto&, const auto& subdomain, const auto& control) {
+                 [](const auto& group, const auto&, const auto&, const auto& subdomain, const auto& control) {
                    const auto result = break_strip(group, control.sample, subdomain);
                    if (group.rank() == group.size() - 1) throw std::runtime_error("injected");
                    return result;

@@ -106,7 +106,7 @@ namespace crackle::dynamics {
 namespace {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 input::Parameters pulled_bar() {
   auto parameters = test::brittle({0.002, 0.004, 0.008});
@@ -146,7 +146,7 @@ TEST_P(FailingAllocation, EndsTheSampleOnAllRanks) {
     try {
       SampleControl control;
       control.log = [](const std::string&) {};
-      in_two_pieces(group, parameters, part, control);
+      in_two_pieces(group, parameters, parameters.output, part, control);
     } catch (const parallel::AgreedError& error) {
       allocations.counts = false;
       failed = true;

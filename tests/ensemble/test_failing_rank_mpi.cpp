@@ -22,7 +22,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 enum class Place { stages, check, strain, release };
 

@@ -24,8 +24,8 @@ namespace CRACKLE_TEST_FILE {
 
 using input::BodyLoad;
 using input::BoundaryKind;
-using input::Face;
 using input::LoadKind;
+using plane::Face;
 
 /// Quenched and tempered: it breaks by stresses of its own.
 input::Parameters quenched_bar(input::Release release) {
@@ -208,10 +208,12 @@ TEST_P(LoadedBody, HasTheBitsOfOneRankAlsoAfterAnInterruption) {
       {.size = parameters.specimen.size, .cells = cells, .disturbance = 0.2, .removed = removed});
   const parallel::Communicator world(test::group()), self(MPI_COMM_SELF);
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
-  const auto pieces = in_two_pieces(world, parameters, part);
-  const auto together = world.size() > 1 ? run_sample(world, parameters, part) : SampleResult{};
+  const auto pieces = in_two_pieces(world, parameters, parameters.output, part);
+  const auto together =
+      world.size() > 1 ? run_sample(world, parameters, parameters.output, part) : SampleResult{};
   if (!world.is_root()) return;
-  const auto& alone = test::reference([&] { return run_sample(self, parameters, test::whole(mesh)); });
+  const auto& alone =
+      test::reference([&] { return run_sample(self, parameters, parameters.output, test::whole(mesh)); });
   std::printf("%s: %s after %zu breaks in %lld dynamic phases, energy error %.1e\n", name.c_str(),
               to_string(alone.outcome).c_str(), alone.breaks.size(),
               static_cast<long long>(alone.counts.dynamic_phases), alone.energy_error);
@@ -231,9 +233,9 @@ TEST(BlastedBlock, LosesItsLoadInTheOtherEngineToo) {
   const parallel::Communicator world(test::group());
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
   parameters.time.duration = 4e-6;
-  const auto result = run_sample(world, parameters, part);
+  const auto result = run_sample(world, parameters, parameters.output, part);
   parameters.time.engine = input::Engine::petsc;
-  const auto other = run_sample(world, parameters, part);
+  const auto other = run_sample(world, parameters, parameters.output, part);
   if (!world.is_root()) return;
   ASSERT_EQ(result.history.size(), other.history.size());
   const auto& end = result.history.back();

@@ -31,9 +31,9 @@ namespace CRACKLE_TEST_FILE {
 
 using geometry::Point;
 using input::BoundaryKind;
-using input::Face;
 using parallel::Communicator;
 using parallel::NodeField;
+using plane::Face;
 
 const Point size{0.002, 0.004, 0.012};
 

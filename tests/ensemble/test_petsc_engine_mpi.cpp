@@ -30,7 +30,7 @@ namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Engine;
-using input::Face;
+using plane::Face;
 
 input::Parameters torn_bar() {
   auto parameters = test::torn_bar(1e-8);
@@ -46,7 +46,7 @@ protected:
   }
 
   SampleResult sample(const input::Parameters& parameters) const {
-    return run_sample(world_, parameters, part(world_));
+    return run_sample(world_, parameters, parameters.output, part(world_));
   }
 
   /// The largest difference of owned values relative to the largest value. Collective.
@@ -82,7 +82,7 @@ protected:
       control.log = [&](const std::string& line) { EXPECT_EQ(line.find("is not used"), line.npos) << line; };
       if (group.is_root()) control.checkpoint = saved;
       if (group.size() == world_.size() || world_.is_root())
-        result = run_sample(group, parameters, part(group), control);
+        result = run_sample(group, parameters, parameters.output, part(group), control);
       is_suspended = result.suspended;
       MPI_Bcast(&is_suspended, 1, MPI_CXX_BOOL, 0, world_.get());
       n_suspended_ += is_suspended ? 1 : 0;
@@ -242,13 +242,13 @@ TEST_F(PetscEngine, DoesNotGoOnFromTheOtherEngine) {
     SampleControl control;
     control.stop = [&] { return ++n_looks > 10; };
     control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
-    EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).suspended);
+    EXPECT_TRUE(run_sample(world_, parameters, parameters.output, part(world_), control).suspended);
     parameters.time.engine = from == Engine::petsc ? Engine::fixed_point : Engine::petsc;
     std::string lines;
     SampleControl again;
     again.log = [&](const std::string& line) { lines += line + "\n"; };
     again.checkpoint = saved;
-    const auto result = run_sample(world_, parameters, part(world_), again);
+    const auto result = run_sample(world_, parameters, parameters.output, part(world_), again);
     const auto expected = sample(parameters);
     if (!world_.is_root()) continue;
     EXPECT_NE(lines.find("the checkpoint is not used: it was made by another engine"), std::string::npos)

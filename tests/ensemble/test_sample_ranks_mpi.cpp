@@ -26,7 +26,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 /// A bar torn apart from rest by a sudden traction: it breaks in many places.
 input::Parameters torn_bar() {
@@ -50,7 +50,7 @@ void compare_on(const parallel::Communicator& world, const input::Parameters& pa
                 const geometry::Realization& mesh, const geometry::Partition& partition,
                 const dynamics::SampleResult* alone_on_root) {
   const auto parts = geometry::split(mesh, partition, parameters.fracture.length);
-  const auto shared = run_sample(world, parameters, parts[index(world.rank())]);
+  const auto shared = run_sample(world, parameters, parameters.output, parts[index(world.rank())]);
   if (!world.is_root()) return;
   const dynamics::SampleResult& alone = *alone_on_root;
   const auto part_of = [&](const fracture::Break& record) {
@@ -80,7 +80,8 @@ const dynamics::SampleResult* compare(const input::Parameters& parameters, const
   const parallel::Communicator self(MPI_COMM_SELF);
   const dynamics::SampleResult* alone = nullptr;
   if (world.is_root()) {
-    alone = &test::reference([&] { return run_sample(self, parameters, test::whole(mesh)); });
+    alone =
+        &test::reference([&] { return run_sample(self, parameters, parameters.output, test::whole(mesh)); });
     EXPECT_GT(alone->breaks.size(), least_breaks) << "the case must break";
     EXPECT_EQ(alone->bridge_releases.empty(), parameters.fracture.release != input::Release::facet);
     EXPECT_EQ(alone->stiffness_reductions.empty(), parameters.fracture.release != input::Release::softening);
@@ -190,7 +191,7 @@ rate = ["0 N/s", "-1 N/s", "0 N/s"]
   auto parameters = input::parse(text.text(), "ring.toml");
   parameters.time.precision = GetParam();
   parameters.time.duration = 1e-5;
-  parameters.ensemble.seed = 1;
+  parameters.seed = 1;
   compare(parameters, test::realization(parameters), 20);
 }
 
@@ -437,7 +438,7 @@ TEST_P(SampleOnManyRanks, ExchangesGhostsOnceForEachForce) {
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
   for (const auto integrator : {input::Integrator::bilateral4, input::Integrator::verlet}) {
     parameters.time.integrator = integrator;
-    const auto result = run_sample(world, parameters, part);
+    const auto result = run_sample(world, parameters, parameters.output, part);
     const auto n_ghosts = static_cast<std::int64_t>(part.nodes.size()) - part.layout.n_owned;
     const std::int64_t number = GetParam() == input::Precision::mixed ? 4 : 8;
     const auto& exchange_cost = result.timings.exchange_cost;

@@ -12,8 +12,9 @@
 namespace crackle::dynamics {
 
 /// A sample that is suspended in a dynamic phase and continued, to include saving and restoring.
-inline SampleResult in_two_pieces(const parallel::Communicator& group, const input::Parameters& parameters,
-                                  const geometry::Subdomain& subdomain, const SampleControl& given = {}) {
+inline SampleResult in_two_pieces(const parallel::Communicator& group, const input::Model& model,
+                                  const input::Output& output, const geometry::Subdomain& subdomain,
+                                  const SampleControl& given = {}) {
   SampleResult result;
   parallel::run_collectively(group, [&] {
     std::vector<std::byte> saved;
@@ -24,12 +25,12 @@ inline SampleResult in_two_pieces(const parallel::Communicator& group, const inp
     // suspended.
     control.checkpoint_interval = 0;
     control.stop = [&] { return group.is_root() && !saved.empty() && std::exchange(is_saved, true); };
-    result = run_sample(group, parameters, subdomain, control);
+    result = run_sample(group, model, output, subdomain, control);
     if (!result.suspended) return;
     control.stop = {};
     control.checkpoint_interval = given.checkpoint_interval;
     control.checkpoint = saved;
-    result = run_sample(group, parameters, subdomain, control);
+    result = run_sample(group, model, output, subdomain, control);
   });
   return result;
 }

@@ -122,7 +122,7 @@ inline input::Material epoxy() {
   return {.youngs_modulus = 3300e6, .poisson_ratio = 0.38, .density = 1180};
 }
 
-inline input::Boundary boundary(input::Face face, input::BoundaryKind kind,
+inline input::Boundary boundary(plane::Face face, input::BoundaryKind kind,
                                 std::array<bool, 3> components = {}, Vector value = {}, Vector rate = {}) {
   input::Boundary condition;
   condition.on = name_of(face);
@@ -149,7 +149,7 @@ inline input::Parameters brittle(const Vector& size, const input::Material& mate
 /// the range of mixed precision.
 inline input::Parameters torn_bar(double time_step) {
   using input::BoundaryKind;
-  using input::Face;
+  using plane::Face;
   auto parameters = brittle({0.002, 0.004, 0.012});
   parameters.fracture.impulse = 1e5;
   parameters.time.start = input::Start::rest;
@@ -164,7 +164,7 @@ inline input::Parameters torn_bar(double time_step) {
 /// The bar loaded slowly, with so little patience that dynamic phases arrest and loading continues.
 inline input::Parameters pulled_bar(input::Parameters parameters) {
   using input::BoundaryKind;
-  using input::Face;
+  using plane::Face;
   parameters.time.start = input::Start::quasi_static;
   parameters.time.arrest = 2.5e-6;
   parameters.boundaries = {boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
@@ -176,7 +176,7 @@ inline input::Parameters pulled_bar(input::Parameters parameters) {
 /// a bar.
 inline std::vector<input::Boundary> uniform_pull() {
   using input::BoundaryKind;
-  using input::Face;
+  using plane::Face;
   return {boundary(Face::x_min, BoundaryKind::fix, {true, false, false}),
           boundary(Face::y_min, BoundaryKind::fix, {false, true, false}),
           boundary(Face::z_min, BoundaryKind::fix, {false, false, true}),

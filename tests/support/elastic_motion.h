@@ -21,7 +21,7 @@ namespace crackle::test {
 inline geometry::Realization irregular_box(const geometry::Point& size, double spacing,
                                            std::uint64_t sample = 0) {
   input::Parameters parameters;
-  parameters.ensemble.seed = 1;
+  parameters.seed = 1;
   parameters.specimen.size = size;
   parameters.mesh = {.spacing = spacing,
                      .notch_spacing = spacing,
@@ -48,7 +48,7 @@ public:
         law_(unbreakable(subdomain_)),
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)},
         map_(dynamics::splitting(integrator)),
-        stable_step_(dynamics::stable_step(self_, with(parameters, integrator), subdomain_, body_.operators(),
+        stable_step_(dynamics::stable_step(self_, integrator, bulk_viscosity_, subdomain_, body_.operators(),
                                            body_.material(), body_.force())) {}
 
   /// Starts at the current state(); the motion lasts at most `duration` [s].
@@ -89,11 +89,6 @@ public:
   double stable_step() const { return stable_step_; }
 
 private:
-  static input::Parameters with(input::Parameters parameters, input::Integrator integrator) {
-    parameters.time.integrator = integrator;
-    return parameters;
-  }
-
   double damping_rate_;
   input::BulkViscosity bulk_viscosity_;
   parallel::Communicator self_{MPI_COMM_SELF};

@@ -14,13 +14,13 @@ namespace crackle::testing {
 
 inline constexpr double mm = 1e-3;
 
-inline input::Notch notch(input::Face face, double at_mm, double depth_mm, double height_mm) {
+inline plane::Notch notch(plane::Face face, double at_mm, double depth_mm, double height_mm) {
   return {.face = face, .at = at_mm * mm, .depth = depth_mm * mm, .height = height_mm * mm};
 }
 
-inline geometry::Body body(const Vector& size_mm, std::vector<input::Notch> notches = {}) {
+inline geometry::Body body(const Vector& size_mm, std::vector<plane::Notch> notches = {}) {
   return *geometry::make_body(
-      input::Specimen{{size_mm[0] * mm, size_mm[1] * mm, size_mm[2] * mm}, std::move(notches)});
+      plane::Specimen{{size_mm[0] * mm, size_mm[1] * mm, size_mm[2] * mm}, std::move(notches)});
 }
 
 inline input::Mesh mesh(double spacing_mm, double notch_spacing_mm, double growth = 0.1) {
@@ -35,7 +35,7 @@ inline input::Mesh mesh(double spacing_mm, double notch_spacing_mm, double growt
 }
 
 /// @param box and spacing in mm
-inline input::MeshRegion region(input::Region box_mm, double spacing_mm) {
+inline input::MeshRegion region(plane::Region box_mm, double spacing_mm) {
   for (auto& [lower, upper] : box_mm) {
     lower *= mm;
     upper *= mm;
@@ -46,7 +46,7 @@ inline input::MeshRegion region(input::Region box_mm, double spacing_mm) {
 /// The plate of the paper, shortened, with its two anti-symmetric notches: about 6,000 nodes with
 /// plate_mesh().
 inline geometry::Body short_plate() {
-  return body({3, 16, 24}, {notch(input::Face::y_min, 9, 4, 0.6), notch(input::Face::y_max, 15, 4, 0.6)});
+  return body({3, 16, 24}, {notch(plane::Face::y_min, 9, 4, 0.6), notch(plane::Face::y_max, 15, 4, 0.6)});
 }
 inline input::Mesh plate_mesh() {
   return mesh(1.5, 0.3, 0.12);
@@ -73,8 +73,8 @@ inline SlotFaces slot_faces(const geometry::Body& body, int i) {
 
 /// A notch in each of the four possible faces.
 inline geometry::Body four_notches() {
-  return body({2, 10, 12}, {notch(input::Face::y_min, 6, 2, 0.5), notch(input::Face::y_max, 5, 3, 0.8),
-                            notch(input::Face::z_min, 5, 2, 0.4), notch(input::Face::z_max, 4, 1, 1.5)});
+  return body({2, 10, 12}, {notch(plane::Face::y_min, 6, 2, 0.5), notch(plane::Face::y_max, 5, 3, 0.8),
+                            notch(plane::Face::z_min, 5, 2, 0.4), notch(plane::Face::z_max, 4, 1, 1.5)});
 }
 
 }  // namespace crackle::testing

@@ -21,8 +21,8 @@ inline input::Parameters job(const std::string& file) {
 /// The mesh made by the program for a sample.
 inline geometry::Realization realization(const input::Parameters& parameters, std::uint64_t sample = 0) {
   const auto body = geometry::make_body(parameters);
-  const auto base = geometry::make_mother_points(*body, parameters.mesh, parameters.ensemble.seed);
-  return geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, sample);
+  const auto base = geometry::make_mother_points(*body, parameters.mesh, parameters.seed);
+  return geometry::make_realization(*body, base, parameters.mesh, parameters.seed, sample);
 }
 
 }  // namespace crackle::test

@@ -32,7 +32,7 @@ struct LoadedPlate {
   parallel::Communicator self{MPI_COMM_SELF};
 
   explicit LoadedPlate(const PlateText& text) : parameters(input::parse(text.text(), "plate.toml")) {
-    parameters.ensemble.seed = 1;
+    parameters.seed = 1;
     body = geometry::make_body(parameters);
     subdomain = whole(realization(parameters));
   }

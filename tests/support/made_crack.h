@@ -54,7 +54,7 @@ public:
         plane_(std::ceil((tilt * thickness / 2 - low) / mm_) + 4.5),
         mesh_({{std::max(1.0, std::round(thickness / mm_)), std::round(width / mm_),
                 std::ceil((tilt * thickness / 2 + high) / mm_) + plane_ + 4.5},
-               {{input::Face::y_min, plane_, std::round(depth / mm_), 1}}},
+               {{plane::Face::y_min, plane_, std::round(depth / mm_), 1}}},
               [&](const geometry::Point& centre) {
                 // Cubes at the notch and along the path: where the path is steep it passes several in a row.
                 const double advance = advance_of(centre);

@@ -21,7 +21,7 @@ namespace crackle::test {
 class StructuredMesh {
 public:
   /// @param keep selects cubes of the box by their centre; all without it
-  explicit StructuredMesh(input::Specimen specimen,
+  explicit StructuredMesh(plane::Specimen specimen,
                           const std::function<bool(const geometry::Point&)>& keep = {})
       : specimen_(specimen), body_(*geometry::make_body(specimen)) {
     for (std::size_t i = 0; i < 3; ++i) n_[i] = static_cast<int>(specimen.size[i] + 0.5);
@@ -104,8 +104,8 @@ private:
   int notch_at(const geometry::Point& p) const {
     for (std::size_t i = 0; i < specimen_.notches.size(); ++i) {
       const auto& notch = specimen_.notches[i];
-      const bool on_y = notch.face == input::Face::y_min || notch.face == input::Face::y_max;
-      const bool lower = notch.face == input::Face::y_min || notch.face == input::Face::z_min;
+      const bool on_y = notch.face == plane::Face::y_min || notch.face == plane::Face::y_max;
+      const bool lower = notch.face == plane::Face::y_min || notch.face == plane::Face::z_min;
       const std::size_t axis = on_y ? 1 : 2;
       const double depth = lower ? p[axis] : specimen_.size[axis] - p[axis];
       const double side = p[3 - axis] - notch.at;
@@ -155,7 +155,7 @@ private:
     }
   }
 
-  input::Specimen specimen_;
+  plane::Specimen specimen_;
   geometry::Body body_;
   std::array<int, 3> n_{};
   geometry::Realization realization_;
@@ -164,8 +164,8 @@ private:
 
 /// A plate 4 m thick, 16 m wide and 24 m long with anti-symmetric notches, 4 m deep and one cube high, whose
 /// mid-planes pass through cube centres at z = 8.5 m (from y-min) and z = 15.5 m (from y-max).
-inline input::Specimen notched_plate() {
-  return {{4, 16, 24}, {{input::Face::y_min, 8.5, 4, 1}, {input::Face::y_max, 15.5, 4, 1}}};
+inline plane::Specimen notched_plate() {
+  return {{4, 16, 24}, {{plane::Face::y_min, 8.5, 4, 1}, {plane::Face::y_max, 15.5, 4, 1}}};
 }
 
 }  // namespace crackle::test

@@ -88,8 +88,8 @@ protected:
   static constexpr int n_realizations = 4;
 
   static void SetUpTestSuite() {
-    const input::Specimen specimen{{thickness * spacing, width * spacing, 2 * plane * spacing},
-                                   {{input::Face::y_min, plane * spacing, tip * spacing, spacing}}};
+    const plane::Specimen specimen{{thickness * spacing, width * spacing, 2 * plane * spacing},
+                                   {{plane::Face::y_min, plane * spacing, tip * spacing, spacing}}};
     input::Mesh mesh;
     mesh.spacing = of_points;
     mesh.notch_spacing = of_points;

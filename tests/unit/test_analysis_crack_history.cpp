@@ -43,7 +43,7 @@ protected:
   }
 
   StructuredMesh mesh{
-      {{thickness, 40, 36}, {{input::Face::y_min, 8.5, 4, 1}, {input::Face::y_max, 27.5, 4, 1}}}};
+      {{thickness, 40, 36}, {{plane::Face::y_min, 8.5, 4, 1}, {plane::Face::y_max, 27.5, 4, 1}}}};
   dynamics::SampleResult result;
   CrackSurface surface;
 };

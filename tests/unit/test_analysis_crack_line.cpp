@@ -20,8 +20,8 @@ using test::StructuredMesh;
 /// The plate of the crack path tests, 40 wide: notch 0 has its tip at y = 4 and its plane at z = 8.5.
 class Lines : public testing::Test {
 protected:
-  static input::Specimen wide_plate() {
-    return {{4, 40, 36}, {{input::Face::y_min, 8.5, 4, 1}, {input::Face::y_max, 27.5, 4, 1}}};
+  static plane::Specimen wide_plate() {
+    return {{4, 40, 36}, {{plane::Face::y_min, 8.5, 4, 1}, {plane::Face::y_max, 27.5, 4, 1}}};
   }
   std::vector<CrackLine> lines(const std::function<int(const Point&)>& label,
                                const std::function<double(const Point&)>& time) const {

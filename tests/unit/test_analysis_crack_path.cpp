@@ -428,7 +428,7 @@ TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
 /// A plate whose crack runs through 36 layers of cubes, with a thickness of several columns.
 double speed_through_long_plate(const std::function<double(const Point& p, double layer)>& time) {
   const double plane = 8.5;
-  const StructuredMesh mesh(input::Specimen{{8, 40, 16}, {{input::Face::y_min, plane, 4, 1}}});
+  const StructuredMesh mesh(plane::Specimen{{8, 40, 16}, {{plane::Face::y_min, plane, 4, 1}}});
   const auto breaks = mesh.break_between([&](const Point& p) { return p[2] > plane ? 1 : 0; },
                                          [&](const Point& p) {
                                            const double layer = std::floor(p[1] - 4);
@@ -593,7 +593,7 @@ TEST_F(MadeFronts, DoNotDependOnTheOrderOfWhatBreaksAtOneTime) {
 class CrackPathAtZFace : public testing::Test {
 protected:
   StructuredMesh mesh{
-      input::Specimen{{4, 24, 16}, {{input::Face::z_min, 8.5, 4, 1}, {input::Face::y_max, 11.5, 4, 1}}}};
+      plane::Specimen{{4, 24, 16}, {{plane::Face::z_min, 8.5, 4, 1}, {plane::Face::y_max, 11.5, 4, 1}}}};
   CrackSurface cracks = make_crack_surface(
       mesh.body(), mesh.realization(),
       mesh.break_between([](const Point& p) { return p[2] > 11.5  ? 2
@@ -634,7 +634,7 @@ TEST_F(CrackPathAtZFace, SectionsOfOneAxisDoNotDependOnTheOther) {
 }
 
 TEST(CrackPathAtOneZFace, HasAPatternAndASpeed) {
-  const StructuredMesh mesh(input::Specimen{{4, 24, 16}, {{input::Face::z_min, 8.5, 4, 1}}});
+  const StructuredMesh mesh(plane::Specimen{{4, 24, 16}, {{plane::Face::z_min, 8.5, 4, 1}}});
   const auto breaks =
       mesh.break_between([](const Point& p) { return p[1] > 8.5 ? 1 : 0; },
                          [](const Point& p) { return p[2] > 4 ? std::floor(p[2] - 4) : -1.0; });

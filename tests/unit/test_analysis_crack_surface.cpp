@@ -26,7 +26,7 @@ geometry::Realization one_tetrahedron(const std::array<Point, 4>& p) {
 }
 
 geometry::Body plain_box() {
-  return *geometry::make_body(input::Specimen{{1, 1, 1}, {}});
+  return *geometry::make_body(plane::Specimen{{1, 1, 1}, {}});
 }
 
 TEST(CrackSurface, RegularTetrahedronHasThreeOrFourEqualFacets) {
@@ -90,7 +90,7 @@ TEST(CrackSurface, CornersAreEdgeMidpointFaceCentroidsAndCentroid) {
 }
 
 TEST(CrackSurface, CutThroughAMeshIsAClosedSheet) {
-  const StructuredMesh mesh(input::Specimen{{3, 4, 5}, {}});
+  const StructuredMesh mesh(plane::Specimen{{3, 4, 5}, {}});
   const auto breaks =
       mesh.break_between([](const Point& p) { return p[2] > 2.5 ? 1 : 0; }, [](const Point&) { return 0.0; });
   const CrackSurface surface = make_crack_surface(mesh.body(), mesh.realization(), breaks, 0);
@@ -117,7 +117,7 @@ TEST(CrackSurface, CutThroughAMeshIsAClosedSheet) {
 }
 
 TEST(CrackSurface, TimesCountFromTheOnsetWithoutLosingDigits) {
-  const StructuredMesh mesh(input::Specimen{{1, 1, 1}, {}});
+  const StructuredMesh mesh(plane::Specimen{{1, 1, 1}, {}});
   const double onset = 76.179191;
   const std::vector<Break> breaks{{0, 75, 3e-6, 1, 1, 0}, {1, onset, 0, 1, 1, 0}, {2, onset, 5e-9, 1, 1, 0}};
   const CrackSurface surface = make_crack_surface(mesh.body(), mesh.realization(), breaks, onset);
@@ -133,7 +133,7 @@ TEST(CrackSurface, TimesCountFromTheOnsetWithoutLosingDigits) {
 }
 
 TEST(CrackSurface, RefusesBreaksTheRealizationDoesNotHave) {
-  const StructuredMesh mesh(input::Specimen{{1, 1, 1}, {}});
+  const StructuredMesh mesh(plane::Specimen{{1, 1, 1}, {}});
   for (const Break& wrong : {Break{6, 0, 0, 1, 1, 0}, Break{-1, 0, 0, 1, 1, 0}, Break{0, 0, 0, 1, 1, 7},
                              Break{0, 0, 0, 1, 1, -1}}) {
     EXPECT_THROW(make_crack_surface(mesh.body(), mesh.realization(), {&wrong, 1}, 0), std::invalid_argument);

@@ -84,7 +84,7 @@ struct Start {
 
 /// Slots 1 mm high in plates of 100 mm: in two faces, and inside.
 std::vector<Start> starts() {
-  const auto with = [](input::Face face) {
+  const auto with = [](plane::Face face) {
     return geometry::make_body({{thickness, 100 * mm, 100 * mm}, {{face, 50 * mm, 30 * mm, 1 * mm}}});
   };
   test::PlateText inner{R"(size = ["0.4 mm", "100 mm", "100 mm"])"};
@@ -94,8 +94,8 @@ height = "1 mm")"};
   inner.mesh = R"(spacing = "0.4 mm")";
   inner.section = "50 mm";
   std::vector<Start> all;
-  all.push_back({"y-min", with(input::Face::y_min), {thickness / 2, 30 * mm, 50 * mm}, 0});
-  all.push_back({"z-max", with(input::Face::z_max), {thickness / 2, 50 * mm, 70 * mm}, -90});
+  all.push_back({"y-min", with(plane::Face::y_min), {thickness / 2, 30 * mm, 50 * mm}, 0});
+  all.push_back({"z-max", with(plane::Face::z_max), {thickness / 2, 50 * mm, 70 * mm}, -90});
   all.push_back({"inner",
                  geometry::make_body(input::parse(inner.text(), "plate.toml").specimen),
                  {thickness / 2, 40 * mm, 50 * mm},

@@ -28,9 +28,9 @@ constexpr double spacing = 0.6 * mm;
 class CrackOnRealization : public testing::Test {
 protected:
   static void SetUpTestSuite() {
-    input::Specimen specimen{
+    plane::Specimen specimen{
         {5 * mm, 24.5 * mm, 40 * mm},
-        {{input::Face::y_min, 15 * mm, 6 * mm, 0.6 * mm}, {input::Face::y_max, 25 * mm, 6 * mm, 0.6 * mm}}};
+        {{plane::Face::y_min, 15 * mm, 6 * mm, 0.6 * mm}, {plane::Face::y_max, 25 * mm, 6 * mm, 0.6 * mm}}};
     input::Mesh mesh;
     mesh.spacing = 1.5 * mm;
     mesh.notch_spacing = spacing;

@@ -83,13 +83,14 @@ TEST(SampleSummary, DividesTheCrackAreaByMaterialAndInterface) {
   geometry::Realization realization = mesh.realization();
   const CrackSurface surface = make_crack_surface(mesh.body(), realization, breaks, 0);
   input::Parameters parameters;
-  EXPECT_TRUE(crack_area_in_parts(surface, realization, parameters).empty());
+  EXPECT_TRUE(crack_area_in_parts(surface, realization, parameters.materials, parameters.interfaces).empty());
   parameters.materials = {{1, 0.3, 1e-6}, {4, 0.3, 1e-6}};
   parameters.materials[0].name = "epoxy";
   parameters.materials[1].name = "glass";
   parameters.interfaces.resize(1);
   parameters.interfaces[0].between = {"epoxy", "glass"};
-  EXPECT_THAT(crack_parts(parameters), testing::ElementsAre("epoxy", "glass", "interface epoxy-glass"));
+  EXPECT_THAT(crack_parts(parameters.materials, parameters.interfaces),
+              testing::ElementsAre("epoxy", "glass", "interface epoxy-glass"));
   // Glass beyond y = 8, where the tetrahedra of the interface reach from 7 to 9.
   std::vector<double> expected(3, 0.0);
   for (const auto& tetrahedron : realization.tetrahedra) {
@@ -102,7 +103,7 @@ TEST(SampleSummary, DividesTheCrackAreaByMaterialAndInterface) {
         geometry::centroid(realization.nodes, realization.tetrahedra[index(facet.tetrahedron)])[1];
     expected[y > 7 && y < 9 ? 2 : y > 8 ? 1 : 0] += facet.area;
   }
-  const auto found = crack_area_in_parts(surface, realization, parameters);
+  const auto found = crack_area_in_parts(surface, realization, parameters.materials, parameters.interfaces);
   std::printf("%.4g, %.4g, %.4g of %.4g\n", found[0], found[1], found[2], surface.area());
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_GT(found[k], 0) << k;
@@ -263,10 +264,10 @@ TEST(LongBranches, AreThoseOfALength) {
   }
   auto parameters = test::job("your-own-problem.toml");  // 0.6 mm where its crack runs
   const auto body = geometry::make_body(parameters);
-  EXPECT_DOUBLE_EQ(branch_length(parameters, *body), 2.4e-3);
-  EXPECT_EQ(branches.n_in_space(branch_length(parameters, *body)), 2);
+  EXPECT_DOUBLE_EQ(branch_length(parameters.output.branch_length, parameters.mesh, *body), 2.4e-3);
+  EXPECT_EQ(branches.n_in_space(branch_length(parameters.output.branch_length, parameters.mesh, *body)), 2);
   parameters.output.branch_length = 3e-3;
-  EXPECT_EQ(branches.n_in_space(branch_length(parameters, *body)), 1);
+  EXPECT_EQ(branches.n_in_space(branch_length(parameters.output.branch_length, parameters.mesh, *body)), 1);
   EXPECT_EQ(branches.n_in_space(), 3);
 }
 

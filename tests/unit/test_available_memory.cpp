@@ -75,7 +75,7 @@ TEST_F(Node, RefusalsHaveBothNumbers) {
 }
 
 TEST(MemoryDemand, MakingAMeshTakesNoFramesAndNoOtherRanks) {
-  input::Parameters parameters;
+  input::Study parameters;
   parameters.specimen.size = {0.005, 0.0245, 0.14};
   parameters.mesh.spacing = parameters.mesh.notch_spacing = 0.0005;
   const geometry::Body body = *geometry::make_body(parameters.specimen);
@@ -87,7 +87,7 @@ TEST(MemoryDemand, MakingAMeshTakesNoFramesAndNoOtherRanks) {
 }
 
 TEST(MemoryDemand, FollowsTheLayout) {
-  input::Parameters parameters;
+  input::Study parameters;
   const auto of = [&](int n_ranks, int per_sample) {
     return memory_demand(parameters, 5e6, 27e6, make_group_layout(n_ranks, per_sample));
   };

@@ -2,6 +2,7 @@
 // Several shared bases: how often intervals for the material hold.
 #include "analysis/bases.h"
 #include "common/random.h"
+#include "input/reader.h"
 
 #include "support/geometry_bodies.h"
 
@@ -19,10 +20,10 @@ using ::testing::HasSubstr;
 
 input::Parameters plate(std::uint64_t seed) {
   input::Parameters parameters;
-  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(input::Face::y_min, 50, 5, 1)}};
+  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
   parameters.sections.y = {0.01};
   parameters.mesh.base = input::Base::shared;
-  parameters.ensemble.seed = seed;
+  parameters.seed = seed;
   return parameters;
 }
 
@@ -62,7 +63,7 @@ TEST(Bases, IntervalsHoldForTheMaterial) {
     std::vector<BaseSamples> bases;
     Moments all;
     for (std::uint64_t b = 0; b < n_bases; ++b) rows.push_back(rows_of(trial, b, n, intraclass));
-    for (std::size_t b = 0; b < n_bases; ++b) bases.push_back({&parameters[b], rows[b], {}});
+    for (std::size_t b = 0; b < n_bases; ++b) bases.push_back({&parameters[b], {}, rows[b], {}});
     for (const auto& base : rows)
       for (const SampleSummary& row : base) all.add(row.onset_force);
     const BasesStatistics statistics = statistics_of_bases(bases);
@@ -84,7 +85,7 @@ TEST(Bases, IntervalsHoldForTheMaterial) {
 TEST(Bases, MeansByHandAndEqualValues) {
   const auto one = plate(1), other = plate(2);
   const auto first = rows_of(1, 1, 3, 0.1), second = rows_of(1, 2, 5, 0.1);
-  const std::vector<BaseSamples> bases{{&one, first, {}}, {&other, second, {}}};
+  const std::vector<BaseSamples> bases{{&one, {}, first, {}}, {&other, {}, second, {}}};
   const BasesStatistics all = statistics_of_bases(bases);
   const MeanOverBases& found = of(all, "onset_force");
   EXPECT_DOUBLE_EQ(found.mean.value, (found.of_base[0] + found.of_base[1]) / 2);
@@ -106,7 +107,7 @@ TEST(Bases, WhatDidNotBreakIsInNoMeanOfLoads) {
   first[1].peak_load = first[1].work_of_fracture = 1e6;
   first[1].onset_force = not_a_number;
   const BasesStatistics all =
-      statistics_of_bases(std::vector<BaseSamples>{{&one, first, {}}, {&other, second, {}}});
+      statistics_of_bases(std::vector<BaseSamples>{{&one, {}, first, {}}, {&other, {}, second, {}}});
   EXPECT_EQ(of(all, "onset_force").n_values, 7);
   EXPECT_THROW(of(all, "work_of_fracture"), std::runtime_error);
   EXPECT_THROW(of(all, "peak_load"), std::runtime_error);
@@ -117,7 +118,8 @@ TEST(Bases, WhatAreNotSeveralBasesIsRefused) {
   const auto rows = rows_of(1, 1, 3, 0.1);
   const auto refused = [&](const input::Parameters& other, const char* reason) {
     const input::Parameters one = plate(1);
-    const std::vector<BaseSamples> bases{{&one, rows, {}}, {&other, rows, {}}};
+    const std::vector<BaseSamples> bases{{&one, input::sample_settings(one), rows, {}},
+                                         {&other, input::sample_settings(other), rows, {}}};
     try {
       statistics_of_bases(bases);
       ADD_FAILURE() << reason;

@@ -24,7 +24,7 @@ constexpr double mm = 1e-3;
 input::Parameters parsed(PlateText plate, const std::string& boundaries) {
   plate.boundaries = boundaries;
   input::Parameters parameters = input::parse(plate.text(), "plate.toml");
-  parameters.ensemble.seed = 3;
+  parameters.seed = 3;
   return parameters;
 }
 

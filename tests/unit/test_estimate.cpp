@@ -27,13 +27,13 @@ input::Parameters paper_like() {
 
 TEST(Estimate, CountsStepsAndForceEvaluations) {
   auto parameters = paper_like();
-  auto phase = phase_work(parameters, 40e-9);
+  auto phase = phase_work(parameters.time, 40e-9);
   EXPECT_EQ(phase.grid.step, 5e-9);
   EXPECT_EQ(phase.grid.n_steps, 20000);
   // Eight kicks in two steps, the last of which shares its force with the first of the next two.
   EXPECT_EQ(phase.force_evaluations, 70000);
   parameters.time.integrator = input::Integrator::verlet;
-  phase = phase_work(parameters, 40e-9);
+  phase = phase_work(parameters.time, 40e-9);
   EXPECT_EQ(phase.force_evaluations, 20000);
 }
 
@@ -66,7 +66,7 @@ TEST(Estimate, ExpectsMorePhasesWhereCracksRelieveTheLoad) {
 TEST(Estimate, AutomaticStepStaysBelowTheStableOneAndDividesTheDuration) {
   auto parameters = paper_like();
   parameters.time.step.reset();
-  const auto grid = phase_work(parameters, 40e-9).grid;
+  const auto grid = phase_work(parameters.time, 40e-9).grid;
   std::printf("step %.6g ns, %ld steps\n", grid.step * 1e9, static_cast<long>(grid.n_steps));
   EXPECT_LE(grid.step, 0.9 * 40e-9);
   EXPECT_GT(grid.step, 0.89 * 40e-9);
@@ -77,31 +77,32 @@ TEST(Estimate, RefusesAStepOverTheStableOne) {
   auto parameters = paper_like();
   parameters.time.step = 50e-9;
   try {
-    phase_work(parameters, 40e-9);
+    phase_work(parameters.time, 40e-9);
     FAIL() << "a step over the stable one was accepted";
   } catch (const std::runtime_error& error) {
     std::printf("%s\n", error.what());
     EXPECT_THAT(error.what(), AllOf(StartsWith("time.step: 50 ns"), HasSubstr("stable step"),
                                     HasSubstr("40 ns"), HasSubstr("\"auto\"")));
   }
-  EXPECT_THROW(phase_work(paper_like(), 0), std::runtime_error);
+  EXPECT_THROW(phase_work(paper_like().time, 0), std::runtime_error);
 }
 
 TEST(Estimate, ArrestedPhasesAndEquilibriaCount) {
   auto parameters = paper_like();
   const double arrest_window = 0.4 * parameters.time.duration;
-  EXPECT_EQ(sample_work(parameters, arrest_window, 1).full_durations, 1);
-  EXPECT_EQ(sample_work(parameters, arrest_window, 1).solves, 2);
-  const SampleWork three = sample_work(parameters, arrest_window, 3);
+  EXPECT_EQ(sample_work(parameters.time, arrest_window, 1).full_durations, 1);
+  EXPECT_EQ(sample_work(parameters.time, arrest_window, 1).solves, 2);
+  const SampleWork three = sample_work(parameters.time, arrest_window, 3);
   const double share = arrest_window / parameters.time.duration;
   EXPECT_GT(three.full_durations, 1 + 2 * share);
   EXPECT_LT(three.full_durations, 1 + 2 * (share + 1));
   EXPECT_GT(three.solves, 2 + 3);
   parameters.time.duration = 1e-6;  // an arrest takes as long as a phase may last
-  EXPECT_EQ(sample_work(parameters, arrest_window, 3).full_durations, 1 + 2 * dynamics::max_phase_durations);
+  EXPECT_EQ(sample_work(parameters.time, arrest_window, 3).full_durations,
+            1 + 2 * dynamics::max_phase_durations);
   parameters.time.start = input::Start::rest;
-  EXPECT_EQ(sample_work(parameters, arrest_window, 3).phases, 1);
-  EXPECT_EQ(sample_work(parameters, arrest_window, 3).solves, 0);
+  EXPECT_EQ(sample_work(parameters.time, arrest_window, 3).phases, 1);
+  EXPECT_EQ(sample_work(parameters.time, arrest_window, 3).solves, 0);
 }
 
 TEST(Estimate, CostIsTheSumOfItsParts) {
@@ -112,7 +113,7 @@ TEST(Estimate, CostIsTheSumOfItsParts) {
   measured.next_solve = 2;
   measured.phase_start = 0.25;
   measured.step = 1e-3;
-  const PhaseWork phase = phase_work(parameters, 40e-9);
+  const PhaseWork phase = phase_work(parameters.time, 40e-9);
   const SampleWork work{.phases = 2, .full_durations = 1.5, .solves = 4};
   const SampleCost cost = sample_cost(measured, phase, work, 1);
   EXPECT_DOUBLE_EQ(cost.phase, 0.25 + 20);
@@ -174,17 +175,17 @@ TEST(Plans, KnowWhenTheMasterIsTooSlow) {
 
 TEST(Estimate, OutputGrowsWithFramesNodesAndTetrahedra) {
   auto parameters = paper_like();
-  const double with_frames = sample_file_size(parameters, 54695, 293700);
+  const double with_frames = sample_file_size(parameters.output.frames, 54695, 293700);
   // For sample 0 of jobs/paper/clock-from-zero.toml.
   EXPECT_NEAR(with_frames, 13.27e6, 0.25 * 13.27e6);
   parameters.output.frames = 0;
-  const double without = sample_file_size(parameters, 54695, 293700);
+  const double without = sample_file_size(parameters.output.frames, 54695, 293700);
   EXPECT_LT(without, 0.5 * with_frames);
-  EXPECT_GT(sample_file_size(parameters, 2 * 54695, 293700), without);
-  EXPECT_GT(sample_file_size(parameters, 54695, 2 * 293700), without);
+  EXPECT_GT(sample_file_size(parameters.output.frames, 2 * 54695, 293700), without);
+  EXPECT_GT(sample_file_size(parameters.output.frames, 54695, 2 * 293700), without);
   parameters.specimen = {
       {0.005, 0.0245, 0.14},
-      {{input::Face::y_min, 0.0675, 0.0055, 0.0006}, {input::Face::y_max, 0.0725, 0.0055, 0.0006}}};
+      {{plane::Face::y_min, 0.0675, 0.0055, 0.0006}, {plane::Face::y_max, 0.0725, 0.0055, 0.0006}}};
   parameters.sections.y.resize(5);
   // jobs/paper/ensemble.h5
   EXPECT_NEAR(ensemble_file_size(parameters, 54695), 1.91e6, 0.25 * 1.91e6);

@@ -31,18 +31,18 @@ TEST(Exceedance, CountsSamplesAndKnowsThatReplicatesAreAlike) {
   std::vector<SampleSummary> alike;
   for (int i = 0; i < 64; ++i) alike.push_back(done(i / 2 % 4 == 0 ? 600 : 400));
   const auto parameters = ensemble(64, 2);
-  const Exceedance of_draws = exceedance("peak_load > 0.5 kN", parameters, alike);
+  const Exceedance of_draws = exceedance("peak_load > 0.5 kN", alike, 2);
   EXPECT_EQ(of_draws.share.n_hits, 16);
   EXPECT_EQ(of_draws.n_values, 64);
   const auto expected = wilson_interval(0.25, 32, 0.95);
   EXPECT_NEAR(of_draws.share.interval.lower, expected.centre - expected.half_width, 1e-12);
   EXPECT_NEAR(of_draws.share.interval.upper, expected.centre + expected.half_width, 1e-12);
-  EXPECT_EQ(exceedance("peak_load<500 N", parameters, alike).share.n_hits, 48);
+  EXPECT_EQ(exceedance("peak_load<500 N", alike, 2).share.n_hits, 48);
   EXPECT_EQ(to_text(of_draws).substr(0, 45), "peak_load > 500 N: 16 of 64 samples, 25.0 % (");
   EXPECT_EQ(to_text(of_draws).find("planned"), std::string::npos) << "nothing is left out";
   for (const char* const wrong :
        {"peak_load 500 N", "peak > 500 N", "peak_load > 500", "peak_load > 5 mm", ""})
-    EXPECT_THROW(exceedance(wrong, parameters, alike), std::runtime_error) << wrong;
+    EXPECT_THROW(exceedance(wrong, alike, 2), std::runtime_error) << wrong;
 }
 
 TEST(Exceedance, SaysWhatTheShareLeavesOut) {
@@ -51,7 +51,7 @@ TEST(Exceedance, SaysWhatTheShareLeavesOut) {
   rows.insert(rows.end(), 8, empty_summary(1, 1, SampleStatus::failed));
   rows.insert(rows.end(), 30, empty_summary(1, 1, SampleStatus::pending));
   rows.insert(rows.end(), 2, done(not_a_number));
-  const Exceedance found = exceedance("peak_load > 500 N", ensemble(64), rows);
+  const Exceedance found = exceedance("peak_load > 500 N", rows);
   EXPECT_EQ(found.n_planned, 64);
   EXPECT_EQ(found.n_failed, 8);
   EXPECT_EQ(found.n_missing, 30);
@@ -86,18 +86,18 @@ TEST(Exceedance, CountsSamplesThatDidNotBreakAsStronger) {
   const auto rows = bars(false), all = bars(true);
   for (const char* const condition :
        {"peak_load > 36.5 N", "peak_load < 36.5 N", "first_break_load > 20 N", "onset_force > 3 N"}) {
-    const Exceedance found = exceedance(condition, ensemble(64), rows);
-    const Exceedance expected = exceedance(condition, ensemble(64), all);
+    const Exceedance found = exceedance(condition, rows);
+    const Exceedance expected = exceedance(condition, all);
     EXPECT_EQ(found.share.n_hits, expected.share.n_hits) << condition;
     EXPECT_EQ(found.share.share, expected.share.share);
     EXPECT_EQ(found.share.interval.upper, expected.share.interval.upper);
     EXPECT_EQ(found.n_without, 0);
   }
-  EXPECT_THAT(to_text(exceedance("peak_load > 36.5 N", ensemble(64), rows)),
+  EXPECT_THAT(to_text(exceedance("peak_load > 36.5 N", rows)),
               HasSubstr("28 of 64 samples, 43.8 % (32.3 to 55.9 %), with 28 unbroken\n"));
-  EXPECT_EQ(exceedance("work_of_fracture > 0.5 J", ensemble(64), rows).n_values, 0);
+  EXPECT_EQ(exceedance("work_of_fracture > 0.5 J", rows).n_values, 0);
   // Nobody knows how many would have held 50 N.
-  const Exceedance beyond = exceedance("peak_load > 50 N", ensemble(64), rows);
+  const Exceedance beyond = exceedance("peak_load > 50 N", rows);
   EXPECT_TRUE(std::isnan(beyond.share.share));
   EXPECT_EQ(beyond.share.least, 0);
   EXPECT_EQ(beyond.share.most, 28 / 64.0);
@@ -110,8 +110,8 @@ TEST(Exceedance, CountsSamplesThatDidNotBreakAsStronger) {
 TEST(Exceedance, FromRestNoSampleHasAnOnsetThatCouldBeBounded) {
   std::vector<SampleSummary> rows(6, done(600));
   rows.resize(12, unbroken(700));
-  EXPECT_EQ(exceedance("onset_force > 500 N", ensemble(12), rows).n_values, 0);
-  EXPECT_EQ(exceedance("peak_load > 500 N", ensemble(12), rows).share.n_hits, 12);
+  EXPECT_EQ(exceedance("onset_force > 500 N", rows).n_values, 0);
+  EXPECT_EQ(exceedance("peak_load > 500 N", rows).share.n_hits, 12);
 }
 
 /// Remissions in weeks under 6-mercaptopurine (Freireich et al. 1963), as in textbooks; negative: bounds.

@@ -14,7 +14,7 @@
 namespace crackle::geometry {
 namespace CRACKLE_TEST_FILE {
 
-using input::Face;
+using plane::Face;
 using testing::body;
 using ::testing::HasSubstr;
 using testing::mm;
@@ -28,7 +28,7 @@ TEST(Body, BoxWithoutNotches) {
   ASSERT_EQ(box.faces().size(), 6u);
   const std::array<double, 6> area{15, 15, 10, 10, 6, 6};
   for (std::size_t i = 0; i < 6; ++i) {
-    const auto ids = box.faces_named(input::face_names[i]);
+    const auto ids = box.faces_named(plane::face_names[i]);
     ASSERT_EQ(ids.size(), 1u);
     const auto& face = box.faces()[index(ids[0])];
     EXPECT_NEAR(face.area, area[i] * mm * mm, 1e-20);
@@ -279,7 +279,7 @@ TEST(Body, ContainsAndDistances) {
 }
 
 TEST(Body, RefusesABoxThatDoesNotExist) {
-  const auto refused = [](const Vector& size, std::vector<input::Notch> notches, const char* why) {
+  const auto refused = [](const Vector& size, std::vector<plane::Notch> notches, const char* why) {
     EXPECT_THAT([&] { body(size, notches); }, ThrowsMessage<std::runtime_error>(HasSubstr(why)));
   };
   refused({0, 3, 5}, {}, "positive");

@@ -30,7 +30,7 @@
 namespace crackle::testing {
 
 struct MeshProblem {
-  input::Specimen specimen;
+  plane::Specimen specimen;
   input::Mesh mesh;
 };
 
@@ -48,8 +48,8 @@ inline MeshProblem random_problem(RandomStream stream, bool absurd) {
   const bool all_faces = number(8) == 0;
   const int n_notches = all_faces ? 4 : number(6);
   for (int i = 0; i < n_notches; ++i) {
-    const auto face = static_cast<input::Face>(2 + (all_faces ? i : number(4)));
-    const bool across_y = face == input::Face::y_min || face == input::Face::y_max;
+    const auto face = static_cast<plane::Face>(2 + (all_faces ? i : number(4)));
+    const bool across_y = face == plane::Face::y_min || face == plane::Face::y_max;
     const double depth_limit = specimen.size[across_y ? 1 : 2];
     const double at_limit = specimen.size[across_y ? 2 : 1];
     const bool wrong = number(40) == 0;
@@ -75,14 +75,14 @@ inline MeshProblem random_problem(RandomStream stream, bool absurd) {
 }
 
 /// A slot in the plane of y and z, closed.
-inline std::array<std::array<double, 2>, 2> slot_in_plane(const input::Notch& notch, const Vector& size) {
+inline std::array<std::array<double, 2>, 2> slot_in_plane(const plane::Notch& notch, const Vector& size) {
   const std::array<double, 2> along{notch.at - notch.height / 2, notch.at + notch.height / 2};
   switch (notch.face) {
-    case input::Face::y_min:
+    case plane::Face::y_min:
       return {{{0, notch.depth}, along}};
-    case input::Face::y_max:
+    case plane::Face::y_max:
       return {{{size[1] - notch.depth, size[1]}, along}};
-    case input::Face::z_min:
+    case plane::Face::z_min:
       return {{along, {0, notch.depth}}};
     default:
       return {{along, {size[2] - notch.depth, size[2]}}};
@@ -90,10 +90,10 @@ inline std::array<std::array<double, 2>, 2> slot_in_plane(const input::Notch& no
 }
 
 /// Why no such body exists; empty if it does.
-inline std::string impossible(const input::Specimen& specimen) {
+inline std::string impossible(const plane::Specimen& specimen) {
   const auto& notches = specimen.notches;
   for (std::size_t i = 0; i < notches.size(); ++i) {
-    const bool across_y = notches[i].face == input::Face::y_min || notches[i].face == input::Face::y_max;
+    const bool across_y = notches[i].face == plane::Face::y_min || notches[i].face == plane::Face::y_max;
     if (notches[i].depth >= specimen.size[across_y ? 1 : 2]) return "a notch cuts the body in two";
     const double half = notches[i].height / 2;
     if (notches[i].at - half <= 0 || notches[i].at + half >= specimen.size[across_y ? 2 : 1])
@@ -117,7 +117,7 @@ inline double rough_number_of_points(const MeshProblem& problem) {
   const Vector& size = specimen.size;
   const double far = std::min(mesh.spacing, std::min({size[0], size[1], size[2]}));
   double n = size[0] * size[1] * size[2] / (far * far * far);
-  for (const input::Notch& notch : specimen.notches) {
+  for (const plane::Notch& notch : specimen.notches) {
     const double near = std::min({notch.height, notch.depth, far});
     const double layers = (1 / (near * near) - 1 / (far * far)) / (2 * std::max(mesh.growth, 0.2));
     n = std::max(n, 2 * size[0] * notch.depth * (1 / (near * near) + layers));

@@ -20,7 +20,7 @@
 namespace crackle::geometry {
 namespace CRACKLE_TEST_FILE {
 
-using input::Face;
+using plane::Face;
 using ::testing::AllOf;
 using testing::body;
 using ::testing::HasSubstr;
@@ -58,9 +58,9 @@ TEST(SpacingField, FollowsTheBodyWhereThatIsFiner) {
 TEST(SpacingField, IsFineInRegionsAndGrowsFromThem) {
   const Body notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
   input::Mesh parameters = mesh(4, 0.5, 0.1);
-  parameters.regions = {testing::region({input::unbounded, {10, 50}, {30, 50}}, 1),
-                        testing::region({input::unbounded, input::unbounded, {70, 200}}, 2),
-                        testing::region({input::unbounded, {20, 30}, {70, 80}}, 3)};
+  parameters.regions = {testing::region({plane::unbounded, {10, 50}, {30, 50}}, 1),
+                        testing::region({plane::unbounded, plane::unbounded, {70, 200}}, 2),
+                        testing::region({plane::unbounded, {20, 30}, {70, 80}}, 3)};
   const SpacingField spacing(notched, parameters);
   EXPECT_DOUBLE_EQ(spacing({mm, 10 * mm, 40 * mm}), 0.5 * mm);  // a notch keeps its finer spacing
   EXPECT_DOUBLE_EQ(spacing({mm, 40 * mm, 30 * mm}), 1 * mm);
@@ -247,7 +247,7 @@ double nearest_neighbour(const MotherPoints& points, std::size_t i) {
 TEST(MotherPoints, KeepTheSpacingOfARegion) {
   const Body plate = testing::short_plate();
   input::Mesh parameters = mesh(1.5, 0.3, 0.2);
-  parameters.regions = {testing::region({input::unbounded, input::unbounded, {17, 20}}, 0.5)};
+  parameters.regions = {testing::region({plane::unbounded, plane::unbounded, {17, 20}}, 0.5)};
   const MotherPoints points = make_mother_points(plate, parameters, 2012);
   EXPECT_NEAR(estimate_n_points(plate, parameters) / static_cast<double>(points.size()), 1, 0.05);
   std::vector<double> inside, beyond;

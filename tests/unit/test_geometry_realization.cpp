@@ -18,7 +18,7 @@
 namespace crackle::geometry {
 namespace CRACKLE_TEST_FILE {
 
-using input::Face;
+using plane::Face;
 using testing::body;
 using testing::mesh;
 using testing::mm;
@@ -50,7 +50,7 @@ std::vector<Case> cases() {
                   body({1, 6, 8}, {notch(Face::y_min, 4, 3, 0.5), notch(Face::y_max, 4.2, 2.8, 0.5)}),
                   mesh(1, 0.25)});
   list.push_back({"regions, one to the face and one inside", testing::short_plate(), mesh(1.5, 0.3, 0.3)});
-  list.back().mesh.regions = {testing::region({input::unbounded, {0, 16}, {10, 14}}, 0.4),
+  list.back().mesh.regions = {testing::region({plane::unbounded, {0, 16}, {10, 14}}, 0.4),
                               testing::region({{{1, 2}, {5, 8}, {18, 22}}}, 0.25)};
   return list;
 }
@@ -226,42 +226,42 @@ TEST(Symmetry, IsThatOfTheNotches) {
   EXPECT_EQ(codes(testing::body({1, 2, 3}).symmetries()), (List{0, 1, 2, 3, 4, 5, 6, 7}));
   EXPECT_EQ(codes(testing::short_plate().symmetries()), (List{0, 1, 6, 7}));
   EXPECT_EQ(codes(testing::four_notches().symmetries()), (List{0, 1}));
-  const auto plate_with = [](std::vector<input::Notch> notches) {
+  const auto plate_with = [](std::vector<plane::Notch> notches) {
     return testing::body({5, 24.5, 140}, std::move(notches));
   };
-  const input::Notch lower = notch(input::Face::y_min, 67.3, 5.5, 0.6);
-  EXPECT_EQ(codes(plate_with({lower, notch(input::Face::y_max, 72.7, 5.5, 0.6)}).symmetries()),
+  const plane::Notch lower = notch(plane::Face::y_min, 67.3, 5.5, 0.6);
+  EXPECT_EQ(codes(plate_with({lower, notch(plane::Face::y_max, 72.7, 5.5, 0.6)}).symmetries()),
             (List{0, 1, 6, 7}));
-  EXPECT_EQ(codes(plate_with({lower, notch(input::Face::y_max, 72.7, 5.4, 0.6)}).symmetries()), (List{0, 1}));
-  EXPECT_EQ(codes(plate_with({lower, notch(input::Face::y_max, 67.3, 5.5, 0.6)}).symmetries()),
+  EXPECT_EQ(codes(plate_with({lower, notch(plane::Face::y_max, 72.7, 5.4, 0.6)}).symmetries()), (List{0, 1}));
+  EXPECT_EQ(codes(plate_with({lower, notch(plane::Face::y_max, 67.3, 5.5, 0.6)}).symmetries()),
             (List{0, 1, 2, 3}));
-  EXPECT_EQ(codes(plate_with({lower, notch(input::Face::y_min, 72.7, 5.5, 0.6)}).symmetries()),
+  EXPECT_EQ(codes(plate_with({lower, notch(plane::Face::y_min, 72.7, 5.5, 0.6)}).symmetries()),
             (List{0, 1, 4, 5}));
-  EXPECT_EQ(codes(plate_with({notch(input::Face::y_min, 70, 5.5, 0.6)}).symmetries()), (List{0, 1, 4, 5}));
+  EXPECT_EQ(codes(plate_with({notch(plane::Face::y_min, 70, 5.5, 0.6)}).symmetries()), (List{0, 1, 4, 5}));
 }
 
 TEST(Symmetry, OfAMeshIsThatOfItsRegionsToo) {
   using List = std::vector<std::uint8_t>;
-  const Body plate = testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.5, 0.6),
-                                                    testing::notch(input::Face::y_max, 72.7, 5.5, 0.6)});
+  const Body plate = testing::body({5, 24.5, 140}, {testing::notch(plane::Face::y_min, 67.3, 5.5, 0.6),
+                                                    testing::notch(plane::Face::y_max, 72.7, 5.5, 0.6)});
   input::Mesh mesh = testing::mesh(1, 0.3);
   const auto with = [&](std::vector<input::MeshRegion> regions) {
     mesh.regions = std::move(regions);
     return codes(symmetries(plate, mesh));
   };
-  const input::Region corridor{input::unbounded, input::unbounded, {60.1, 79.9}};
+  const plane::Region corridor{plane::unbounded, plane::unbounded, {60.1, 79.9}};
   EXPECT_EQ(with({}), (List{0, 1, 6, 7}));
   EXPECT_EQ(with({testing::region(corridor, 0.3)}), (List{0, 1, 6, 7}));
-  EXPECT_EQ(with({testing::region({input::unbounded, input::unbounded, {60, 81}}, 0.3)}), (List{0, 1}));
-  EXPECT_EQ(with({testing::region({{{0, 1}, input::unbounded, {60.1, 79.9}}}, 0.3)}), (List{0, 6}));
-  const input::Region low{input::unbounded, {0, 10}, {60, 80}}, high{input::unbounded, {14.5, 90}, {60, 80}};
+  EXPECT_EQ(with({testing::region({plane::unbounded, plane::unbounded, {60, 81}}, 0.3)}), (List{0, 1}));
+  EXPECT_EQ(with({testing::region({{{0, 1}, plane::unbounded, {60.1, 79.9}}}, 0.3)}), (List{0, 6}));
+  const plane::Region low{plane::unbounded, {0, 10}, {60, 80}}, high{plane::unbounded, {14.5, 90}, {60, 80}};
   EXPECT_EQ(with({testing::region(low, 0.3), testing::region(high, 0.3)}), (List{0, 1, 6, 7}));
   EXPECT_EQ(with({testing::region(low, 0.3), testing::region(high, 0.4)}), (List{0, 1}));
 
   // Thus a sample's refined mesh regions always stay in place.
   const Body small = testing::short_plate();
   input::Mesh fine = testing::mesh(1.5, 0.5, 0.3);
-  fine.regions = {testing::region({input::unbounded, input::unbounded, {18, 24}}, 0.5)};
+  fine.regions = {testing::region({plane::unbounded, plane::unbounded, {18, 24}}, 0.5)};
   const MotherPoints base = make_mother_points(small, fine, 1);
   for (std::uint64_t sample = 0; sample < 12; ++sample) {
     const Realization made = make_realization(small, base, fine, 1, sample);
@@ -284,8 +284,8 @@ TEST(Symmetry, MapsCrackStarts) {
 
 // Walls whose coordinates are not exact in binary: points on a wall stay exactly on its image.
 TEST(Symmetry, MapsPlanesExactly) {
-  const Body plate = testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.3, 0.7),
-                                                    testing::notch(input::Face::y_max, 72.7, 5.3, 0.7)});
+  const Body plate = testing::body({5, 24.5, 140}, {testing::notch(plane::Face::y_min, 67.3, 5.3, 0.7),
+                                                    testing::notch(plane::Face::y_max, 72.7, 5.3, 0.7)});
   for (const Symmetry& symmetry : plate.symmetries())
     for (const Point& corner : plate.corners()) {
       const Point q = symmetry.image(corner);

@@ -154,8 +154,8 @@ TEST_F(Verify, BoundaryList) {
 
 // A body of another size: right nodes for the wrong body.
 TEST_F(Verify, AnotherBody) {
-  const Body longer = testing::body({3, 16, 24.000001}, {testing::notch(input::Face::y_min, 9, 4, 0.6),
-                                                         testing::notch(input::Face::y_max, 15, 4, 0.6)});
+  const Body longer = testing::body({3, 16, 24.000001}, {testing::notch(plane::Face::y_min, 9, 4, 0.6),
+                                                         testing::notch(plane::Face::y_max, 15, 4, 0.6)});
   EXPECT_THAT([&] { verify(broken, longer, 0.2); }, ThrowsMessage<std::runtime_error>(HasSubstr("volume")));
   const Body without = testing::body({3, 16, 24});
   EXPECT_THROW(verify(broken, without, 0.2), std::runtime_error);

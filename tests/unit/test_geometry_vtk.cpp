@@ -28,14 +28,14 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 geometry::Body small_body() {
-  return testing::body({1, 4, 5}, {testing::notch(input::Face::y_min, 2, 1.5, 0.5)});
+  return testing::body({1, 4, 5}, {testing::notch(plane::Face::y_min, 2, 1.5, 0.5)});
 }
 
 /// With two regions, the second of which contains the first.
 input::Mesh small_mesh() {
   input::Mesh mesh = testing::mesh(0.7, 0.25);
-  mesh.regions = {testing::region({input::unbounded, {3, 4}, {3, 4}}, 0.3),
-                  testing::region({input::unbounded, input::unbounded, {2.5, 5}}, 0.5)};
+  mesh.regions = {testing::region({plane::unbounded, {3, 4}, {3, 4}}, 0.3),
+                  testing::region({plane::unbounded, plane::unbounded, {2.5, 5}}, 0.5)};
   return mesh;
 }
 

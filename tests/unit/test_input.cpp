@@ -15,7 +15,7 @@ namespace crackle::test {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -35,14 +35,14 @@ TEST(Input, EnsembleKeys) {
     return tables;
   }());
   EXPECT_EQ(p.ensemble.samples, 200);
-  EXPECT_EQ(p.ensemble.seed, 9223372036854775807U);
+  EXPECT_EQ(p.seed, 9223372036854775807U);
   EXPECT_EQ(p.ensemble.ranks_per_sample, 4);
   EXPECT_FALSE(p.ensemble.stop.has_value());
 }
 
 TEST(Input, Defaults) {
   const auto p = parse_tables(minimal_tables());
-  EXPECT_EQ(p.ensemble.seed, 0U);
+  EXPECT_EQ(p.seed, 0U);
   EXPECT_EQ(p.ensemble.ranks_per_sample, 1);
   EXPECT_TRUE(p.specimen.notches.empty());
   EXPECT_EQ(p.mesh.notch_spacing, p.mesh.spacing);

@@ -315,7 +315,7 @@ TEST(InputEcho, KeepsTheValues) {
   ASSERT_EQ(again.mesh.regions.size(), 2U);
   expect_near(again.mesh.regions[0].box[2].second, 80e-3);
   expect_near(again.mesh.regions[0].spacing, 0.31e-3);
-  EXPECT_EQ(again.mesh.regions[1].box[0], input::unbounded);
+  EXPECT_EQ(again.mesh.regions[1].box[0], plane::unbounded);
   expect_near(again.mesh.regions[1].box[2].first, 20e-3);
   expect_near(again.boundaries.at(1).region[1].first, -1e-3);
   expect_near(again.boundaries.at(1).rate[1], 1e-3);
@@ -324,7 +324,7 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.boundaries.at(3).value[1], 2e-3);
   expect_near(again.boundaries.at(4).rate[0], 3e-6);
   EXPECT_EQ(again.boundaries.at(4).components, p.boundaries.at(4).components);
-  EXPECT_EQ(again.ensemble.seed, 2012U);
+  EXPECT_EQ(again.seed, 2012U);
   ASSERT_EQ(again.sections.lines.size(), 2U);
   expect_near(again.sections.lines[0].to[0], 14.5e-3);
   expect_near(again.sections.lines[0].to[1], -1e-3);

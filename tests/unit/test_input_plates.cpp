@@ -36,7 +36,7 @@ end = "round")"};
   EXPECT_DOUBLE_EQ(bounds_of(p.specimen)[1].first, -5e-3);
   EXPECT_NEAR(p.specimen.holes.at(0).angle, std::numbers::pi / 6, 1e-15);
   ASSERT_TRUE(p.specimen.notches.at(0).slot);
-  EXPECT_EQ(p.specimen.notches[0].slot->end, SlotEnd::round);
+  EXPECT_EQ(p.specimen.notches[0].slot->end, plane::SlotEnd::round);
   ASSERT_TRUE(p.specimen.shape);
   EXPECT_EQ(p.specimen.shape->loops.size(), 2u);
   const std::string text = echo(p);

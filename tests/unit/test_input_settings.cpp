@@ -62,8 +62,8 @@ TEST(Settings, ReplaceValuesWhereTheyStand) {
   const Parameters parameters = parse(changed, "plate.toml");
   EXPECT_EQ(parameters.materials[0].poisson_ratio, 0.25);
   EXPECT_EQ(parameters.boundaries[1].rate[2], 7);
-  EXPECT_THAT(parameters.specimen.notches,
-              ElementsAre(::testing::Field(&Notch::depth, 6e-3), ::testing::Field(&Notch::depth, 5e-3)));
+  EXPECT_THAT(parameters.specimen.notches, ElementsAre(::testing::Field(&plane::Notch::depth, 6e-3),
+                                                       ::testing::Field(&plane::Notch::depth, 5e-3)));
 }
 
 TEST(Settings, AddKeysThatAreNotThere) {
@@ -148,7 +148,7 @@ values = [
     const Parameters& one = cases[i].parameters;
     EXPECT_EQ(one.fracture.release, i < 2 ? Release::element : Release::facet);
     EXPECT_EQ(one.mesh.spacing, i % 2 == 0 ? 3e-3 : 2e-3);
-    EXPECT_EQ(one.ensemble.seed, i % 2 + 1);
+    EXPECT_EQ(one.seed, i % 2 + 1);
     EXPECT_TRUE(one.sweeps.empty());
     EXPECT_THAT(one.text, Not(HasSubstr("[[sweep]]")));
     EXPECT_THAT(one.text, HasSubstr("# likewise"));

@@ -23,14 +23,14 @@ using namespace cracks;
 using crackle::testing::body;
 using crackle::testing::mm;
 using crackle::testing::notch;
-using input::Face;
+using plane::Face;
 using ::testing::ElementsAre;
 using ::testing::IsNan;
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// The paper's plate: a half-turn maps one notch onto the other.
-const input::Specimen specimen{{5 * mm, 24.5 * mm, 140 * mm},
+const plane::Specimen specimen{{5 * mm, 24.5 * mm, 140 * mm},
                                {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.5, 0.6)}};
 
 geometry::Body plate() {
@@ -236,7 +236,8 @@ TEST(LeaderFrame, IsThatOfTheLoadsToo) {
   for (const Case& one : cases) {
     for (const auto& [start, is_symmetric] :
          {std::pair{quasi_static, one.is_symmetric}, std::pair{rest, one.is_symmetric_from_rest}}) {
-      const LeaderFrame frame(loaded(one.conditions, start));
+      const auto parameters = loaded(one.conditions, start);
+      const LeaderFrame frame(parameters, parameters.sections);
       EXPECT_EQ(frame.reference()[1], is_symmetric ? 0 : 1)
           << one.name << (start == rest ? " from rest" : "");
       EXPECT_EQ(frame.starts(0)[0], 0) << one.name;
@@ -298,13 +299,13 @@ TEST(LeaderFrame, IsThatOfLoadsThatVary) {
            {"moves back", {}, {shifted, on_all(velocity, {0, 0, -50 * size[2]})}, true}}) {
     input::Parameters p = loaded(one.conditions, input::Start::rest);
     p.loads = one.loads;
-    EXPECT_EQ(LeaderFrame(p).reference()[1], one.is_symmetric ? 0 : 1) << one.name;
+    EXPECT_EQ(LeaderFrame(p, p.sections).reference()[1], one.is_symmetric ? 0 : 1) << one.name;
   }
   // Held at one end, a growing weight is not an image of its support's reaction.
   input::Parameters hangs = loaded({held("z-min"), pulled("z-max", {0, 0, 10})}, input::Start::quasi_static);
-  EXPECT_EQ(LeaderFrame(hangs).reference()[1], 0);
+  EXPECT_EQ(LeaderFrame(hangs, hangs.sections).reference()[1], 0);
   hangs.loads = {on_all(body_force, {1, 0, 0})};
-  EXPECT_EQ(LeaderFrame(hangs).reference()[1], 1);
+  EXPECT_EQ(LeaderFrame(hangs, hangs.sections).reference()[1], 1);
 }
 
 TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {

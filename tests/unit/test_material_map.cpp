@@ -259,7 +259,7 @@ TEST_F(MaterialMap, HasItsValuesInItsOwnFile) {
   const auto keys = map_keys("map.h5", "strength");
   const auto problem = [&] {
     try {
-      ensemble::check_material_map(read(keys), *geometry::make_body(read(keys)));
+      ensemble::check_material_map(read(keys).map, *geometry::make_body(read(keys)));
     } catch (const std::runtime_error& error) {
       return std::string(error.what());
     }

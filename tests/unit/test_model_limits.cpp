@@ -152,12 +152,13 @@ rate = ["free", "-0.001 mm/s", "free"]
 TEST(ModelLimits, LoadsThatRiseWithinAFewTransitsNeedInertia) {
   Plate plate{.conditions = std::string(clamp) + pull};
   const auto quasi_static = plate.parameters();
-  EXPECT_THAT(fast_loading_warning(quasi_static, 0.42e-6, 10.5e-6),
+  EXPECT_THAT(fast_loading_warning(quasi_static.time.start, 0.42e-6, 10.5e-6),
               AllOf(HasSubstr("after 420 ns"), HasSubstr("takes 10.5 us"), HasSubstr("start = \"rest\"")));
-  EXPECT_EQ(fast_loading_warning(quasi_static, 60e-6, 10.5e-6), "");
-  EXPECT_EQ(fast_loading_warning(quasi_static, std::numeric_limits<double>::quiet_NaN(), 10.5e-6), "");
+  EXPECT_EQ(fast_loading_warning(quasi_static.time.start, 60e-6, 10.5e-6), "");
+  EXPECT_EQ(fast_loading_warning(quasi_static.time.start, std::numeric_limits<double>::quiet_NaN(), 10.5e-6),
+            "");
   plate.time = "start = \"rest\"";
-  EXPECT_EQ(fast_loading_warning(plate.parameters(), 0.42e-6, 10.5e-6), "");
+  EXPECT_EQ(fast_loading_warning(plate.parameters().time.start, 0.42e-6, 10.5e-6), "");
 }
 
 TEST(ModelLimits, NothingIsSaidOfTheJobs) {

@@ -107,7 +107,7 @@ Statistics statistics_of(const std::vector<std::vector<double>>& paths, double h
   input::Parameters p;
   p.ensemble.samples = static_cast<int>(paths.size());
   p.ensemble.stop = input::EnsembleStop{half_width, 0.95, p.ensemble.samples};
-  p.specimen = {{0.005, 0.04, 0.1}, {crackle::testing::notch(input::Face::y_min, 50, 5, 1)}};
+  p.specimen = {{0.005, 0.04, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
   p.sections.y = {0.015, 0.02, 0.03};
   std::vector<SampleSummary> rows;
   for (const auto& path : paths) {

@@ -160,7 +160,7 @@ TEST(PathInference, CracksComeFromTheSectionThatMostReach) {
 
 TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
   input::Parameters parameters;
-  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(input::Face::y_min, 50, 5, 1)}};
+  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
   parameters.sections.y = {0.01, 0.015};
   parameters.ensemble.samples = 9;
   std::vector<SampleSummary> rows;

@@ -156,10 +156,10 @@ TEST(PlateBody, NamesOfFaces) {
 
 // A clockwise outline keeps the names of its edges.
 TEST(PlateBody, NumberOfCrackStartsFollowsFromTheInput) {
-  std::vector<input::Specimen> specimens{
-      {{1, 2, 3}, {}}, {{1, 20, 30}, {{input::Face::z_max, 5, 2, 1}, {input::Face::y_min, 9, 2, 1}}}};
+  std::vector<plane::Specimen> specimens{
+      {{1, 2, 3}, {}}, {{1, 20, 30}, {{plane::Face::z_max, 5, 2, 1}, {plane::Face::y_min, 9, 2, 1}}}};
   for (const PlateText& plate : some_plates()) specimens.push_back(parsed(plate).specimen);
-  for (const input::Specimen& specimen : specimens)
+  for (const plane::Specimen& specimen : specimens)
     EXPECT_EQ(n_crack_starts(specimen), make_body(specimen)->crack_starts().size());
 }
 

@@ -61,7 +61,7 @@ Progress make_progress(std::size_t n_to_do, int n_groups, std::size_t n_starts =
   // With different depths: no symmetry maps one onto the other.
   for (std::size_t i = 0; i < n_starts; ++i)
     parameters.specimen.notches.push_back(
-        crackle::testing::notch(i == 0 ? input::Face::y_min : input::Face::y_max, 65, 5 + double(i), 0.6));
+        crackle::testing::notch(i == 0 ? plane::Face::y_min : plane::Face::y_max, 65, 5 + double(i), 0.6));
   parameters.sections.y = {0.007, 0.01225, 0.0175};
   return {n_to_do, n_groups, parameters};
 }
@@ -87,8 +87,8 @@ TEST(Progress, WatchesASectionThatNotch0CanReach) {
   input::Parameters parameters;
   parameters.ensemble.samples = 2;
   parameters.specimen = {{0.005, 0.0245, 0.14},
-                         {crackle::testing::notch(input::Face::z_min, 12, 5, 0.6),
-                          crackle::testing::notch(input::Face::y_max, 65, 5, 0.6)}};
+                         {crackle::testing::notch(plane::Face::z_min, 12, 5, 0.6),
+                          crackle::testing::notch(plane::Face::y_max, 65, 5, 0.6)}};
   parameters.sections = {.y = {0.007}, .z = {0.03, 0.04}};
   Progress progress(2, 1, parameters);
   auto report = done(0, 400, 0);

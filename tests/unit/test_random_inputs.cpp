@@ -222,7 +222,7 @@ TEST(RandomInputs, SobolPointsFillTheBoxesOfANet) {
 TEST(RandomInputs, DrawsOfASobolPlanFillAllStrataOfEachInput) {
   for (const int seed : {0, 2012}) {
     auto parameters = parse(uncertain("sobol", 128));
-    parameters.ensemble.seed = static_cast<std::uint64_t>(seed);
+    parameters.seed = static_cast<std::uint64_t>(seed);
     std::set<int> of_modulus, of_strength;
     for (std::uint64_t sample = 0; sample < 128; ++sample) {
       const auto values = drawn_values(parameters, sample);

@@ -51,7 +51,7 @@ protected:
   SampleFile() {
     parameters.text = "[ensemble]\nsamples = 5  # stress of 35 MPa, 20 µm\n";
     parameters.ensemble.samples = 5;
-    parameters.ensemble.seed = 2012;
+    parameters.seed = 2012;
     parameters.mesh.growth = 0.1;
     parameters.specimen = test::notched_plate();
     parameters.sections.y = {6.5, 8.5, 13.5};

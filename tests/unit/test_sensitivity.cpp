@@ -89,7 +89,7 @@ TEST(Sensitivity, OfIshigamisFunction) {
 /// representing the mesh.
 double additive(const input::Parameters& parameters, const std::vector<double>& v, std::uint64_t sample) {
   const double x = (v[0] / 1e9 - 100) / 1, y = v[1] - 1000;
-  const RandomStream stream(parameters.ensemble.seed, sample, "scatter of a test");
+  const RandomStream stream(parameters.seed, sample, "scatter of a test");
   double scatter = -6;  // a sum of twelve uniform numbers is approximately normal
   for (std::uint64_t i = 0; i < 12; ++i) scatter += stream.substream(i).uniform();
   return std::sqrt(0.5) * x + std::sqrt(0.2) * y + std::sqrt(0.3) * scatter;
@@ -157,7 +157,7 @@ TEST(Sensitivity, TheLeadingStartIsAName) {
   auto parameters = study(64, 1, "normal", normal_inputs);
   for (const double at : {0.03, 0.06, 0.09})
     parameters.specimen.notches.push_back(
-        {.face = input::Face::y_min, .at = at, .depth = 0.003, .height = 0.001});
+        {.face = plane::Face::y_min, .at = at, .depth = 0.003, .height = 0.001});
   auto rows = rows_of(parameters, [](const auto& v, std::uint64_t) { return v[0]; });
   for (SampleSummary& row : rows)
     row.leading_start = row.peak_load < 99.5e9 ? 0 : row.peak_load < 100.5e9 ? 1 : 2;
@@ -172,7 +172,7 @@ TEST(Sensitivity, TheLeadingStartIsAName) {
                   0.1);
     }
   EXPECT_THAT(shares, ::testing::ElementsAre("0", "1", "2"));
-  EXPECT_THROW(exceedance("leading_notch > 0", parameters, rows), std::runtime_error);
+  EXPECT_THROW(exceedance("leading_notch > 0", rows), std::runtime_error);
 }
 
 TEST(Sensitivity, IntervalsErrByThePlan) {

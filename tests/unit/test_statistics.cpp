@@ -17,8 +17,8 @@ using namespace cracks;
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-input::Specimen one_notch() {
-  return {{0.005, 0.02, 0.1}, {crackle::testing::notch(input::Face::y_min, 50, 5, 1)}};
+plane::Specimen one_notch() {
+  return {{0.005, 0.02, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
 }
 
 SampleSummary done(std::vector<double> z, Pattern pattern = Pattern::one_crack, double force = 400) {

@@ -24,7 +24,7 @@ input::Parameters parameters(int samples, double half_width, std::size_t n_secti
   input::Parameters p;
   p.ensemble.samples = samples;
   p.ensemble.stop = input::EnsembleStop{half_width, 0.95, 30};
-  p.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(input::Face::y_min, 50, 5, 1)}};
+  p.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
   p.sections.y.assign(n_sections, 0.01);
   return p;
 }

@@ -79,18 +79,18 @@ TEST(LigamentToughness, GrowsWithTheSpacingOfAGradedMesh) {
 
 TEST(LigamentToughness, IsEvenInACorridor) {
   auto parameters = test::job("paper/clock-from-zero.toml");
-  parameters.mesh.regions = {testing::region({input::unbounded, input::unbounded, {60, 80}}, 0.3)};
+  parameters.mesh.regions = {testing::region({plane::unbounded, plane::unbounded, {60, 80}}, 0.3)};
   const Range range = along_ligaments(parameters);
   EXPECT_DOUBLE_EQ(range.greatest, range.least);
   // A region that excludes part of the thickness does not count.
-  parameters.mesh.regions = {testing::region({{{0, 2}, input::unbounded, {60, 80}}}, 0.3)};
+  parameters.mesh.regions = {testing::region({{{0, 2}, plane::unbounded, {60, 80}}}, 0.3)};
   EXPECT_GT(along_ligaments(parameters).greatest, 1.1 * range.greatest);
 }
 
 TEST(LigamentToughness, EndsAtTheNextNotch) {
   input::Parameters parameters = test::job("paper/clock-from-zero.toml");
-  parameters.specimen.notches = {testing::notch(input::Face::y_min, 70, 10, 0.6),
-                                 testing::notch(input::Face::y_max, 70, 10, 0.6)};
+  parameters.specimen.notches = {testing::notch(plane::Face::y_min, 70, 10, 0.6),
+                                 testing::notch(plane::Face::y_max, 70, 10, 0.6)};
   const Range range = along_ligaments(parameters);
   EXPECT_NEAR(range.greatest / range.least, 1 + 0.03 * 2.25 / 0.3, 0.01);
   parameters.specimen.notches.clear();

@@ -75,7 +75,7 @@ TEST(GaussianField, VariesWithinItselfAsOverTheEnsemble) {
 
 input::Parameters varied(input::Variation variation) {
   input::Parameters parameters;
-  parameters.ensemble.seed = 5;
+  parameters.seed = 5;
   parameters.fracture.strength = 35e6;
   parameters.fracture.variation = variation;
   return parameters;

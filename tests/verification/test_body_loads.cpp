@@ -23,8 +23,8 @@ namespace CRACKLE_TEST_FILE {
 
 using input::BodyLoad;
 using input::BoundaryKind;
-using input::Face;
 using input::LoadKind;
+using plane::Face;
 
 /// A bar along z in SI. Without lateral contraction its stress is uniaxial, as in the exact solutions. It
 /// rests on rollers, so that nothing hinders the sides.
@@ -33,7 +33,7 @@ struct Bar {
     parameters = test::brittle(size, {3300e6, 0, 1180});
     for (const Face face : {Face::x_min, Face::y_min, Face::z_min}) {
       std::array<bool, 3> held{};
-      held[index(input::axis_of(face))] = true;
+      held[index(plane::axis_of(face))] = true;
       parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, held));
     }
     subdomain = test::whole(test::make_box({.size = size, .cells = cells, .disturbance = 0.15}));
@@ -44,7 +44,7 @@ struct Bar {
 
   mechanics::Conditions loads(const fracture::BreakableBody& body) const {
     auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-    mechanics::add_body_forces(self, parameters, subdomain, body.operators(), loads);
+    mechanics::add_body_forces(self, parameters.body_forces(), subdomain, body.operators(), loads);
     return loads;
   }
 
@@ -156,7 +156,7 @@ TEST(BodyForce, ThatGrowsBreaksTheBarAtItsSupportAndSeparatesIt) {
   BodyLoad load;
   load.rate = {0, 0, 1e5};
   p.loads = {load};
-  const SampleResult result = run_sample(bar.self, p, bar.subdomain);
+  const SampleResult result = run_sample(bar.self, p, p.output, bar.subdomain);
   const double weight = p.materials[0].density * area * length, critical = p.fracture.strength * area;
   std::printf(
       "%s after %zu breaks; onset at %.4g s under %.5g N, %.3f of strength times area; energy error %.1e\n",
@@ -189,7 +189,7 @@ TEST(BodyForce, ThatStartsSuddenlyDoesTheWorkInTheEnergyBalance) {
     // Part of the body follows a drive, in which the load does no work.
     p.boundaries[2] = test::boundary(Face::z_min, BoundaryKind::velocity, {false, false, true}, {0, 0, 0.3});
     p.boundaries[2].factor = {1, {{0, 0.5}, {0.002, 1}}};
-    const SampleResult result = run_sample(bar.self, p, bar.subdomain);
+    const SampleResult result = run_sample(bar.self, p, p.output, bar.subdomain);
     double largest = 0;
     for (const auto& row : result.energy) largest = std::max(largest, row.kinetic);
     std::printf("%s: work %.4g J, kinetic up to %.4g J, energy error %.1e\n", to_string(engine),
@@ -211,7 +211,7 @@ TEST(BodyForce, LetsAFreeBodyFall) {
   thrown.kind = LoadKind::velocity;
   thrown.value = {0, 0, 3};
   p.loads.push_back(thrown);
-  const SampleResult result = run_sample(bar.self, p, bar.subdomain);
+  const SampleResult result = run_sample(bar.self, p, p.output, bar.subdomain);
   const double mass = p.materials[0].density * 0.002 * 0.003 * 0.004;
   const auto& end = result.energy.back();
   const double speed = 3 - 1e6 * end.time, exact = 0.5 * mass * speed * speed;
@@ -238,12 +238,12 @@ input::Parameters expanding_ring(const std::string& rate) {
 
 TEST(InitialVelocity, LetsARingBreathe) {
   auto parameters = expanding_ring("100 1/s");
-  parameters.ensemble.seed = 1;
+  parameters.seed = 1;
   parameters.time.duration = 1.4e-5;
   parameters.output.history = 5e-8;
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = test::whole(test::realization(parameters));
-  const SampleResult result = run_sample(self, parameters, subdomain);
+  const SampleResult result = run_sample(self, parameters, parameters.output, subdomain);
   ASSERT_TRUE(result.breaks.empty());
   // The kinetic energy of a ring between two circles.
   const double rho = parameters.materials[0].density, thickness = 1e-3, outer = 10.5e-3, inner = 9.5e-3;

@@ -19,7 +19,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 constexpr geometry::Point size{0.003, 0.004, 0.008};
 
@@ -174,7 +174,7 @@ TEST(Equilibrium, OfABodyThatCanTurnIsRefused) {
   const auto mesh = test::make_box({.size = size, .cells = {3, 4, 8}});
   const parallel::Communicator self(MPI_COMM_SELF);
   try {
-    run_sample(self, parameters, test::whole(mesh));
+    run_sample(self, parameters, parameters.output, test::whole(mesh));
     FAIL();
   } catch (const std::exception& error) {
     EXPECT_NE(std::string(error.what()).find("rigid-body motion is not constrained (turn about x)"),
@@ -223,7 +223,7 @@ double energy_error_of(const char* what, std::vector<input::Boundary> boundaries
   parameters.time.precision = input::Precision::double_;
   const auto mesh = test::make_box({.size = size, .cells = {3, 4, 8}, .disturbance = 0.2});
   const parallel::Communicator self(MPI_COMM_SELF);
-  const double error = run_sample(self, parameters, test::whole(mesh)).energy_error;
+  const double error = run_sample(self, parameters, parameters.output, test::whole(mesh)).energy_error;
   std::printf("%s, %s, %s: energy error %.1e\n", what,
               engine == input::Engine::petsc ? "petsc" : "fixed-point",
               integrator == input::Integrator::verlet ? "verlet" : "bilateral4", error);

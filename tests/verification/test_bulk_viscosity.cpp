@@ -16,8 +16,8 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
 using input::Integrator;
+using plane::Face;
 using std::numbers::pi;
 
 constexpr double length = 0.012;

@@ -28,7 +28,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 input::Parameters notched_plate() {
   auto parameters = test::brittle({0.003, 0.012, 0.03});

@@ -19,7 +19,7 @@ namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
 using input::Contact;
-using input::Face;
+using plane::Face;
 
 struct Pushed {
   double reaction;      ///< at the driven end, relative to an intact bar

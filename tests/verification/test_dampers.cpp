@@ -21,7 +21,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 using std::numbers::pi;
 
 /// @return the largest error of a velocity component, relative to its start

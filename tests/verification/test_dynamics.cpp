@@ -20,8 +20,8 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
 using input::Integrator;
+using plane::Face;
 
 input::Fracture unbreakable() {
   return {.strength = 1e15, .exponent = 2, .impulse = 1e4};
@@ -229,7 +229,7 @@ TEST(Dynamics, WaveInASlenderBarArrivesWithTheBarSpeed) {
   parameters.time.integrator = Integrator::verlet;
   parameters.output.frames = 401;
   const parallel::Communicator self(MPI_COMM_SELF);
-  const SampleResult result = run_sample(self, parameters, subdomain);
+  const SampleResult result = run_sample(self, parameters, parameters.output, subdomain);
 
   const double c = std::sqrt(parameters.materials[0].youngs_modulus / parameters.materials[0].density);
   const double plateau = stress / (parameters.materials[0].density * c);

@@ -29,7 +29,7 @@ TEST_P(WholeSample, ClosesTheEnergyAccount) {
   parameters.mesh.notch_spacing *= 1.5;  // in less time, and still enough breaks
   const auto mesh = test::realization(parameters, 5);
   const parallel::Communicator self(MPI_COMM_SELF);
-  const auto result = run_sample(self, parameters, test::whole(mesh));
+  const auto result = run_sample(self, parameters, parameters.output, test::whole(mesh));
 
   double work = 0, between = 0;
   for (const auto& row : result.energy) work = std::max(work, std::abs(row.external));

@@ -13,14 +13,14 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 SampleResult run(const input::Parameters& parameters, const geometry::Realization& mesh) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = test::whole(mesh);
   SampleControl control;
   control.log = [](const std::string& line) { std::printf("  %s\n", line.c_str()); };
-  const auto result = run_sample(self, parameters, subdomain, control);
+  const auto result = run_sample(self, parameters, parameters.output, subdomain, control);
   std::printf(
       "  %s: onset %.6g N at %.6g s, %zu breaks (%lld quasi-static), %lld dynamic phases, energy error "
       "%.1e\n",

@@ -15,7 +15,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 constexpr double length = 0.04, width = 0.004, thickness = 0.002;
 
@@ -34,7 +34,8 @@ protected:
 
   SampleResult run() {
     mesh = test::make_box({.size = parameters.specimen.size, .cells = {2, 4, n_cells}, .disturbance = 0.2});
-    return run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, test::whole(mesh));
+    return run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, parameters.output,
+                      test::whole(mesh));
   }
 
   input::Parameters parameters = test::brittle({thickness, width, length});

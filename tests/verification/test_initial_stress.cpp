@@ -20,9 +20,9 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
 using input::InitialStressKind;
 using mechanics::Symmetric;
+using plane::Face;
 
 /// A block in equilibrium under its initial stress.
 class Block {
@@ -260,7 +260,7 @@ TEST(Quench, BreaksTheBarAtTheExactTimeAndClosesTheEnergyAccount) {
   for (const auto release : {input::Release::element, input::Release::facet}) {
     parameters.fracture.release = release;
     const parallel::Communicator self(MPI_COMM_SELF);
-    const auto result = run_sample(self, parameters, test::whole(bar_mesh()));
+    const auto result = run_sample(self, parameters, parameters.output, test::whole(bar_mesh()));
     ASSERT_FALSE(result.breaks.empty());
     const double at_break = 35e6 / (70e9 * 9e-6);  // [K]
     const double expected = 1 + 2 * (at_break - 20) / 80;
@@ -285,7 +285,7 @@ TEST(Quench, GoesOnAfterADynamicPhaseWithTheEnergyAccountClosed) {
   parameters.initial_stresses[0].temperature = {{0, -100}, {0.0015, 0}};
   parameters.initial_stresses[0].history = {{0, 0}, {1, 1}, {4, 2}};
   const parallel::Communicator self(MPI_COMM_SELF);
-  const auto result = run_sample(self, parameters, test::whole(bar_mesh()));
+  const auto result = run_sample(self, parameters, parameters.output, test::whole(bar_mesh()));
   std::printf("%s after %zu breaks in %lld dynamic phases, energy error %.1e\n",
               to_string(result.outcome).c_str(), result.breaks.size(),
               static_cast<long long>(result.counts.dynamic_phases), result.energy_error);

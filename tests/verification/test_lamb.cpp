@@ -16,7 +16,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 const double root3 = std::sqrt(3.0);
 

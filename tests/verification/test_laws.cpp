@@ -66,7 +66,7 @@ TEST(Laws, ABarWithoutANotchFailsAtTheStrength) {
   for (const auto& [name, fracture] : laws()) {
     auto parameters = pulled(size, fracture);
     parameters.time.step = 5e-9;  // the energy error of sudden releases decreases with its square
-    const auto result = run_sample(self, parameters, subdomain, {});
+    const auto result = run_sample(self, parameters, parameters.output, subdomain, {});
     const double stress = result.onset_force / (size[0] * size[1]);
     std::printf("%-22s runs away at %.4f of the strength, %zu tetrahedra broken, energy error %.1e\n",
                 name.c_str(), stress / strength, result.breaks.size(), result.energy_error);
@@ -87,7 +87,7 @@ TEST(Laws, BreaksByAnAveragedStressAttachToTheCrack) {
   auto parameters = pulled(size, fracture);
   parameters.time.arrest = 1e-15;  // quasi-static throughout
   const parallel::Communicator self(MPI_COMM_SELF);
-  const auto result = run_sample(self, parameters, subdomain, {});
+  const auto result = run_sample(self, parameters, parameters.output, subdomain, {});
   std::vector<std::uint8_t> touched(mesh.nodes.size(), 0);
   for (const auto& triangle : mesh.boundary)
     for (const auto node : triangle.nodes) touched[index(node)] = 1;

@@ -15,8 +15,8 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
 using mechanics::governing_conditions;
+using plane::Face;
 
 constexpr std::array<bool, 3> all{true, true, true};
 
@@ -54,12 +54,12 @@ TEST(GoverningConditions, ShareANameOrAreNamed) {
   auto parameters = pulled();
   parameters.boundaries[2].name = parameters.boundaries[3].name = "grips";
   EXPECT_THAT(numbers(parameters), testing::ElementsAre(2, 3));
-  parameters.output.governing = 1;
+  parameters.governing = 1;
   EXPECT_THAT(numbers(parameters), testing::ElementsAre(1));
-  parameters.output.governing = 3;
+  parameters.governing = 3;
   EXPECT_THAT(numbers(parameters), testing::ElementsAre(2, 3)) << "all of its name belong to it";
   parameters.boundaries[0].name = "base";
-  parameters.output.governing = "base";
+  parameters.governing = "base";
   const auto base = governing_conditions(parameters);
   ASSERT_EQ(base.size(), 1U);
   EXPECT_TRUE(base[0].is_support);
@@ -135,7 +135,8 @@ protected:
   SampleResult run() {
     const auto mesh =
         test::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2});
-    return run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, test::whole(mesh));
+    return run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, parameters.output,
+                      test::whole(mesh));
   }
   static double largest_load(const SampleResult& result) {
     return std::ranges::max_element(result.history, {}, &HistoryRow::load)->load;
@@ -190,7 +191,7 @@ TEST_F(PulledBar, HasItsPeakWhateverTheIntervalOfTheHistory) {
 
 TEST_F(PulledBar, HasTheSameLoadAtItsSupport) {
   const SampleResult at_grip = run();
-  parameters.output.governing = 0;
+  parameters.governing = 0;
   const SampleResult at_support = run();
   EXPECT_NEAR(at_support.onset_force, at_grip.onset_force, 1e-6 * at_grip.onset_force);
   EXPECT_NEAR(at_support.first_break_load, at_grip.first_break_load, 1e-6 * at_grip.first_break_load);

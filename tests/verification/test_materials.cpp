@@ -245,7 +245,8 @@ rate = ["0 N/s", "0 N/s", "10 N/s"]
     parameters.interfaces = {{{"insert", "matrix"}, strength, 0}};
     parameters.fracture.length = length;
     const double exact = strength * 2e-3 * 2e-3;
-    const auto result = run_sample(self, parameters, test::whole(test::realization(parameters)), {});
+    const auto result =
+        run_sample(self, parameters, parameters.output, test::whole(test::realization(parameters)), {});
     std::printf(
         "a bond of %.0f MPa, stress averaged over %.1f mm: first break at %.3f N, peak load %.3f N, exact "
         "%.0f N\n",

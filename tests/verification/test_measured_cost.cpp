@@ -13,7 +13,7 @@ namespace crackle::ensemble {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 /// A slotted strip pulled until it breaks.
 input::Parameters strip() {
@@ -38,8 +38,10 @@ const geometry::Realization& slotted() {
   return mesh;
 }
 
+constexpr int n_frames = 11;
+
 TEST(MeasuredCost, HasEveryPartOfASample) {
-  const auto cost = measure_cost(strip(), slotted(), 1e9);
+  const auto cost = measure_cost(strip(), n_frames, slotted(), 1e9);
   EXPECT_TRUE(cost.outlook.breaks);
   EXPECT_GT(cost.setup, 0);
   EXPECT_GT(cost.first_solve, 0);
@@ -54,21 +56,21 @@ TEST(MeasuredCost, HasEveryPartOfASample) {
 TEST(MeasuredCost, IsThatOfTheEngine) {
   auto parameters = strip();
   parameters.time.engine = input::Engine::petsc;
-  const auto petsc = measure_cost(parameters, slotted(), 1e9);
-  const auto fixed_point = measure_cost(strip(), slotted(), 1e9);
+  const auto petsc = measure_cost(parameters, n_frames, slotted(), 1e9);
+  const auto fixed_point = measure_cost(strip(), n_frames, slotted(), 1e9);
   EXPECT_GT(petsc.n_steps, 100);
   EXPECT_GT(petsc.step, fixed_point.step);
 }
 
 TEST(MeasuredCost, EndsAtTheFirstLookAfterItsTime) {
-  EXPECT_EQ(measure_cost(strip(), slotted(), 0).n_steps, dynamics::steps_per_poll);
+  EXPECT_EQ(measure_cost(strip(), n_frames, slotted(), 0).n_steps, dynamics::steps_per_poll);
 }
 
 TEST(MeasuredCost, SeesThatNoLoadBreaksTheBody) {
   auto parameters = strip();
   parameters.boundaries[1].rate = {};
   parameters.boundaries[1].value = {0, 0, 1};
-  const auto cost = measure_cost(parameters, slotted(), 0);
+  const auto cost = measure_cost(parameters, n_frames, slotted(), 0);
   EXPECT_FALSE(cost.outlook.breaks);
   EXPECT_GT(cost.first_solve, 0);
   EXPECT_EQ(cost.next_solve, 0);
@@ -77,7 +79,7 @@ TEST(MeasuredCost, SeesThatNoLoadBreaksTheBody) {
 TEST(MeasuredCost, OfABodyThatStartsAtRestHasNoSolves) {
   auto parameters = strip();
   parameters.time.start = input::Start::rest;
-  const auto cost = measure_cost(parameters, slotted(), 0);
+  const auto cost = measure_cost(parameters, n_frames, slotted(), 0);
   EXPECT_TRUE(cost.outlook.breaks);
   EXPECT_EQ(cost.first_solve, 0);
   EXPECT_EQ(cost.next_solve, 0);

@@ -18,7 +18,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 /// A bar of epoxy in tension. From the toughness alone its coarse tetrahedra would get 20 MPa.
 input::Parameters bar() {
@@ -38,7 +38,8 @@ input::Parameters bar() {
 
 double first_break_load(const input::Parameters& parameters) {
   const parallel::Communicator self(MPI_COMM_SELF);
-  return run_sample(self, parameters, test::whole(test::realization(parameters))).first_break_load;
+  return run_sample(self, parameters, parameters.output, test::whole(test::realization(parameters)))
+      .first_break_load;
 }
 
 TEST(Nucleation, SmoothBarBreaksAtItsStrength) {
@@ -55,7 +56,7 @@ TEST(Nucleation, SmoothBarBreaksAtItsStrength) {
 
 TEST(Nucleation, SlotBreaksAtTheLoadOfTheToughness) {
   auto parameters = bar();
-  input::Notch notch;
+  plane::Notch notch;
   notch.at = 6e-3;
   notch.depth = 1.5e-3;
   notch.height = 0.6e-3;
@@ -101,7 +102,7 @@ double mean_first_break_load(const input::Parameters& parameters) {
     SampleControl control;
     control.sample = sample;
     const auto subdomain = test::whole(test::realization(parameters, sample));
-    sum += run_sample(self, parameters, subdomain, control).first_break_load;
+    sum += run_sample(self, parameters, parameters.output, subdomain, control).first_break_load;
   }
   return sum / n_samples;
 }
@@ -160,7 +161,8 @@ TEST(Nucleation, BreaksAreNotFasterThanWaves) {
   auto parameters = bent_bar();
   parameters.time.duration = 4e-7;
   const auto subdomain = test::whole(test::realization(parameters));
-  const auto breaks = run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, subdomain).breaks;
+  const auto breaks =
+      run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, parameters.output, subdomain).breaks;
   ASSERT_GT(breaks.size(), 20u);
   const auto place = [&](const fracture::Break& one) {
     return geometry::centroid(subdomain.nodes, subdomain.tetrahedra[index(one.tetrahedron)]);

@@ -22,7 +22,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 using ::testing::HasSubstr;
 
 constexpr std::array<bool, 3> all{true, true, true};
@@ -48,7 +48,7 @@ protected:
     SampleControl control;
     control.log = [&](const std::string& line) { log.push_back(line); };
     control.failed = [&](SampleResult result) { partial = std::move(result); };
-    const SampleResult result = run_sample(self, parameters, subdomain, control);
+    const SampleResult result = run_sample(self, parameters, parameters.output, subdomain, control);
     std::printf("  %s, first break %.6g N at %.6g s, onset %.6g N, %zu breaks, %lld phases, %lld steps\n",
                 to_string(result.outcome).c_str(), result.first_break_load, result.first_break_time,
                 result.onset_force, result.breaks.size(),
@@ -256,7 +256,7 @@ protected:
                                         return p[2] < 0.4 * 0.03 && std::abs(p[1] - 0.0065) < 0.0005;
                                       }});
     const parallel::Communicator self(MPI_COMM_SELF);
-    const SampleResult result = run_sample(self, parameters, test::whole(mesh));
+    const SampleResult result = run_sample(self, parameters, parameters.output, test::whole(mesh));
     std::printf("  %s, first break %.6g s, onset %.6g s, %zu breaks, %lld phases, %zu rows up to %.3g us\n",
                 to_string(result.outcome).c_str(), result.first_break_time, result.onset_time,
                 result.breaks.size(), static_cast<long long>(result.counts.dynamic_phases),

@@ -19,7 +19,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 /// Pieces of a body after these breaks, with release by elements.
 std::set<std::int64_t> pieces_after(const geometry::Subdomain& subdomain,
@@ -53,7 +53,7 @@ TEST_P(StableBreaks, ByTheHundredCloseTheEnergyAccount) {
                                     }});
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = test::whole(mesh);
-  const auto result = run_sample(self, parameters, subdomain);
+  const auto result = run_sample(self, parameters, parameters.output, subdomain);
   // Loose tetrahedra, which make the static problem singular, occur on the way.
   std::size_t n_pieces = 0;
   for (std::size_t n = 0; n < result.breaks.size(); n += 10)
@@ -92,7 +92,7 @@ TEST(Hinge, ThatIsLeftOverEndsTheSampleAsSeparated) {
        }});
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = test::whole(mesh);
-  const auto result = run_sample(self, parameters, subdomain);
+  const auto result = run_sample(self, parameters, parameters.output, subdomain);
   fracture::BreakableBody body(subdomain, parameters.material());
   body.restore({result.breaks, {}, {}});
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
@@ -134,7 +134,7 @@ TEST_P(LastHinge, EndsTheHistoryAtTheLastBreak) {
          return p[2] < 0.006 ? p[1] > 0.001 : p[1] < 0.001;
        }});
   const parallel::Communicator self(MPI_COMM_SELF);
-  const auto result = run_sample(self, parameters, test::whole(mesh));
+  const auto result = run_sample(self, parameters, parameters.output, test::whole(mesh));
   ASSERT_FALSE(result.breaks.empty());
   const HistoryRow& last = result.history.back();
   std::printf("%s after %zu breaks, history to %.4g s, break at %.4g s, work %.4g J\n",
@@ -164,7 +164,8 @@ TEST(RigidMotion, ThatConditionsPrescribeIsNoMechanism) {
         test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10})};
     const auto mesh =
         test::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2});
-    return run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, test::whole(mesh));
+    return run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, parameters.output,
+                      test::whole(mesh));
   };
   const auto at_rest = run(0), moving = run(1e-6);
   EXPECT_GT(at_rest.breaks.size(), 10U);

@@ -19,7 +19,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 constexpr double length = 0.02, width = 0.006, thickness = 0.004;
 

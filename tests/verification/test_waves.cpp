@@ -12,7 +12,7 @@ namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
 
 using input::BoundaryKind;
-using input::Face;
+using plane::Face;
 
 constexpr double length = 0.012;
 

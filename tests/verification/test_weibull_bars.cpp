@@ -50,7 +50,7 @@ Bars pull_bars(double modulus, double length, int cells, int n_samples, double c
   for (int sample = 0; sample < n_samples; ++sample) {
     SampleControl control;
     control.sample = static_cast<std::uint64_t>(sample);
-    const auto result = run_sample(self, parameters, subdomain, control);
+    const auto result = run_sample(self, parameters, parameters.output, subdomain, control);
     bars.first_break.push_back(result.first_break_load / (width * width));
     double largest_load = 0;  // [N], at 1 N/s
     for (const auto& record : result.breaks) largest_load = std::max(largest_load, record.load_time);

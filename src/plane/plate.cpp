@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A box with slots cut into its faces.
+#include "plane/plate.h"
+
 #include "common/failure.h"
-#include "consistency.h"
-#include "input/parameters.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace crackle::input {
+namespace crackle::plane {
 
 namespace {
 
@@ -58,21 +57,21 @@ std::vector<std::size_t> notches_along(const Specimen& specimen, Face face, bool
   return numbers;
 }
 
-plane::Shape shape_of_box(const Specimen& specimen) {
+Shape shape_of_box(const Specimen& specimen) {
   check_box(specimen);
-  plane::Shape shape{{{}}, {}};
+  Shape shape{{{}}, {}};
   for (std::size_t edge = 0; edge < box_edges.size(); ++edge)
     shape.parts.push_back({fmt::format("edge-{}", edge)});
   for (std::size_t i = 0; i < specimen.notches.size(); ++i)
     shape.parts.push_back({fmt::format("notch-{}", i)});
-  plane::Loop& loop = shape.loops.front();
+  Loop& loop = shape.loops.front();
   for (std::size_t edge = 0; edge < box_edges.size(); ++edge) {
     const Face face = box_edges[edge];
     const bool is_backwards = edge >= 2;
     const auto across = index(axis_of(face)), along = index(position_axis(face));
     const double mouth = is_upper(face) ? specimen.size[across] : 0;
     const auto add = [&](double way, double depth, std::size_t part) {
-      plane::Point p{};
+      Point p{};
       p[along - 1] = way;
       p[across - 1] = depth;
       loop.corners.push_back(p);
@@ -136,10 +135,20 @@ double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vect
   return end;
 }
 
-plane::Shape shape_of(const Specimen& specimen) {
+Region bounds_of(const Specimen& specimen) {
+  Region bounds;
+  for (std::size_t i = 0; i < 3; ++i) bounds[i] = {0, specimen.size[i]};
+  if (specimen.outline && !specimen.outline->polygon.empty()) {
+    const Bounds around = bounds_of(specimen.outline->polygon);
+    for (std::size_t i = 0; i < 2; ++i) bounds[i + 1] = {around.lower[i], around.upper[i]};
+  }
+  return bounds;
+}
+
+Shape shape_of(const Specimen& specimen) {
   if (specimen.shape) return *specimen.shape;
   if (!is_box(specimen)) throw std::invalid_argument("specimen: the shape of the plate is not known");
   return shape_of_box(specimen);
 }
 
-}  // namespace crackle::input
+}  // namespace crackle::plane

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "input/parameters.h"
+#include "plane/plate.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-namespace crackle::input {
+namespace crackle::plane {
 
 /// Regions closer than this share of the body's size touch.
 inline constexpr double region_merging = 1e-6;
@@ -25,11 +25,11 @@ struct MaterialLayout {
     std::vector<int> right;  ///< on the right; that of a line on the boundary is without meaning
   };
 
-  std::vector<double> levels;          ///< of x, from 0 to the thickness [m]
-  std::vector<plane::Point> corners;   ///< those of the plate first, in the order of its loops
-  std::vector<Line> lines;             ///< on the boundary of the plate, and where two materials meet
-  std::vector<plane::Polygon> region;  ///< outline of each one, with the corners of the lines on it
-  std::vector<int> material;           ///< of each region
+  std::vector<double> levels;   ///< of x, from 0 to the thickness [m]
+  std::vector<Point> corners;   ///< those of the plate first, in the order of its loops
+  std::vector<Line> lines;      ///< on the boundary of the plate, and where two materials meet
+  std::vector<Polygon> region;  ///< outline of each one, with the corners of the lines on it
+  std::vector<int> material;    ///< of each region
   std::vector<std::vector<std::uint8_t>> fills;  ///< per layer, whether each region extends through it
 
   std::size_t n_layers() const { return levels.size() - 1; }
@@ -47,15 +47,13 @@ struct MaterialLayout {
   /// @param belongs of a line and whether its left or its right side is meant; not called for what is outside
   template <class Belongs>
   double area(const Belongs& belongs) const {
-    using plane::operator-;
-    const plane::Point& origin = corners.front();
+    const Point& origin = corners.front();
     double twice = 0;
     for (const Line& line : lines) {
       const int sign =
           static_cast<int>(belongs(line, true)) - static_cast<int>(line.side < 0 && belongs(line, false));
       if (sign != 0)
-        twice +=
-            sign * plane::cross(corners[index(line.end[0])] - origin, corners[index(line.end[1])] - origin);
+        twice += sign * cross(corners[index(line.end[0])] - origin, corners[index(line.end[1])] - origin);
     }
     return twice / 2;
   }
@@ -66,4 +64,4 @@ struct MaterialLayout {
 /// @throws std::runtime_error when regions are too small to be told apart
 MaterialLayout material_layout(const Specimen& specimen, bool all = false);
 
-}  // namespace crackle::input
+}  // namespace crackle::plane

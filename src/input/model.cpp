@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "input/parameters.h"
+#include "input/model.h"
 
 #include "common/interpolation.h"
 
@@ -8,6 +8,9 @@
 #include <string_view>
 
 namespace crackle::input {
+
+using crackle::operator-;
+using crackle::operator*;
 
 namespace {
 
@@ -32,7 +35,7 @@ std::filesystem::path MaterialMap::path(std::uint64_t sample) const {
   return folder / name;
 }
 
-std::vector<std::array<int, 2>> Parameters::interface_pairs() const {
+std::vector<std::array<int, 2>> Model::interface_pairs() const {
   std::vector<std::array<int, 2>> pairs;
   for (const Interface& one : interfaces)
     pairs.push_back({material_named(materials, one.between[0]), material_named(materials, one.between[1])});
@@ -46,7 +49,7 @@ double slowest_bar_speed(const std::vector<Material>& materials) {
   return slowest;
 }
 
-Fracture Parameters::fracture_of(std::size_t number) const {
+Fracture Model::fracture_of(std::size_t number) const {
   const Material& material = materials[number];
   Fracture result = fracture;
   if (material.strength > 0) result.strength = material.strength;
@@ -81,14 +84,14 @@ Vector BodyLoad::at(const Vector& p) const {
   return value;
 }
 
-std::vector<BodyLoad> Parameters::body_forces() const {
+std::vector<BodyLoad> Model::body_forces() const {
   std::vector<BodyLoad> forces;
   std::ranges::copy_if(loads, std::back_inserter(forces),
                        [](const BodyLoad& load) { return !is_initial(load.kind); });
   return forces;
 }
 
-std::vector<BodyLoad> Parameters::initial_velocities() const {
+std::vector<BodyLoad> Model::initial_velocities() const {
   std::vector<BodyLoad> velocities;
   std::ranges::copy_if(loads, std::back_inserter(velocities),
                        [](const BodyLoad& load) { return is_initial(load.kind); });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "input/material_layout.h"
+#include "plane/material_layout.h"
 
 #include "plane/subdivision.h"
 
@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-namespace crackle::input {
+namespace crackle::plane {
 
 namespace {
 
@@ -35,7 +35,7 @@ int last_of(const std::vector<int>& regions, const std::vector<std::uint8_t>& fi
 }
 
 /// The last region whose outline is this line, or -1.
-int outlined_by(const plane::Subdivision::Line& line) {
+int outlined_by(const Subdivision::Line& line) {
   std::vector<int> own;
   std::ranges::set_symmetric_difference(line.left, line.right, std::back_inserter(own));
   return own.empty() ? -1 : own.back();
@@ -97,7 +97,7 @@ private:
     if (far == a.end[0] || far == a.end[1]) return false;
     if (!same(a.left, b.left) || (a.side < 0 && !same(a.right, b.right))) return false;
     const auto place = [&](int number) { return layout_.corners[index(number)]; };
-    if (plane::distance(place(corner), place(a.end[a_begins ? 1 : 0]), place(far)) > near_) return false;
+    if (distance(place(corner), place(a.end[a_begins ? 1 : 0]), place(far)) > near_) return false;
     a.end[a_begins ? 0 : 1] = far;
     a.region = std::max(a.region, b.region);
     return true;
@@ -118,7 +118,7 @@ private:
 MaterialLayout material_layout(const Specimen& specimen, bool all) {
   const double size = std::ranges::max(specimen.size);
   const double near = region_merging * size;
-  std::vector<plane::Polygon> outlines;
+  std::vector<Polygon> outlines;
   MaterialLayout layout;
   for (const MaterialRegion& region : specimen.regions) {
     outlines.push_back(region.outline);
@@ -131,8 +131,8 @@ MaterialLayout material_layout(const Specimen& specimen, bool all) {
       fills.push_back(region.box[0].first <= layout.levels[layer] + near &&
                       region.box[0].second >= layout.levels[layer + 1] - near);
   }
-  plane::Subdivision plane = plane::subdivide(shape_of(specimen), outlines, near);
-  for (const plane::Subdivision::Line& line : plane.lines) {
+  Subdivision plane = subdivide(shape_of(specimen), outlines, near);
+  for (const Subdivision::Line& line : plane.lines) {
     MaterialLayout::Line own{line.end, line.side, outlined_by(line), {}, {}};
     for (const auto& fills : layout.fills) {
       own.left.push_back(last_of(line.left, fills));
@@ -151,4 +151,4 @@ MaterialLayout material_layout(const Specimen& specimen, bool all) {
   return layout;
 }
 
-}  // namespace crackle::input
+}  // namespace crackle::plane
