@@ -174,7 +174,8 @@ std::vector<double> crack_area_in_parts(const cracks::CrackSurface& surface,
 
 void measure_crossings(const geometry::Body& body, const cracks::CrackSurface& surface,
                        const input::Sections& sections, SampleSummary& row) {
-  set_crossings(cracks::section_crossings(body, surface, cracks::find_branches(body, surface), sections),
+  set_crossings(cracks::section_crossings(body, surface, cracks::find_branches(body, surface),
+                                          cracks::planes_of(sections)),
                 row);
 }
 

@@ -72,6 +72,12 @@ inline bool is_undecided(const SampleSummary& row) {
          row.outcome == static_cast<std::int32_t>(dynamics::Outcome::undecided);
 }
 
+/// True for a completed sample whose body came apart.
+inline bool is_separated(const SampleSummary& row) {
+  return row.status == SampleStatus::done &&
+         row.outcome == static_cast<std::int32_t>(dynamics::Outcome::separated);
+}
+
 /// True for a completed sample in which nothing broke: it is stronger than its loads, by how much is unknown.
 inline bool is_unbroken(const SampleSummary& row) {
   return row.status == SampleStatus::done &&

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cracks/crack_speed.h"
 
+#include "projection.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -344,7 +346,7 @@ void raise(CrackSpeed& largest, const History& history, const FrontTrajectory& t
 CrackSpeed max_crack_speed(const geometry::Body& body, std::span<const FrontTrajectory> trajectories) {
   CrackSpeed largest;
   for (const FrontTrajectory& trajectory : trajectories) {
-    Front front(body.size()[0], trajectory.spacing);
+    Front front(Projection(body).thickness(), trajectory.spacing);
     for (const Opened& opened : trajectory.opened) front.open(opened);
     for (const History& history : front.histories()) raise(largest, history, trajectory);
   }

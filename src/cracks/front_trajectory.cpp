@@ -7,7 +7,7 @@
 #include "cracks/branching.h"
 #include "cracks/crack_ligaments.h"
 
-#include "crossings.h"
+#include "crack_graph.h"
 #include "polyline.h"
 
 #include <algorithm>
@@ -80,7 +80,7 @@ std::vector<FrontTrajectory::Opened> opened_by(const CrackSurface& surface,
   std::vector<FrontTrajectory::Opened> all;
   for (std::size_t i = 0; i < facets.size();) {
     const CrackFacet& facet = surface.facets[facets[i]];
-    FrontTrajectory::Opened opened{facet.time, 0, {facet.corner[0][0], facet.corner[0][0]}};
+    FrontTrajectory::Opened opened{facet.time, 0, {infinity, -infinity}};
     geometry::Point sum{};
     double n = 0;
     for (; i < facets.size(); ++i) {
@@ -88,8 +88,8 @@ std::vector<FrontTrajectory::Opened> opened_by(const CrackSurface& surface,
       if (other.tetrahedron != facet.tetrahedron || other.time != facet.time) break;
       for (const geometry::Point& corner : other.corner) {
         sum = sum + corner;
-        opened.x[0] = std::min(opened.x[0], corner[0]);
-        opened.x[1] = std::max(opened.x[1], corner[0]);
+        opened.x[0] = std::min(opened.x[0], Projection::depth(corner));
+        opened.x[1] = std::max(opened.x[1], Projection::depth(corner));
         n += 1;
       }
     }
@@ -139,8 +139,8 @@ double FrontTrajectory::slowness(double from, double to) const {
 std::vector<FrontTrajectory> front_trajectories(const geometry::Body& body, const CrackSurface& surface,
                                                 const mechanics::TetrahedronField<double>& rayleigh_speed) {
   std::vector<FrontTrajectory> trajectories;
-  const double thickness = body.size()[0];
-  std::vector<CrackLigament> chords = crack_chords(body, surface);
+  const Projection projection(body);
+  std::vector<CrackLigament> chords = crack_ligaments(body, surface, Followed::chords);
   const CrackBranches branches = find_branches(body, surface, chords);
   for (CrackLigament& chord : chords) {
     std::erase_if(chord.facets, [&](std::size_t i) { return branches.branch[i] > 0; });
@@ -149,10 +149,12 @@ std::vector<FrontTrajectory> front_trajectories(const geometry::Body& body, cons
     std::vector<Polyline::Place> places;
     std::vector<double> times, slowness;
     Indices facets;
-    for (const ChainLink& link : longest_chain(surface, chord.facets, line, spacing, thickness, false)) {
+    for (const PathLink& link :
+         CrackGraph(projection, surface, chord.facets, line, spacing).longest_path(false)) {
       facets.insert(facets.end(), link.facets.begin(), link.facets.end());
-      const double advance = (static_cast<double>(link.slab) + 0.5) * spacing;
-      const auto crossing = main_crossing(intersect(surface, link.facets, line.plane_at(advance)), thickness);
+      const double advance = (static_cast<double>(link.level) + 0.5) * spacing;
+      const auto crossing =
+          main_crossing(intersect(surface, link.facets, line.plane_at(advance)), projection.thickness());
       if (!crossing) continue;  // the rough edges of a piece can leave gaps
       places.push_back({advance, crossing->mean});
       times.push_back(crossing->arrival);

@@ -46,14 +46,14 @@ struct FrontTrajectory {
   std::vector<Point> points;   ///< along the path, about a spacing apart; at least two
   std::vector<Opened> opened;  ///< by time, then by place
 
-  double length() const { return points.back().place; }
+  double length() const { return points.empty() ? 0 : points.back().place; }
   /// Mean slowness of Rayleigh waves over a part of the path, in the material that broke there [s/m].
   double slowness(double from, double to) const;
 };
 
-/// The front trajectories of all cracks of the starts, one for each chord (crack_chords).
+/// The front trajectories of all cracks of the starts, one for each chord (Followed::chords).
 ///
-/// The path is that of the longest chain of connected pieces in slabs across the chord (longest_chain), of
+/// The path is that of the longest path through connected pieces in slabs across the chord (CrackGraph), of
 /// the main branch along the chord (find_branches). The through-thickness means of the pieces are smoothed
 /// over path_smoothing spacings to both sides, since their scatter would make the path longer than the crack
 /// is. A tetrahedron of the chain has the place of the nearest point of the path.
