@@ -122,14 +122,7 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
 /// Cracks hardly ever run faster, relative to the Rayleigh speed where they run.
 inline constexpr double usual_speed_ratio = 0.85;
 
-/// "warning: sample 3: ..." for a sample whose crack exceeded the Rayleigh speed; empty otherwise.
-std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary);
-
-/// Those of all samples, which start at number 0.
-std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples);
-
-/// Those of the samples, then of cracks between usual_speed_ratio and the Rayleigh speed, and of onsets below
-/// the peak load.
+/// Of cracks above usual_speed_ratio, and of onsets below the peak load.
 std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> samples);
 
 /// Name of the result that tells what the samples held: onset_force; peak_load if a sample's load was clearly

@@ -74,8 +74,9 @@ Tip tip_at(const FrontTrajectory& front, double time, const Releases& releases) 
     last = point.place;
   }
   if (arrival.n() <= 2 || !(arrival.slope() > 0)) return {};
-  const double speed = 1 / arrival.slope();
-  return {speed, speed * front.slowness(first, last), energy.slope()};
+  const double speed = 1 / arrival.slope(), ratio = speed * front.slowness(first, last);
+  if (ratio > 1) return {};  // no crack outruns a Rayleigh wave
+  return {speed, ratio, energy.slope()};
 }
 
 /// The front of a crack that is too short for a path: how far its facets lie from the start; without speeds.

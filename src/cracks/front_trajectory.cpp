@@ -119,6 +119,27 @@ void follow_front(std::vector<FrontTrajectory::Point>& points, const std::vector
   for (std::size_t i = points.size(); i-- > 0;) points[i].reached = reached = std::min(reached, come[i]);
 }
 
+/// Makes jumps of the windows that the front passes faster than a Rayleigh wave.
+void add_jumps(FrontTrajectory& front) {
+  std::vector<FrontTrajectory::Point>& points = front.points;
+  std::vector<char> is_jump(points.size(), 0);
+  for (auto first = points.begin(); first != points.end(); ++first) {
+    const auto end = std::ranges::find_if(first, points.end(), [&](const auto& point) {
+      return point.run != first->run || point.place > first->place + front.window;
+    });
+    LineFit arrival;
+    for (const FrontTrajectory::Point& point : std::ranges::subrange(first, end))
+      if (point.reached > 0) arrival.add(point.place - first->place, point.time);
+    if (arrival.n() > 2 && arrival.slope() < front.slowness(first->place, std::prev(end)->place))
+      std::fill_n(is_jump.begin() + (first - points.begin()), end - first, 1);
+  }
+  int n_ends = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i > 0 && is_jump[i] != is_jump[i - 1]) ++n_ends;
+    points[i].run = is_jump[i] != 0 || points[i].run < 0 ? -1 : points[i].run + n_ends;
+  }
+}
+
 }  // namespace
 
 double FrontTrajectory::slowness(double from, double to) const {
@@ -134,6 +155,14 @@ double FrontTrajectory::slowness(double from, double to) const {
     return last.delay + ahead * ((last.slowness + here) / 2 - usual);
   };
   return usual + (delay_until(to) - delay_until(from)) / (to - from);
+}
+
+double FrontTrajectory::mean_time(double from, double to) const {
+  LineFit arrival;
+  for (const Point& point : points)
+    if (point.place >= from && point.place <= to && point.reached > 0)
+      arrival.add(point.place - from, point.time);
+  return arrival.n() > 2 ? arrival.slope() * (to - from) : 0;
 }
 
 std::vector<FrontTrajectory> front_trajectories(const geometry::Body& body, const CrackSurface& surface,
@@ -183,6 +212,7 @@ std::vector<FrontTrajectory> front_trajectories(const geometry::Body& body, cons
       found.points.push_back(point);
     }
     follow_front(found.points, unsmoothed, front_reach * spacing);
+    add_jumps(found);
     trajectories.push_back(std::move(found));
   }
   return trajectories;
