@@ -275,6 +275,10 @@ PathInference path_inference(const RankStatistics& ranks, const Statistics& stat
       FramedPath path;
       for (int s = 0; s < frame.n_sections(); ++s)
         path.push_back(framed_position(frame, samples[i], ranks.leading_start[row], ranks.start[row], s));
+      // The leader of a body that came apart did not stop: what it missed, it passed by, as along the
+      // supports.
+      if (ranks.start[row] == ranks.leading_start[row] && is_separated(samples[i]))
+        for (FramedPosition& position : path) position.counts &= !std::isnan(position.value);
       if (std::ranges::none_of(path, &FramedPosition::counts)) continue;
       paths.push_back(std::move(path));
       draws.push_back(i / index(statistics.replicates));

@@ -26,7 +26,8 @@ std::vector<double> band_half_widths(std::span<const FramedPath> paths, Groups g
 /// the section that most cracks reach; -1 for that section, and for lines.
 std::vector<int> previous_sections(const input::Sections& sections, std::span<const FramedPath> paths);
 
-/// The cracks that reach the section before, by whether they reach this one.
+/// The cracks that reach the section before, by whether they reach this one; without leaders that separated
+/// their body elsewhere.
 struct Stopped {
   int previous = -1;  ///< see previous_sections; without it the rest is undefined
   int n_arrived = 0, n_stopped = 0;

@@ -72,6 +72,12 @@ inline bool is_undecided(const SampleSummary& row) {
          row.outcome == static_cast<std::int32_t>(dynamics::Outcome::undecided);
 }
 
+/// True for a completed sample whose body came apart.
+inline bool is_separated(const SampleSummary& row) {
+  return row.status == SampleStatus::done &&
+         row.outcome == static_cast<std::int32_t>(dynamics::Outcome::separated);
+}
+
 /// True for a completed sample in which nothing broke: it is stronger than its loads, by how much is unknown.
 inline bool is_unbroken(const SampleSummary& row) {
   return row.status == SampleStatus::done &&
@@ -118,14 +124,7 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
 /// Cracks hardly ever run faster, relative to the Rayleigh speed where they run.
 inline constexpr double usual_speed_ratio = 0.85;
 
-/// "warning: sample 3: ..." for a sample whose crack exceeded the Rayleigh speed; empty otherwise.
-std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary);
-
-/// Those of all samples, which start at number 0.
-std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples);
-
-/// Those of the samples, then of cracks between usual_speed_ratio and the Rayleigh speed, and of onsets below
-/// the peak load.
+/// Of cracks above usual_speed_ratio, and of onsets below the peak load.
 std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> samples);
 
 /// Name of the result that tells what the samples held: onset_force; peak_load if a sample's load was clearly

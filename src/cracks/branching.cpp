@@ -4,13 +4,16 @@
 #include "common/disjoint_sets.h"
 #include "common/index.h"
 
-#include "branch_window.h"
+#include "crack_graph.h"
+#include "polyline.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
 #include <map>
+#include <tuple>
 #include <utility>
 
 namespace crackle::cracks {
@@ -23,6 +26,214 @@ constexpr int projection = -1;
 /// Minimum overlap of branching points detected in two windows to be identified; such windows have at most
 /// half of their facets in common.
 constexpr double min_overlap_of_windows = 0.1;
+
+/// One of two branches as one window shows it.
+struct Branch {
+  Indices facets;
+  Indices first;                                ///< the subset on the first min_branch_length
+  std::vector<std::pair<double, double>> line;  ///< advance, across: centre at every station
+  double reach = 0;                             ///< advance of its end [m]
+  double end_across = 0;                        ///< coordinate across at its end [m]
+  double length = 0;                            ///< straight length from the branching point to its end [m]
+};
+
+/// A branching point detected in one window; branches 0 and 1 are at lower and higher values across.
+struct Detection {
+  double advance;  ///< where the branches separate
+  double across;
+  double angle;
+  std::array<Branch, 2> branches;
+  int window = 0;        ///< window of the detection
+  std::size_t last = 0;  ///< station of the last levels
+  Indices reunited;      ///< the pieces there, if the branches have met again
+};
+
+/// Extends branches that have met with those of a later detection.
+void extend(Detection& point, const Detection& later) {
+  for (std::size_t side = 0; side < 2; ++side) {
+    Branch& branch = point.branches[side];
+    const Branch& rest = later.branches[side];
+    add(branch.facets, rest.facets);
+    branch.reach = rest.reach;
+    branch.end_across = rest.end_across;
+    branch.length =
+        std::max(branch.length, std::hypot(rest.reach - point.advance, rest.end_across - point.across));
+  }
+  point.last = later.last;
+  point.reunited = later.reunited;
+}
+
+using Level = Indices;                    ///< pieces of one station
+using Continuation = std::vector<Level>;  ///< levels at consecutive stations
+
+/// A crack between two planes through the thickness, projected.
+class Window {
+public:
+  Window(double step, const std::vector<double>& spacing, const std::vector<std::vector<Trace>>& traces,
+         double x_low, double x_high)
+      : step_(step), spacing_(spacing), graph_(spacing, traces, x_low, x_high) {}
+
+  std::vector<Detection> detections() const {
+    std::vector<Detection> found;
+    for (std::size_t k = 0; k + 1 < graph_.n_levels(); ++k) {
+      for (std::size_t i = 0; i < graph_.at(k).size(); ++i) {
+        if (graph_.at(k)[i].next.size() < 2) continue;
+        const std::vector<Continuation> continuations = separate_continuations(k, graph_.at(k)[i]);
+        for (std::size_t j = 0; j + 1 < continuations.size(); ++j) {
+          Detection point = follow(k + 1, continuations[j], continuations[j + 1]);
+          const auto earlier = std::find_if(found.begin(), found.end(),
+                                            [&](const Detection& f) { return is_extended_at(f, k, i); });
+          if (earlier == found.end()) {
+            found.push_back(std::move(point));
+          } else {
+            extend(*earlier, point);
+          }
+        }
+      }
+    }
+    return found;
+  }
+
+private:
+  double middle(std::size_t k, const Level& level) const {
+    return (graph_.at(k)[level.front()].low + graph_.at(k)[level.back()].high) / 2;
+  }
+
+  /// Continues from piece i of station k until the continuation is min_gap_length long; empty if it ends
+  /// before.
+  Continuation continuation_from(std::size_t k, std::size_t i) const {
+    Continuation levels{{i}};
+    const double start = middle(k, levels.front());
+    for (std::size_t last = k;; ++last) {
+      const double length =
+          std::hypot(static_cast<double>(levels.size()) * step_, middle(last, levels.back()) - start);
+      if (length >= min_gap_length * spacing_[k]) return levels;
+      if (last + 1 >= graph_.n_levels()) return {};
+      Level next = graph_.ahead(last, levels.back());
+      if (next.empty()) return {};
+      levels.push_back(std::move(next));
+    }
+  }
+
+  /// The continuations of a piece that are long enough and have no piece in common, ordered across.
+  std::vector<Continuation> separate_continuations(std::size_t k, const Piece& piece) const {
+    std::vector<Continuation> continuations;
+    for (const std::size_t j : piece.next) {
+      Continuation continuation = continuation_from(k + 1, j);
+      if (continuation.empty()) continue;
+      // Continuations are ordered across, so one that joins several earlier ones joins the last of them.
+      while (!continuations.empty() &&
+             (meet(continuations.back(), continuation) ||
+              widest_gap(k + 1, continuations.back(), continuation) < min_branch_distance)) {
+        Continuation& earlier = continuations.back();
+        if (earlier.size() > continuation.size()) continuation.resize(earlier.size());
+        for (std::size_t level = 0; level < earlier.size(); ++level) add(continuation[level], earlier[level]);
+        continuations.pop_back();
+      }
+      continuations.push_back(std::move(continuation));
+    }
+    return continuations;
+  }
+
+  static bool meet(const Continuation& a, const Continuation& b) {
+    for (std::size_t level = 0; level < std::min(a.size(), b.size()); ++level)
+      if (intersects(a[level], b[level])) return true;
+    return false;
+  }
+
+  /// Widest gap between two continuations, in spacings.
+  double widest_gap(std::size_t k, const Continuation& lower, const Continuation& upper) const {
+    double widest = 0;
+    for (std::size_t level = 0; level < std::min(lower.size(), upper.size()); ++level) {
+      const double gap =
+          graph_.at(k + level)[upper[level].front()].low - graph_.at(k + level)[lower[level].back()].high;
+      widest = std::max(widest, gap / spacing_[k + level]);
+    }
+    return widest;
+  }
+
+  /// Follows both branches from station k until they end or meet.
+  Detection follow(std::size_t k, const Continuation& lower, const Continuation& upper) const {
+    Detection point{};
+    point.advance = advance(k);
+    point.across = (graph_.at(k)[lower.front().back()].high + graph_.at(k)[upper.front().front()].low) / 2;
+    const double first_length = min_branch_length * spacing_[k];
+    std::array<Level, 2> level{lower.front(), upper.front()};
+    std::size_t station = k;
+    for (;;) {
+      for (std::size_t side = 0; side < 2; ++side)
+        collect(point.branches[side], station, level[side], first_length);
+      if (station + 1 >= graph_.n_levels()) break;
+      std::array<Level, 2> next{graph_.ahead(station, level[0]), graph_.ahead(station, level[1])};
+      if (next[0].empty() && next[1].empty()) break;
+      ++station;
+      if (intersects(next[0], next[1])) {
+        std::ranges::set_intersection(next[0], next[1], std::back_inserter(point.reunited));
+        break;
+      }
+      level = std::move(next);
+    }
+    point.last = station;
+    measure(point, first_length);
+    return point;
+  }
+
+  double advance(std::size_t station) const { return (static_cast<double>(station) + 0.5) * step_; }
+
+  /// Adds a station's pieces to a branch.
+  /// @param first_length of the branch's first part
+  void collect(Branch& branch, std::size_t station, const Level& level, double first_length) const {
+    if (level.empty()) return;
+    const double across = middle(station, level);
+    branch.reach = advance(station);
+    branch.line.emplace_back(branch.reach, across);
+    const auto& [first_advance, first_across] = branch.line.front();
+    const bool is_first = std::hypot(branch.reach - first_advance, across - first_across) <= first_length;
+    for (const std::size_t i : level) {
+      const Indices& facets = graph_.at(station)[i].facets;
+      branch.facets.insert(branch.facets.end(), facets.begin(), facets.end());
+      if (is_first) branch.first.insert(branch.first.end(), facets.begin(), facets.end());
+    }
+  }
+
+  /// The lengths of both branches, and the angle between their first parts.
+  static void measure(Detection& point, double first_length) {
+    std::array<double, 2> direction{};
+    for (std::size_t side = 0; side < 2; ++side) {
+      Branch& branch = point.branches[side];
+      sort_unique(branch.facets);
+      sort_unique(branch.first);
+      branch.end_across = branch.line.back().second;
+      branch.length = std::hypot(branch.reach - point.advance, branch.end_across - point.across);
+      direction[side] = std::atan(slope(branch.line, point.advance + first_length));
+    }
+    point.angle = std::abs(direction[1] - direction[0]);
+  }
+
+  /// Slope of the line up to this advance, by least squares.
+  static double slope(const std::vector<std::pair<double, double>>& line, double until) {
+    LineFit fit;
+    for (const auto& [advance, across] : line) {
+      if (advance > until) break;
+      fit.add(advance - line.front().first, across - line.front().second);
+    }
+    return fit.variance() > 0 ? fit.slope() : 0;
+  }
+
+  /// True if piece i of station k, where continuations separate, closely follows the place where the branches
+  /// met.
+  bool is_extended_at(const Detection& point, std::size_t k, std::size_t i) const {
+    const auto soon = static_cast<std::size_t>(reunion_length * spacing_[k] / step_);
+    if (point.reunited.empty() || k < point.last || k > point.last + soon) return false;
+    Level level = point.reunited;
+    for (std::size_t station = point.last; station < k; ++station) level = graph_.ahead(station, level);
+    return std::binary_search(level.begin(), level.end(), i);
+  }
+
+  double step_;
+  const std::vector<double>& spacing_;  ///< local spacing at every station
+  CrackGraph graph_;                    ///< its levels are the stations
+};
 
 /// The facets of pieces of at least stray_size, where facets of the same tetrahedron or the same edge are
 /// connected.
@@ -73,7 +284,7 @@ public:
       : surface_(surface),
         number_(ligament.start),
         start_(ligament.line),
-        thickness_(body.size()[0]),
+        thickness_(Projection(body).thickness()),
         mean_spacing_(mean_spacing(surface, ligament.facets)),
         step_(mean_spacing_ / stations_per_spacing),
         traces_(static_cast<std::size_t>(std::ceil(start_.ligament / step_))) {
@@ -87,7 +298,7 @@ public:
     const double half = thickness_ / (n_windows + 1);
     std::vector<Detection> seen;
     const auto detect = [&](int window, double low, double high) {
-      for (Detection& point : detect_branching(step_, spacing_, traces_, low, high)) {
+      for (Detection& point : Window(step_, spacing_, traces_, low, high).detections()) {
         point.window = window;
         seen.push_back(std::move(point));
       }
@@ -267,9 +478,8 @@ private:
     BranchingPoint& point = found.points.back();
     point.start = number_;
     point.parent = known[secondary];
-    const geometry::Point place = start_.plane_at(seen.advance).at(seen.across);
-    point.y = place[1];
-    point.z = place[2];
+    std::tie(point.y, point.z) =
+        std::tuple_cat(Projection::in_plane(start_.plane_at(seen.advance).at(seen.across)));
     point.time = std::max(median_time(seen.branches[0].first), median_time(seen.branches[1].first));
     point.length = branch.length;
     point.angle = seen.angle;
@@ -278,8 +488,9 @@ private:
       found.branch[i] = static_cast<std::int32_t>(found.points.size());
       for (const geometry::Point& p : surface_.facets[i].corner) box.include(p);
     }
-    point.x = (box.lower[0] + box.upper[0]) / 2;
-    point.share = (box.upper[0] - box.lower[0]) / thickness_;
+    const double low = Projection::depth(box.lower), high = Projection::depth(box.upper);
+    point.x = (low + high) / 2;
+    point.share = (high - low) / thickness_;
     point.is_in_projection = seen.is_in_projection;
     point.is_in_space = seen.is_in_space;
   }

@@ -4,6 +4,7 @@
 #include "common/index.h"
 
 #include "polyline.h"
+#include "projection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,87 +34,78 @@ private:
   std::vector<double> times_, sums_;  // [s], [J]
 };
 
-/// The course of a tip along the path of its crack.
-class TipCourse {
-public:
-  TipCourse() = default;
-  explicit TipCourse(FrontTrajectory trajectory) : trajectory_(std::move(trajectory)) {}
-  /// A crack that is too short for a path: how far its facets lie from the start; without speeds.
-  TipCourse(const CrackSurface& surface, const geometry::CrackStart& start, std::int32_t number) {
-    for (const CrackFacet& facet : surface.facets) {
-      if (surface.cracks[index(facet.crack)].origin() != number) continue;
-      double place = 0;
-      for (const geometry::Point& corner : facet.corner) place += start.advance(corner) / 4;
-      if (place <= length()) continue;
-      auto& points = trajectory_.points;
-      if (!points.empty() && facet.time <= points.back().reached)
-        points.back().place = place;
-      else
-        points.push_back({place, facet.time, facet.time, 0, not_a_number, 0});
-    }
-  }
+/// The point that a front comes to next.
+auto next_point(const FrontTrajectory& front, double time) {
+  return std::ranges::upper_bound(front.points, time, {}, &FrontTrajectory::Point::reached);
+}
 
-  double length() const { return trajectory_.points.empty() ? 0 : trajectory_.length(); }
+/// Position of a front's tip at a time.
+double place_at(const FrontTrajectory& front, double time) {
+  const auto next = next_point(front, time);
+  if (next == front.points.begin()) return 0;
+  if (next == front.points.end()) return front.length();
+  const FrontTrajectory::Point& last = *std::prev(next);
+  return std::lerp(last.place, next->place, (time - last.reached) / (next->reached - last.reached));
+}
 
-  /// Position of the tip at a time.
-  double place_at(double time) const {
-    const auto next = next_at(time);
-    if (next == trajectory_.points.begin()) return 0;
-    if (next == trajectory_.points.end()) return length();
-    const FrontTrajectory::Point& last = *std::prev(next);
-    return std::lerp(last.place, next->place, (time - last.reached) / (next->reached - last.reached));
-  }
-
-  struct Tip {
-    double speed = not_a_number;
-    double speed_ratio = not_a_number;   ///< to the Rayleigh speed there
-    double release_rate = not_a_number;  ///< per length of its path [J/m]
-  };
-  /// The tip at a time of the dynamic phase while it is moving, by straight lines fitted over the part of
-  /// the window around it that it passed in that phase, up to its jumps.
-  Tip tip_at(double time, const Releases& releases) const {
-    LineFit arrival, energy;
-    const auto& points = trajectory_.points;
-    if (points.empty() || time <= std::max(0.0, points.front().reached) || time >= points.back().reached)
-      return {};
-    const double place = place_at(time);
-    const int run = next_at(time)->run;
-    if (run < 0) return {};
-    double first = infinity, last = 0;
-    for (const FrontTrajectory::Point& point : points) {
-      const double ahead = point.place - place;
-      if (std::abs(ahead) > trajectory_.window / 2 || point.reached <= 0 || point.run != run) continue;
-      arrival.add(ahead, point.time);
-      energy.add(ahead, releases.until(point.reached));
-      first = std::min(first, point.place);
-      last = point.place;
-    }
-    if (arrival.n() <= 2 || !(arrival.slope() > 0)) return {};
-    const double speed = 1 / arrival.slope();
-    return {speed, speed * trajectory_.slowness(first, last), energy.slope()};
-  }
-
-private:
-  /// The point that the front comes to next.
-  std::vector<FrontTrajectory::Point>::const_iterator next_at(double time) const {
-    return std::ranges::upper_bound(trajectory_.points, time, {}, &FrontTrajectory::Point::reached);
-  }
-
-  FrontTrajectory trajectory_{};
+struct Tip {
+  double speed = not_a_number;
+  double speed_ratio = not_a_number;   ///< to the Rayleigh speed there
+  double release_rate = not_a_number;  ///< per length of its path [J/m]
 };
 
-/// The longest path of each crack start.
-std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurface& surface,
-                                   std::span<const FrontTrajectory> trajectories) {
-  const auto& starts = body.crack_starts();
-  std::vector<TipCourse> courses(starts.size());
-  for (const FrontTrajectory& one : trajectories) {
-    TipCourse& longest = courses[index(one.start)];
-    if (one.length() > longest.length()) longest = TipCourse(one);
+/// A front's tip at a time of the dynamic phase while it is moving, by straight lines fitted over the part of
+/// the window around it that it passed in that phase, up to its jumps.
+Tip tip_at(const FrontTrajectory& front, double time, const Releases& releases) {
+  LineFit arrival, energy;
+  if (front.points.empty() || time <= std::max(0.0, front.points.front().reached) ||
+      time >= front.points.back().reached)
+    return {};
+  const double place = place_at(front, time);
+  const int run = next_point(front, time)->run;
+  if (run < 0) return {};
+  double first = infinity, last = 0;
+  for (const FrontTrajectory::Point& point : front.points) {
+    const double ahead = point.place - place;
+    if (std::abs(ahead) > front.window / 2 || point.reached <= 0 || point.run != run) continue;
+    arrival.add(ahead, point.time);
+    energy.add(ahead, releases.until(point.reached));
+    first = std::min(first, point.place);
+    last = point.place;
   }
+  if (arrival.n() <= 2 || !(arrival.slope() > 0)) return {};
+  const double speed = 1 / arrival.slope(), ratio = speed * front.slowness(first, last);
+  if (ratio > 1) return {};  // no crack outruns a Rayleigh wave
+  return {speed, ratio, energy.slope()};
+}
+
+/// The front of a crack that is too short for a path: how far its facets lie from the start; without speeds.
+FrontTrajectory short_front(const CrackSurface& surface, const geometry::CrackStart& start,
+                            std::int32_t number) {
+  FrontTrajectory front{};
+  for (const CrackFacet& facet : surface.facets) {
+    if (surface.cracks[index(facet.crack)].origin() != number) continue;
+    double place = 0;
+    for (const geometry::Point& corner : facet.corner) place += start.advance(corner) / 4;
+    if (place <= front.length()) continue;
+    if (!front.points.empty() && facet.time <= front.points.back().reached)
+      front.points.back().place = place;
+    else
+      front.points.push_back({place, facet.time, facet.time, 0, not_a_number, 0});
+  }
+  return front;
+}
+
+/// The front on the longest path of each crack start.
+std::vector<FrontTrajectory> longest_fronts(const geometry::Body& body, const CrackSurface& surface,
+                                            std::span<const FrontTrajectory> trajectories) {
+  const auto& starts = body.crack_starts();
+  std::vector<FrontTrajectory> longest(starts.size());
+  for (const FrontTrajectory& one : trajectories)
+    if (one.length() > longest[index(one.start)].length()) longest[index(one.start)] = one;
   for (std::size_t k = 0; k < starts.size(); ++k)
-    if (courses[k].length() == 0) courses[k] = TipCourse(surface, starts[k], static_cast<std::int32_t>(k));
-  return courses;
+    if (longest[k].points.empty()) longest[k] = short_front(surface, starts[k], static_cast<std::int32_t>(k));
+  return longest;
 }
 
 /// Energy released by the tetrahedra of each start's cracks, in order of breaking. A facet's time is that of
@@ -149,7 +141,7 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
   std::iota(all.begin(), all.end(), std::size_t{0});
   history.rayleigh_speed = 1 / mean_slowness(surface, all, rayleigh_speed);
   const std::size_t n_starts = history.n_starts = body.crack_starts().size();
-  const std::vector<TipCourse> courses = tip_courses(body, surface, trajectories);
+  const std::vector<FrontTrajectory> fronts = longest_fronts(body, surface, trajectories);
   const auto releases = releases_of(surface, n_starts, result);
   std::vector<double> area(n_starts, 0.0);  // by the start where the crack began
   std::vector<std::size_t> belongs_to(n_starts);
@@ -173,19 +165,19 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
     const double time = is_dynamic ? row.energy.time : row.load_time - start;
     for (std::size_t k = 0; k < n_starts; ++k) {
       double all_area = 0, length = 0;
-      TipCourse::Tip tip;
+      Tip tip;
       for (std::size_t from = 0; from < n_starts; ++from) {
         if (belongs_to[from] != k) continue;
         all_area += area[from];
-        if (area[from] > 0) length += courses[from].place_at(time);
-        const auto here = is_dynamic ? courses[from].tip_at(time, releases[from]) : TipCourse::Tip{};
+        if (area[from] > 0) length += place_at(fronts[from], time);
+        const Tip here = is_dynamic ? tip_at(fronts[from], time, releases[from]) : Tip{};
         if (here.speed > tip.speed || std::isnan(tip.speed)) tip = here;
       }
       history.area.push_back(all_area);
       history.length.push_back(length);
       history.speed.push_back(tip.speed);
       history.speed_ratio.push_back(tip.speed_ratio);
-      history.release_rate.push_back(tip.release_rate / body.size()[0]);
+      history.release_rate.push_back(tip.release_rate / Projection(body).thickness());
     }
   }
   return history;

@@ -5,10 +5,11 @@
 #include "common/index.h"
 #include "common/vector.h"
 
-#include "crossings.h"
+#include "crack_graph.h"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -19,11 +20,6 @@ namespace {
 
 using geometry::CrackStart;
 using geometry::Point;
-
-/// The projection on the mid-plane of the thickness.
-Point in_plane(const Point& p, double middle) {
-  return {middle, p[1], p[2]};
-}
 
 /// The point of a patch closest to p.
 Point nearest_point(const geometry::Patch& patch, const Point& p) {
@@ -38,7 +34,7 @@ class Exit {
 public:
   explicit Exit(const geometry::Body& body) : polygons_(body.outline()) {}
 
-  /// The distance at which a ray in the y-z plane leaves the body, beyond `least`: a ray from inside crosses
+  /// The distance at which a ray in the plane leaves the body, beyond `least`: a ray from inside crosses
   /// the outline an odd number of times. `least` if it is already outside, by rounding.
   double distance(const Point& from, const Vector& along, double least) const {
     std::vector<double> passages;
@@ -55,16 +51,17 @@ public:
 private:
   static std::optional<double> meet(const Point& from, const Vector& along, const std::array<double, 2>& a,
                                     const std::array<double, 2>& b) {
+    const auto [y, z] = Projection::in_plane(from);
+    const auto [along_y, along_z] = Projection::in_plane(along);
     const auto side = [&](const std::array<double, 2>& p) {
-      return along[1] * (p[1] - from[2]) - along[2] * (p[0] - from[1]);
+      return along_y * (p[1] - z) - along_z * (p[0] - y);
     };
     const double first = side(a);
     const double second = side(b);
     // Half-open intervals, so that a corner on the ray belongs to only one of its edges.
     if ((first < 0) == (second < 0)) return std::nullopt;
     const double share = first / (first - second);
-    return along[1] * (a[0] + share * (b[0] - a[0]) - from[1]) +
-           along[2] * (a[1] + share * (b[1] - a[1]) - from[2]);
+    return along_y * (a[0] + share * (b[0] - a[0]) - y) + along_z * (a[1] + share * (b[1] - a[1]) - z);
   }
 
   const std::vector<geometry::Polygon>& polygons_;
@@ -77,15 +74,16 @@ public:
       : surface_(surface),
         number_(number),
         start_(body.crack_starts()[index(number)]),
-        middle_(body.size()[0] / 2),
+        projection_(body),
         exit_(body) {
     // A crack of the free surface touches no other start, so their faces are irrelevant.
     for (std::size_t face = 0; face < body.faces().size(); ++face) {
       const bool is_own =
           start_.is_free_surface ||
           std::ranges::find(start_.faces, static_cast<geometry::FaceId>(face)) != start_.faces.end();
-      // Faces normal to the thickness touch the crack along its whole length, so they are excluded.
-      if (is_own && std::abs(body.faces()[face].outward[0]) < 0.5) faces_.push_back(body.faces()[face].patch);
+      // Faces that are seen from the front touch the crack along its whole length, so they are excluded.
+      if (is_own && !Projection::faces(body.faces()[face].outward))
+        faces_.push_back(body.faces()[face].patch);
     }
   }
 
@@ -127,7 +125,7 @@ private:
 
   Point centre(std::size_t facet) const {
     const auto& corner = surface_.facets[facet].corner;
-    return in_plane((corner[0] + corner[1] + corner[2] + corner[3]) / 4, middle_);
+    return projection_.projected((corner[0] + corner[1] + corner[2] + corner[3]) / 4);
   }
 
   static std::size_t nearest(const std::vector<Point>& points, const Point& p) {
@@ -144,7 +142,7 @@ private:
         const Point p = nearest_point(patch, corner);
         if (const double distance = norm(p - corner); distance <= least) {
           least = distance;
-          found = in_plane(p, middle_);
+          found = projection_.projected(p);
         }
       }
     }
@@ -229,7 +227,7 @@ private:
     const double length = norm(to_farthest);
     line.tip = root;
     line.along = to_farthest / length;
-    line.across = {0, -line.along[2], line.along[1]};
+    line.across = Projection::across(line.along);
     line.direction = 1;
     line.ligament = exit_.distance(root, line.along, length);
     line.end = root + line.ligament * line.along;
@@ -239,44 +237,30 @@ private:
   const CrackSurface& surface_;
   std::int32_t number_;
   const CrackStart& start_;
-  double middle_;  ///< of the thickness [m]
+  Projection projection_;
   std::vector<geometry::Patch> faces_;
   Exit exit_;
 };
 
-/// @param ligaments_of those of a start
-std::vector<CrackLigament> of_all_starts(const geometry::Body& body, const auto& ligaments_of) {
-  std::vector<CrackLigament> all;
-  for (std::size_t start = 0; start < body.crack_starts().size(); ++start)
-    for (CrackLigament& ligament : ligaments_of(static_cast<std::int32_t>(start)))
-      all.push_back(std::move(ligament));
-  return all;
-}
-
 }  // namespace
 
 std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface,
-                                           std::int32_t start) {
+                                           std::int32_t start, Followed followed) {
   const CrackStart& from = body.crack_starts()[index(start)];
-  if (from.is_straight) return {{start, start, from, facets_begun_at(surface, start)}};
-  return LigamentFinder(body, surface, start).ligaments();
+  const bool is_through = followed == Followed::through_holes;
+  if (from.is_straight && followed != Followed::chords)
+    return {{start, start, from, is_through ? facets_from(surface, start) : facets_begun_at(surface, start)}};
+  const LigamentFinder finder(body, surface, start);
+  return is_through ? finder.through_holes() : finder.ligaments();
 }
 
-std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface) {
-  return of_all_starts(body, [&](std::int32_t start) { return crack_ligaments(body, surface, start); });
-}
-
-std::vector<CrackLigament> ligaments_through_holes(const geometry::Body& body, const CrackSurface& surface) {
-  return of_all_starts(body, [&](std::int32_t start) -> std::vector<CrackLigament> {
-    const CrackStart& from = body.crack_starts()[index(start)];
-    if (from.is_straight) return {{start, start, from, facets_from(surface, start)}};
-    return LigamentFinder(body, surface, start).through_holes();
-  });
-}
-
-std::vector<CrackLigament> crack_chords(const geometry::Body& body, const CrackSurface& surface) {
-  return of_all_starts(body,
-                       [&](std::int32_t start) { return LigamentFinder(body, surface, start).ligaments(); });
+std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface,
+                                           Followed followed) {
+  std::vector<CrackLigament> all;
+  for (std::size_t start = 0; start < body.crack_starts().size(); ++start)
+    std::ranges::move(crack_ligaments(body, surface, static_cast<std::int32_t>(start), followed),
+                      std::back_inserter(all));
+  return all;
 }
 
 }  // namespace crackle::cracks

@@ -24,6 +24,17 @@ struct CrackLigament {
   std::vector<std::size_t> facets;  ///< of its cracks, in order of breaking
 };
 
+/// Which lines cracks are followed along.
+enum class Followed {
+  ligaments,
+  /// Those of whole cracks: a crack that runs into a hole has one ligament with those that continue it behind
+  /// the hole (Crack::hole), along the straight line from its root to where the last of them ends.
+  through_holes,
+  /// Straight lines from the roots of all cracks to where these end: as the ligaments of starts that are not
+  /// straight, and from the tip of those that are. A slot's crack need not run along the slot.
+  chords,
+};
+
 /// The ligaments of the cracks that touched one crack start first (Crack::origin).
 ///
 /// A straight start (CrackStart::is_straight) has its own ligament, with the facets of all its cracks.
@@ -37,17 +48,10 @@ struct CrackLigament {
 /// cracks run to both sides. A ligament ends where its line leaves the body behind that facet, by
 /// Body::outline. There is none if no facet is min_crack_length away from the root.
 std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface,
-                                           std::int32_t start);
+                                           std::int32_t start, Followed followed = Followed::ligaments);
 
 /// The ligaments of all crack starts, in their order.
-std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface);
-
-/// The same for whole cracks: a crack that runs into a hole has one ligament with those that continue it
-/// behind the hole (Crack::hole), along the straight line from its root to where the last of them ends.
-std::vector<CrackLigament> ligaments_through_holes(const geometry::Body& body, const CrackSurface& surface);
-
-/// The straight lines from the roots of all cracks to where these end: as the ligaments of starts that are
-/// not straight, and from the tip of those that are. A slot's crack need not run along the slot.
-std::vector<CrackLigament> crack_chords(const geometry::Body& body, const CrackSurface& surface);
+std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface,
+                                           Followed followed = Followed::ligaments);
 
 }  // namespace crackle::cracks

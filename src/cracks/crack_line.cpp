@@ -4,7 +4,7 @@
 #include "common/index.h"
 #include "cracks/crack_ligaments.h"
 
-#include "crossings.h"
+#include "crack_graph.h"
 #include "polyline.h"
 
 #include <algorithm>
@@ -36,55 +36,52 @@ public:
         ligament_(ligament),
         start_(ligament.line),
         spacing_(mean_spacing(surface, ligament.facets)),
-        thickness_(body.size()[0]) {}
+        projection_(body) {}
 
   /// Adds the main line and its branches to `lines`.
   void trace(std::vector<CrackLine>& lines, const CrackBranches& branches) const {
-    std::map<std::int32_t, Indices> facets_of;
-    for (const std::size_t i : ligament_.facets) facets_of[branches.branch[i]].push_back(i);
     struct Traced {
       std::size_t line;
-      std::vector<ChainLink> places;
+      Path path;
     };
     std::map<std::int32_t, Traced> traced;
     // A branch has a higher number than the one it leaves.
-    for (const auto& [branch, facets] : facets_of) {
-      std::vector<ChainLink> places =
-          longest_chain(surface_, facets, start_, spacing_, thickness_, branch == 0);
-      if (places.empty()) continue;
+    for (const auto& [branch, facets] : by_branch(ligament_.facets, branches)) {
+      Path path = CrackGraph(projection_, surface_, facets, start_, spacing_).longest_path(branch == 0);
+      if (path.empty()) continue;
       auto parent = traced.end();
       for (std::int32_t left = branch; left > 0 && parent == traced.end();)
         parent = traced.find(left = branches.points[index(left - 1)].parent);
       std::int32_t parent_line = -1;
       if (parent != traced.end()) {
         parent_line = static_cast<std::int32_t>(parent->second.line);
-        const auto& along = parent->second.places;
-        const auto beyond = std::ranges::lower_bound(along, places.front().slab, {}, &ChainLink::slab);
-        if (beyond != along.begin()) places.insert(places.begin(), *std::prev(beyond));
+        const Path& along = parent->second.path;
+        const auto beyond = std::ranges::lower_bound(along, path.front().level, {}, &PathLink::level);
+        if (beyond != along.begin()) path.insert(path.begin(), *std::prev(beyond));
       }
-      add(lines, parent_line, places);
-      traced[branch] = {lines.size() - 1, std::move(places)};
+      add(lines, parent_line, path);
+      traced[branch] = {lines.size() - 1, std::move(path)};
     }
   }
 
 private:
-  void add(std::vector<CrackLine>& lines, std::int32_t parent, const std::vector<ChainLink>& places) const {
+  void add(std::vector<CrackLine>& lines, std::int32_t parent, const Path& path) const {
     CrackLine line{ligament_.start, parent, {}, 0, 0};
-    std::vector<Polyline::Place> path;
-    for (const ChainLink& place : places) {
+    std::vector<Polyline::Place> places;
+    for (const PathLink& link : path) {
       for (int i = 0; i < n_stations_per_slab; ++i) {
-        const double advance = (static_cast<double>(place.slab) + (i + 0.5) / n_stations_per_slab) * spacing_;
+        const double advance = (static_cast<double>(link.level) + (i + 0.5) / n_stations_per_slab) * spacing_;
         const geometry::CrossPlane plane = start_.plane_at(advance);
-        const auto traces = intersect(surface_, place.facets, plane);
-        const auto crossing = main_crossing(traces, thickness_);
+        const auto traces = intersect(surface_, link.facets, plane);
+        const auto crossing = main_crossing(traces, projection_.thickness());
         if (!crossing) continue;  // the rough edges of a piece can leave gaps
-        path.push_back({advance, crossing->mean});
+        places.push_back({advance, crossing->mean});
         if (i != n_stations_per_slab / 2) continue;
-        const geometry::Point p = plane.at(crossing->mean);
-        line.points.push_back({p[1], p[2], crossing->spread, crossing->arrival});
+        const auto [y, z] = Projection::in_plane(plane.at(crossing->mean));
+        line.points.push_back({y, z, crossing->spread, crossing->arrival});
       }
     }
-    if (path.size() > 1) measure_deflections(line, Polyline(std::move(path)));
+    if (places.size() > 1) measure_deflections(line, Polyline(std::move(places)));
     lines.push_back(std::move(line));
   }
 
@@ -111,7 +108,7 @@ private:
   const CrackLigament& ligament_;
   const geometry::CrackStart& start_;
   double spacing_;
-  double thickness_;
+  Projection projection_;
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include "common/vector.h"
 #include "cracks/crack_ligaments.h"
 
-#include "crossings.h"
+#include "crack_graph.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +35,7 @@ geometry::CrossPlane station(const CrackStart& start, int i) {
 Advance advance(const geometry::Body& body, const CrackSurface& surface, const CrackLigament& ligament) {
   for (int i = n_stations - 1; i >= 0 && !ligament.facets.empty(); --i) {
     const std::vector<Trace> traces = intersect(surface, ligament.facets, station(ligament.line, i));
-    if (const auto crossing = main_crossing(traces, body.size()[0]))
+    if (const auto crossing = main_crossing(traces, Projection(body).thickness()))
       return {(i + 1.0) / n_stations, crossing->time};
   }
   return {};
@@ -45,7 +45,7 @@ Advance advance(const geometry::Body& body, const CrackSurface& surface, const C
 /// arrived first.
 std::vector<Advance> advances_of_starts(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<Advance> farthest(body.crack_starts().size());
-  for (const CrackLigament& ligament : ligaments_through_holes(body, surface)) {
+  for (const CrackLigament& ligament : crack_ligaments(body, surface, Followed::through_holes)) {
     const Advance found = advance(body, surface, ligament);
     Advance& of_start = farthest[index(ligament.start)];
     if (std::pair(-found.share, found.time) < std::pair(-of_start.share, of_start.time)) of_start = found;
@@ -56,11 +56,11 @@ std::vector<Advance> advances_of_starts(const geometry::Body& body, const CrackS
 /// Share of the body's width covered by crossings of cracks without a crack start.
 double share_from_elsewhere(const geometry::Body& body, const CrackSurface& surface) {
   const std::vector<std::size_t> facets = facets_from(surface, -1);
+  const Projection projection(body);
   int n_covered = 0;
   for (int i = 0; i < n_stations && !facets.empty(); ++i) {
-    const double position = body.bounds().lower[1] + body.size()[1] * (i + 0.5) / n_stations;
-    const std::vector<Trace> traces = intersect(surface, facets, geometry::plane_of({1, position}));
-    if (!group(traces, body.size()[0]).empty()) ++n_covered;
+    const std::vector<Trace> traces = intersect(surface, facets, projection.at_width(i + 0.5, n_stations));
+    if (!group(traces, projection.thickness()).empty()) ++n_covered;
   }
   return static_cast<double>(n_covered) / n_stations;
 }
@@ -73,7 +73,7 @@ std::vector<double> offsets_from_ligament(const geometry::Body& body, const Crac
   std::vector<double> offsets;
   for (int i = 0; i < n_stations; ++i) {
     const std::vector<Trace> traces = intersect(surface, facets, station(start, i));
-    const std::optional<Crossing> crossing = main_crossing(traces, body.size()[0]);
+    const std::optional<Crossing> crossing = main_crossing(traces, Projection(body).thickness());
     offsets.push_back(crossing ? crossing->mean - dot(start.tip, start.across) : not_a_number);
   }
   return offsets;
@@ -107,7 +107,7 @@ LeadersHole leaders_hole(const geometry::Body& body, const CrackSurface& surface
   LeadersHole found{entry->hole, HolePassage::ends};
   bool is_past = false;  // the crack itself has passed the hole, which it only touched
   const std::vector<CrackLigament> behind = crack_ligaments(body, surface, entry->hole);
-  for (const CrackLigament& before : ligaments_through_holes(body, surface)) {
+  for (const CrackLigament& before : crack_ligaments(body, surface, Followed::through_holes)) {
     if (before.start != leading) continue;
     const Vector towards = body.crack_starts()[index(entry->hole)].tip - before.line.tip;
     for (const CrackLigament& ligament : behind)
@@ -128,7 +128,7 @@ double path_overlap(const geometry::Body& body, const CrackSurface& surface, int
   constexpr double rounding = 1e-9;  // of the cosine between the ligaments
   if (start.direction * opposite.direction * dot(start.along, opposite.along) > rounding - 1)
     return not_a_number;
-  const double distance = overlap_distance_share * body.size()[1];
+  const double distance = overlap_distance_share * Projection(body).width();
   const std::vector<double> path = offsets_from_ligament(body, surface, one);
   const std::vector<double> turned = offsets_from_ligament(body, surface, other);
   const double same_side = dot(start.across, opposite.across);
@@ -156,7 +156,7 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface) {
   if (share_from_elsewhere(body, surface) >= developed_share) return Pattern::other;
   int n_developed = 0;
   double largest = 0;
-  for (const CrackLigament& ligament : ligaments_through_holes(body, surface)) {
+  for (const CrackLigament& ligament : crack_ligaments(body, surface, Followed::through_holes)) {
     const double share = advance(body, surface, ligament).share;
     largest = std::max(largest, share);
     if (share >= developed_share) ++n_developed;

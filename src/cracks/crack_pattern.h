@@ -22,7 +22,7 @@ inline constexpr double min_overlap = 0.3;
 
 /// Share of its ligament that the crack from each start crosses, up to the farthest station where it covers
 /// min_thickness_share of the thickness; in steps of 0.02. The largest value over the start's ligaments
-/// (ligaments_through_holes).
+/// (Followed::through_holes).
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface);
 
 /// The start of the leading crack: the one that crosses the largest share of its ligament (crossed_shares).
@@ -57,7 +57,7 @@ double path_overlap(const geometry::Body& body, const CrackSurface& surface, int
 /// fewer than two.
 double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
 
-/// Pattern by how far cracks run along their ligaments (ligaments_through_holes): one_crack if exactly one is
+/// Pattern by how far cracks run along their ligaments (Followed::through_holes): one_crack if exactly one is
 /// developed and it is a main crack; two_cracks if exactly two are developed and their pattern_overlap is at
 /// least min_overlap, or NaN because they are not those of straight starts; none if no crack has started;
 /// other in all other cases, and if a crack that belongs to no start covers developed_share of the width.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cracks/crack_speed.h"
 
+#include "projection.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,6 +20,9 @@ using Opened = FrontTrajectory::Opened;
 /// whether that is enough.
 constexpr std::size_t n_coefficients = 4;
 constexpr std::size_t largest_degree = n_coefficients - 2;
+/// The columns of a front can lead its mean over a window by this factor; more where branches run side by
+/// side.
+constexpr double columns_lead = 1.25;
 using Coefficients = std::array<double, n_coefficients>;
 
 Coefficients legendre(double u) {
@@ -244,6 +249,10 @@ public:
       const double wave = stretch.length * trajectory.slowness(stretch.start, end);
       if (wave > 0 && time_over(stretch, 1, -1, 2) < wave) jumps_.emplace_back(stretch.start, end);
     }
+    for (std::size_t i = 0; i < trajectory.points.size(); ++i) {
+      const FrontTrajectory::Point& point = trajectory.points[i];
+      if (point.run < 0) jumps_.emplace_back(point.place, point.place);
+    }
     if (scatter.empty()) return;
     // The lower quartile: changes of speed add to the scatter.
     const auto quartile = scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 4);
@@ -324,6 +333,8 @@ void raise(CrackSpeed& largest, const History& history, const FrontTrajectory& t
         if (time <= 0) continue;
         const double from = stretch.start + (start + 1) / 2 * stretch.length;
         const double slowness = trajectory.slowness(from, from + window);
+        if (window * slowness > time || time * columns_lead < trajectory.mean_time(from, from + window))
+          continue;
         if (upper < least_upper) {
           least_upper = upper;
           found.largest = window / time;
@@ -344,7 +355,7 @@ void raise(CrackSpeed& largest, const History& history, const FrontTrajectory& t
 CrackSpeed max_crack_speed(const geometry::Body& body, std::span<const FrontTrajectory> trajectories) {
   CrackSpeed largest;
   for (const FrontTrajectory& trajectory : trajectories) {
-    Front front(body.size()[0], trajectory.spacing);
+    Front front(Projection(body).thickness(), trajectory.spacing);
     for (const Opened& opened : trajectory.opened) front.open(opened);
     for (const History& history : front.histories()) raise(largest, history, trajectory);
   }

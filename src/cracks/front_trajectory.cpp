@@ -7,7 +7,7 @@
 #include "cracks/branching.h"
 #include "cracks/crack_ligaments.h"
 
-#include "crossings.h"
+#include "crack_graph.h"
 #include "polyline.h"
 
 #include <algorithm>
@@ -80,7 +80,7 @@ std::vector<FrontTrajectory::Opened> opened_by(const CrackSurface& surface,
   std::vector<FrontTrajectory::Opened> all;
   for (std::size_t i = 0; i < facets.size();) {
     const CrackFacet& facet = surface.facets[facets[i]];
-    FrontTrajectory::Opened opened{facet.time, 0, {facet.corner[0][0], facet.corner[0][0]}};
+    FrontTrajectory::Opened opened{facet.time, 0, {infinity, -infinity}};
     geometry::Point sum{};
     double n = 0;
     for (; i < facets.size(); ++i) {
@@ -88,8 +88,8 @@ std::vector<FrontTrajectory::Opened> opened_by(const CrackSurface& surface,
       if (other.tetrahedron != facet.tetrahedron || other.time != facet.time) break;
       for (const geometry::Point& corner : other.corner) {
         sum = sum + corner;
-        opened.x[0] = std::min(opened.x[0], corner[0]);
-        opened.x[1] = std::max(opened.x[1], corner[0]);
+        opened.x[0] = std::min(opened.x[0], Projection::depth(corner));
+        opened.x[1] = std::max(opened.x[1], Projection::depth(corner));
         n += 1;
       }
     }
@@ -119,6 +119,27 @@ void follow_front(std::vector<FrontTrajectory::Point>& points, const std::vector
   for (std::size_t i = points.size(); i-- > 0;) points[i].reached = reached = std::min(reached, come[i]);
 }
 
+/// Makes jumps of the windows that the front passes faster than a Rayleigh wave.
+void add_jumps(FrontTrajectory& front) {
+  std::vector<FrontTrajectory::Point>& points = front.points;
+  std::vector<char> is_jump(points.size(), 0);
+  for (auto first = points.begin(); first != points.end(); ++first) {
+    const auto end = std::ranges::find_if(first, points.end(), [&](const auto& point) {
+      return point.run != first->run || point.place > first->place + front.window;
+    });
+    LineFit arrival;
+    for (const FrontTrajectory::Point& point : std::ranges::subrange(first, end))
+      if (point.reached > 0) arrival.add(point.place - first->place, point.time);
+    if (arrival.n() > 2 && arrival.slope() < front.slowness(first->place, std::prev(end)->place))
+      std::fill_n(is_jump.begin() + (first - points.begin()), end - first, 1);
+  }
+  int n_ends = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i > 0 && is_jump[i] != is_jump[i - 1]) ++n_ends;
+    points[i].run = is_jump[i] != 0 || points[i].run < 0 ? -1 : points[i].run + n_ends;
+  }
+}
+
 }  // namespace
 
 double FrontTrajectory::slowness(double from, double to) const {
@@ -136,11 +157,19 @@ double FrontTrajectory::slowness(double from, double to) const {
   return usual + (delay_until(to) - delay_until(from)) / (to - from);
 }
 
+double FrontTrajectory::mean_time(double from, double to) const {
+  LineFit arrival;
+  for (const Point& point : points)
+    if (point.place >= from && point.place <= to && point.reached > 0)
+      arrival.add(point.place - from, point.time);
+  return arrival.n() > 2 ? arrival.slope() * (to - from) : 0;
+}
+
 std::vector<FrontTrajectory> front_trajectories(const geometry::Body& body, const CrackSurface& surface,
                                                 const mechanics::TetrahedronField<double>& rayleigh_speed) {
   std::vector<FrontTrajectory> trajectories;
-  const double thickness = body.size()[0];
-  std::vector<CrackLigament> chords = crack_chords(body, surface);
+  const Projection projection(body);
+  std::vector<CrackLigament> chords = crack_ligaments(body, surface, Followed::chords);
   const CrackBranches branches = find_branches(body, surface, chords);
   for (CrackLigament& chord : chords) {
     std::erase_if(chord.facets, [&](std::size_t i) { return branches.branch[i] > 0; });
@@ -149,10 +178,12 @@ std::vector<FrontTrajectory> front_trajectories(const geometry::Body& body, cons
     std::vector<Polyline::Place> places;
     std::vector<double> times, slowness;
     Indices facets;
-    for (const ChainLink& link : longest_chain(surface, chord.facets, line, spacing, thickness, false)) {
+    for (const PathLink& link :
+         CrackGraph(projection, surface, chord.facets, line, spacing).longest_path(false)) {
       facets.insert(facets.end(), link.facets.begin(), link.facets.end());
-      const double advance = (static_cast<double>(link.slab) + 0.5) * spacing;
-      const auto crossing = main_crossing(intersect(surface, link.facets, line.plane_at(advance)), thickness);
+      const double advance = (static_cast<double>(link.level) + 0.5) * spacing;
+      const auto crossing =
+          main_crossing(intersect(surface, link.facets, line.plane_at(advance)), projection.thickness());
       if (!crossing) continue;  // the rough edges of a piece can leave gaps
       places.push_back({advance, crossing->mean});
       times.push_back(crossing->arrival);
@@ -181,6 +212,7 @@ std::vector<FrontTrajectory> front_trajectories(const geometry::Body& body, cons
       found.points.push_back(point);
     }
     follow_front(found.points, unsmoothed, front_reach * spacing);
+    add_jumps(found);
     trajectories.push_back(std::move(found));
   }
   return trajectories;

@@ -5,6 +5,7 @@
 #include "cracks/crack_surface.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace crackle::cracks {
@@ -40,8 +41,10 @@ struct SectionCrossing {
   std::vector<BranchCrossing> branches;  ///< the separate crossings, sorted by position
 };
 
-/// Crossings for every crack start and section, row-major: [start * n_sections + section], in the order of
-/// input::Sections::all.
+/// The planes of an input's sections, in the order of input::Sections::all.
+std::vector<geometry::CrossPlane> planes_of(const input::Sections& sections);
+
+/// Crossings for every crack start and section, row-major: [start * n_sections + section].
 ///
 /// The facets of the start's cracks intersect the plane of the section in segments (x, position). Segments
 /// within crossing_gap in position and hole_size in x of each other form one crossing; crossings that cover
@@ -55,6 +58,6 @@ struct SectionCrossing {
 /// ligament can cross any section. Crossings beyond the ends of a line do not count.
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
                                                const CrackBranches& branches,
-                                               const input::Sections& sections);
+                                               std::span<const geometry::CrossPlane> sections);
 
 }  // namespace crackle::cracks

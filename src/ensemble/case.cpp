@@ -87,12 +87,6 @@ void log_pending(RunLog& log, std::span<const SampleSummary> rows) {
     log.line(fmt::format("pending: {}{}{}", format_samples(list), reason.empty() ? "" : ": ", reason));
 }
 
-void log_warnings(RunLog& log, std::size_t n_warnings) {
-  if (n_warnings == 0) return;
-  log.line(fmt::format("warning: {} with a crack faster than the Rayleigh speed",
-                       count_text(n_warnings, "sample")));
-}
-
 /// Warns if no sample has broken, which is rarely intended.
 void log_unbroken(RunLog& log, std::span<const SampleSummary> rows) {
   std::size_t n_done = 0, n_unbroken = 0;
@@ -156,10 +150,7 @@ void Case::begin(int n_groups, RunLog* log) {
   }();
   for (const auto& warning : warnings) say("warning: " + warning);
   progress_.emplace(plan_.to_do.size(), n_groups, parameters_);
-  for (const auto& kept : plan_.kept) {
-    progress_->kept(kept.sample, kept.summary);
-    n_warnings_ += analysis::sample_warning(kept.sample, kept.summary) ? 1 : 0;
-  }
+  for (const auto& kept : plan_.kept) progress_->kept(kept.sample, kept.summary);
   pending_.insert(plan_.to_do.begin(), plan_.to_do.end());
   if (options_.single) return;
   say(fmt::format("{} of {} samples to compute in {}", plan_.to_do.size(), parameters_.ensemble.samples,
@@ -197,11 +188,8 @@ void Case::finished(const SampleReport& report) {
     return;
   }
   if (!report.stored) unstored_[report.sample] = report.summary;
-  const auto warning = analysis::sample_warning(report.sample, report.summary);
-  n_warnings_ += warning ? 1 : 0;
   if (log_ == nullptr) return;
   log_->line(describe(report));
-  if (warning) log_->line(*warning);
   const auto passed = limits_passed(parameters_, report);
   for (std::size_t i = 0; i < passed.size(); ++i)
     if (!passed[i].empty() && !std::exchange(has_warned_[i], true)) log_->line("warning: " + passed[i]);
@@ -223,7 +211,6 @@ void Case::log_end(const RunOutcome& outcome, int n_needed, const NextCommands& 
     if (needed[sample].status == SampleStatus::failed)
       say(fmt::format("failed: sample {}: {}", sample, needed[sample].error));
   log_pending(*log_, needed);
-  log_warnings(*log_, analysis::sample_warnings(needed).size());
   log_unbroken(*log_, needed);
   if (needed.size() < rows.size())
     say(fmt::format("stopped early: samples 0 to {} suffice, {} were planned", needed.size() - 1,
@@ -241,7 +228,6 @@ void Case::log_end_of_range(const RunOutcome& outcome, const NextCommands& next,
   const std::vector<std::uint64_t> pending(pending_.begin(),
                                            enough ? pending_.lower_bound(*enough) : pending_.end());
   if (!pending.empty()) say("pending: " + format_samples(pending));
-  log_warnings(*log_, static_cast<std::size_t>(n_warnings_));
   say(fmt::format(
       "samples {} to {}: {} done, {} failed, {} pending after {}; merge the parts with crackle stats {}",
       plan_.range.first, plan_.range.last, outcome.done, outcome.failed, outcome.left, duration_text(seconds),
@@ -278,7 +264,6 @@ RunOutcome Case::finish_single(const parallel::Communicator& world, bool is_stop
     if (!passed.empty()) say("warning: " + passed);
   if (log_ != nullptr) log_->end_progress();
   say(describe(report));
-  if (const auto warning = analysis::sample_warning(report.sample, report.summary)) say(*warning);
   if (report.stored) say(io::sample_path(folder_, report.sample).string());
   if (report.suspended && !next.resume.empty()) say("to continue: " + next.resume);
   outcome.rows = {report.summary};

@@ -132,7 +132,6 @@ private:
   RunLog* log_ = nullptr;
   std::optional<Progress> progress_;
   std::set<std::uint64_t> pending_;   ///< subset of the samples to compute
-  int n_warnings_ = 0;                ///< over samples done in this run or an earlier one
   std::array<bool, 2> has_warned_{};  ///< of limits_passed()
   /// Failures not recorded in any sample file; completes the rows of the results.
   std::map<std::uint64_t, analysis::SampleSummary> unstored_;

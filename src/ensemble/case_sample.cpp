@@ -55,7 +55,8 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   analysis.surface = cracks::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
   analysis.branches = cracks::find_branches(own_body, analysis.surface);
   analysis.lines = cracks::crack_lines(own_body, analysis.surface, analysis.branches);
-  analysis.crossings = cracks::section_crossings(own_body, analysis.surface, analysis.branches, own.sections);
+  analysis.crossings = cracks::section_crossings(own_body, analysis.surface, analysis.branches,
+                                                 cracks::planes_of(own.sections));
   const auto material = fracture::make_material_field(
       own, sample_,
       {realization.nodes, realization.tetrahedra, {}, realization.material, realization.map_factor});

@@ -435,18 +435,14 @@ class Stats(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertEqual(len(re.findall("crackle: ", result.stderr)), 1, result.stderr)
 
-    def test_cracks_faster_than_the_rayleigh_speed_are_warned_of(self):
-        number = int(self.sample.stem)
-        for ratio, expected in ((0.99, []), (1.25, [f"warning: sample {number}: a crack runs at 1.25 times the Rayleigh "
-                                                    "speed of its material, the limit for an opening crack; its speed is "
-                                                    "overestimated where cracks meet or branches run side by side"])):
+    def test_cracks_faster_than_usual_are_warned_of(self):
+        for ratio in (0.84, 0.99, 1.25):
             with opened(self.sample) as root:
                 root["summary/crack_speed_max"][()] = 1234
                 root["summary/crack_speed_ratio"][()] = ratio
-            lines = self.stats().splitlines()
-            self.assertEqual([line for line in lines if line.startswith(f"warning: sample {number}:")], expected)
-            fast = [line for line in lines if line.startswith("warning: in 1 sample a crack runs at more than 0.85 times")]
-            self.assertEqual(len(fast), 0 if expected else 1, lines)
+            fast = [line for line in self.stats().splitlines()
+                    if line.startswith("warning: in 1 sample a crack runs at more than 0.85 times the Rayleigh speed")]
+            self.assertEqual(len(fast), 1 if ratio > 0.85 else 0)
 
     def test_files_of_another_schema_are_refused(self):
         with opened(self.sample) as root:

@@ -116,7 +116,7 @@ input::SectionLine line_across(const Point& place, double degrees) {
 
 std::vector<SectionCrossing> crossings_of(const CrackSurface& surface, const input::Sections& sections,
                                           const geometry::Body& plate) {
-  return section_crossings(plate, surface, find_branches(plate, surface), sections);
+  return section_crossings(plate, surface, find_branches(plate, surface), planes_of(sections));
 }
 
 class CrackLigaments : public testing::Test {
@@ -285,7 +285,7 @@ TEST_F(CrackLigaments, ACrackIntoAHoleAndOneOutOfItAreOneThroughTheHole) {
   EXPECT_EQ(leading_start(plate, surface), surface_start);
   EXPECT_GE(crossed_shares(plate, surface)[surface_start], 0.98);
   EXPECT_EQ(crossed_shares(plate, surface)[round_hole], 0);
-  const auto through = ligaments_through_holes(plate, surface);
+  const auto through = crack_ligaments(plate, surface, Followed::through_holes);
   ASSERT_EQ(through.size(), 2U) << "with the slot's";
   EXPECT_EQ(through[1].facets.size(), surface.facets.size());
   EXPECT_NEAR(norm(through[1].line.tip - Point{thickness / 2, 0, hole[2]}), 0, 1e-9);

@@ -53,7 +53,8 @@ protected:
                    });
   }
   SectionCrossing crossing(const CrackSurface& cracks, int notch, double y) const {
-    return section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks), {.y = {y}, .z = {}})
+    return section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks),
+                             planes_of({.y = {y}, .z = {}}))
         .at(static_cast<std::size_t>(notch));
   }
 
@@ -63,8 +64,8 @@ protected:
 TEST_F(CrackPath, CrossingsOfAPlaneCrackLieOnItsPlane) {
   const CrackSurface cracks = straight(10);
   const std::vector<double> sections{3.5, 4.5, 6.5, 9.5, 10.5};
-  const auto crossings =
-      section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks), {.y = sections, .z = {}});
+  const auto crossings = section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks),
+                                           planes_of({.y = sections, .z = {}}));
   ASSERT_EQ(crossings.size(), 10u);
   for (std::size_t s = 0; s < sections.size(); ++s) {
     std::printf("y = %g: z = %.15g, branches %zu\n", sections[s], crossings[s].position,
@@ -225,7 +226,8 @@ TEST_F(CrackPath, OfEqualCrossingsOfOneArmTheEarlierIsTheMainCrossing) {
                                                                           : 0; },
         [=](const Point& p) { return p[1] > 4 ? ((p[2] > 10) == upper_first ? 0.0 : 1.0) : -1.0; });
     const CrackBranches one{{}, std::vector<std::int32_t>(cracks.facets.size(), 0)};
-    const SectionCrossing found = section_crossings(mesh.body(), cracks, one, {.y = {12.5}, .z = {}}).at(0);
+    const SectionCrossing found =
+        section_crossings(mesh.body(), cracks, one, planes_of({.y = {12.5}, .z = {}})).at(0);
     EXPECT_EQ(found.branches.size(), 2U);
     EXPECT_NEAR(found.position, upper_first ? 13.5 : plane_0, 1e-12);
   }
@@ -608,7 +610,7 @@ protected:
 
 TEST_F(CrackPathAtZFace, CrossesTheSectionsAlongItsLigament) {
   const auto crossings = section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks),
-                                           {.y = {8.6, 14.5}, .z = {6.5, 8.5, 9.5}});
+                                           planes_of({.y = {8.6, 14.5}, .z = {6.5, 8.5, 9.5}}));
   ASSERT_EQ(crossings.size(), 10u);
   for (const SectionCrossing& found : crossings)
     std::printf("position %.15g, branches %zu\n", found.position, found.branches.size());
@@ -625,10 +627,10 @@ TEST_F(CrackPathAtZFace, CrossesTheSectionsAlongItsLigament) {
 }
 
 TEST_F(CrackPathAtZFace, SectionsOfOneAxisDoNotDependOnTheOther) {
-  const auto both =
-      section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks), {.y = {14.5}, .z = {6.5}});
-  const auto only_z =
-      section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks), {.y = {}, .z = {6.5}});
+  const auto both = section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks),
+                                      planes_of({.y = {14.5}, .z = {6.5}}));
+  const auto only_z = section_crossings(mesh.body(), cracks, find_branches(mesh.body(), cracks),
+                                        planes_of({.y = {}, .z = {6.5}}));
   EXPECT_EQ(only_z.at(0).position, both.at(1).position);
   EXPECT_EQ(only_z.at(0).spread, both.at(1).spread);
 }

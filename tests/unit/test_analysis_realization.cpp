@@ -74,7 +74,7 @@ TEST_F(CrackOnRealization, RoughCracksAreReadAsOnePath) {
                                        [](const Point& p) { return p[1] > 6 * mm; }, stray_share);
     const std::vector<double> sections{7 * mm, 9 * mm, 12.25 * mm, 15.5 * mm, 17.5 * mm, 22 * mm};
     const auto crossings =
-        section_crossings(*body, surface, find_branches(*body, surface), {.y = sections, .z = {}});
+        section_crossings(*body, surface, find_branches(*body, surface), planes_of({.y = sections, .z = {}}));
     double worst = 0;
     for (std::size_t s = 0; s < sections.size(); ++s) {
       worst = std::max(worst, std::abs(crossings[s].position - bent_path(sections[s])));
@@ -103,7 +103,7 @@ TEST_F(CrackOnRealization, RoughBranchesHaveOneBranchingPoint) {
         [&](const Point& p) { return p[1] > 6 * mm && (p[1] < end || p[2] > 14 * mm); }, 0.1);
     const std::vector<double> sections{8 * mm, 18 * mm};
     const auto crossings =
-        section_crossings(*body, surface, find_branches(*body, surface), {.y = sections, .z = {}});
+        section_crossings(*body, surface, find_branches(*body, surface), planes_of({.y = sections, .z = {}}));
     const int found = find_branches(*body, surface).n_in_space();
     std::printf("branch to %.0f mm: %d branching points, %zu crossings at 18 mm\n", end / mm, found,
                 crossings[1].branches.size());

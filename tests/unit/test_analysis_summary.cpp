@@ -49,7 +49,7 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   const CrackBranches branches = find_branches(mesh.body(), surface);
   const SampleSummary row =
       summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface, branches), branches,
-                section_crossings(mesh.body(), surface, branches, sections),
+                section_crossings(mesh.body(), surface, branches, planes_of(sections)),
                 cracks::front_trajectories(mesh.body(), surface, mechanics::rayleigh_speed({1, 0.3, 1e-6})));
 
   EXPECT_EQ(row.status, SampleStatus::done);

@@ -106,7 +106,7 @@ TEST_F(Turned, SectionsCutAcrossTheLigament) {
   const CrackSurface surface = moved_surface(cracks(8, 12));
   const Point place = moved({0, 6, 8.5});
   const input::Sections sections{.y = {place[1]}, .z = {place[2]}};
-  const auto crossings = section_crossings(body, surface, find_branches(body, surface), sections);
+  const auto crossings = section_crossings(body, surface, find_branches(body, surface), planes_of(sections));
   ASSERT_EQ(crossings.size(), 4u);
   EXPECT_NEAR(crossings[0].position, place[2], 0.1);
   EXPECT_TRUE(std::isnan(crossings[1].position)) << "35 degrees from the ligament";

@@ -179,6 +179,11 @@ TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
                         "\nleader +notch 0 +notch 0 +y = 15 mm +y = 10 mm +6 +55\\.500 +3 +51\\.000 "
                         "+0\\.[0-9]+ +64\\.000 +[0-9.]+ +3 +3\n"));
   EXPECT_THAT(text, HasSubstr("+- band"));
+  // A body that came apart elsewhere, as at its supports: its crack did not stop.
+  rows[0].outcome = static_cast<std::int32_t>(dynamics::Outcome::separated);
+  EXPECT_THAT(path_inference_text(make_statistics(rows, parameters), rows, parameters),
+              ::testing::ContainsRegex("\nleader +notch 0 +notch 0 +y = 15 mm +y = 10 mm +6 +55\\.500 +2 "
+                                       "+51\\.500 "));
   for (SampleSummary& row : rows) row.position[1] = 0.06;
   EXPECT_THAT(path_inference_text(make_statistics(rows, parameters), rows, parameters),
               ::testing::Not(HasSubstr("stopped")));

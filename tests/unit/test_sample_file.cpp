@@ -72,7 +72,8 @@ protected:
     surface = cracks::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
     branches = cracks::find_branches(mesh.body(), surface);
     lines = cracks::crack_lines(mesh.body(), surface, branches);
-    crossings = cracks::section_crossings(mesh.body(), surface, branches, parameters.sections);
+    crossings =
+        cracks::section_crossings(mesh.body(), surface, branches, cracks::planes_of(parameters.sections));
     summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings,
                                   cracks::front_trajectories(mesh.body(), surface, rayleigh_speed()));
   }
@@ -281,10 +282,10 @@ TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   EXPECT_EQ(to_bytes(row), to_bytes(summary));
   const input::Sections others{.y = {5.25, 6.5}, .z = {12}};
   analysis::measure_crossings(mesh.body(), stored.surface, others, row);
-  const SampleSummary expected =
-      analysis::summarize(mesh.body(), result, surface, lines, branches,
-                          cracks::section_crossings(mesh.body(), surface, branches, others),
-                          cracks::front_trajectories(mesh.body(), surface, rayleigh_speed()));
+  const SampleSummary expected = analysis::summarize(
+      mesh.body(), result, surface, lines, branches,
+      cracks::section_crossings(mesh.body(), surface, branches, cracks::planes_of(others)),
+      cracks::front_trajectories(mesh.body(), surface, rayleigh_speed()));
   EXPECT_EQ(to_bytes(row), to_bytes(expected));
   EXPECT_NE(row.position, summary.position);
 }
@@ -297,7 +298,8 @@ TEST_F(SampleFile, GivesTheBranchingOfTheRun) {
       [](const geometry::Point& p) { return p[1] > 4 ? p[1] : -1.0; });
   surface = cracks::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, 0);
   branches = cracks::find_branches(mesh.body(), surface);
-  crossings = cracks::section_crossings(mesh.body(), surface, branches, parameters.sections);
+  crossings =
+      cracks::section_crossings(mesh.body(), surface, branches, cracks::planes_of(parameters.sections));
   ASSERT_EQ(branches.points.size(), 1U);
   summary = analysis::summarize(mesh.body(), result, surface, lines, branches, crossings,
                                 cracks::front_trajectories(mesh.body(), surface, rayleigh_speed()));

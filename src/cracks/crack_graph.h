@@ -4,7 +4,10 @@
 #include "cracks/section_crossings.h"
 #include "geometry/body.h"
 
+#include "projection.h"
+
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <utility>
@@ -21,12 +24,22 @@ struct Trace {
   std::size_t facet;
 };
 
+/// Indices in ascending order, each once.
+using Indices = std::vector<std::size_t>;
+
+void sort_unique(Indices& numbers);
+bool intersects(const Indices& a, const Indices& b);
+void add(Indices& to, const Indices& from);
+
 /// The facets of cracks that belong to this crack start, in order of breaking; -1 for cracks that started
 /// elsewhere.
-std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t start);
+Indices facets_from(const CrackSurface& surface, std::int32_t start);
 
 /// Those of cracks that touched this start first (Crack::origin).
-std::vector<std::size_t> facets_begun_at(const CrackSurface& surface, std::int32_t start);
+Indices facets_begun_at(const CrackSurface& surface, std::int32_t start);
+
+/// The facets of each branch, ascending; see CrackBranches.
+std::map<std::int32_t, Indices> by_branch(std::span<const std::size_t> facets, const CrackBranches& branches);
 
 /// Mean local spacing of facets [m]; 0 without facets.
 double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets);
@@ -35,22 +48,12 @@ double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> fa
 std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets,
                              const geometry::CrossPlane& plane);
 
-/// A facet's extent through the thickness and across, where the latter coordinate is dot(p, across).
-Trace extent(const CrackSurface& surface, std::size_t facet, const Vector& across);
-
 /// Separate groups of traces (see section_crossings), excluding those that cover less than
 /// min_thickness_share of the thickness; each ascending, groups ordered by their first member.
 std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness);
 
 /// Smallest and largest advance of a facet's corners [m].
 std::pair<double, double> advances(const CrackFacet& facet, const geometry::CrackStart& start);
-
-/// Indices in ascending order, each once.
-using Indices = std::vector<std::size_t>;
-
-void sort_unique(Indices& numbers);
-bool intersects(const Indices& a, const Indices& b);
-void add(Indices& to, const Indices& from);
 
 /// The crossing of a plane by a crack, projected through the thickness.
 struct Crossing {
@@ -70,20 +73,48 @@ std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thic
                                       std::span<const std::int32_t> branch = {},
                                       const geometry::CrossPlane* plane = nullptr);
 
-/// The facets of a crack in one slab.
-struct ChainLink {
-  std::size_t slab;
+/// The facets of a crack without a gap between them at one level, such as in one slab across its advance.
+struct Piece {
   Indices facets;
+  double low = 0, high = 0;  ///< extent across [m]
+  Indices next;              ///< connected pieces of the next level
 };
 
-/// The longest chain of connected pieces of a crack, cut perpendicular to a line into slabs that start at its
-/// tip; among equals the one nearest to the tip. In a slab, facets form pieces as in section_crossings;
-/// pieces of neighbouring slabs are connected if they share a facet.
-/// @param spacing thickness of a slab [m]
-/// @param thickness of the body [m]
-/// @param from_first start in the first slab that has pieces
-std::vector<ChainLink> longest_chain(const CrackSurface& surface, std::span<const std::size_t> facets,
-                                     const geometry::CrackStart& line, double spacing, double thickness,
-                                     bool from_first);
+/// Pieces of a crack that follow one another.
+struct PathLink {
+  std::size_t level;
+  Indices facets;
+};
+using Path = std::vector<PathLink>;
+
+/// A crack as a graph: its pieces at levels along a line, each connected to pieces of the next level.
+class CrackGraph {
+public:
+  /// Pieces through the thickness in slabs across a line, from its tip on. In a slab, facets form pieces as
+  /// in section_crossings; pieces of neighbouring slabs are connected if they share a facet.
+  /// @param spacing thickness of a slab [m]
+  CrackGraph(const Projection& projection, const CrackSurface& surface, std::span<const std::size_t> facets,
+             const geometry::CrackStart& line, double spacing);
+  /// Pieces as seen at stations: the facets between two planes through the thickness at a station and those
+  /// beside it, without a gap of branch_gap across. Pieces that overlap across are connected.
+  /// @param spacing local mesh spacing at every station [m]
+  /// @param traces of the crack at every station
+  CrackGraph(std::span<const double> spacing, const std::vector<std::vector<Trace>>& traces, double x_low,
+             double x_high);
+
+  std::size_t n_levels() const { return levels_.size(); }
+  const std::vector<Piece>& at(std::size_t level) const { return levels_[level]; }
+  /// The pieces of the next level that are connected to one of these.
+  Indices ahead(std::size_t level, const Indices& pieces) const;
+
+  /// The longest path; among equals the one nearest to the first level.
+  /// @param from_first start at the first level that has pieces
+  Path longest_path(bool from_first) const;
+
+private:
+  void connect(const auto& are_connected);
+
+  std::vector<std::vector<Piece>> levels_;
+};
 
 }  // namespace crackle::cracks

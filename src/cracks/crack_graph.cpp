@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crossings.h"
+#include "crack_graph.h"
 
 #include "common/disjoint_sets.h"
 #include "common/index.h"
 #include "common/real.h"
 #include "common/vector.h"
+#include "cracks/branching.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <ranges>
 
 namespace crackle::cracks {
 
@@ -88,52 +90,35 @@ Indices facets_of(const CrackSurface& surface, std::int32_t start, auto number_o
   return facets;
 }
 
-/// A connected piece of a crack in one slab, with the pieces of the next slab that share a facet with it.
-struct Piece {
-  Indices facets;
-  Indices next;  ///< indices into the next slab
-};
-using Slab = std::vector<Piece>;
-
-/// Facets of a crack, cut into slabs of thickness `spacing` along its advance, starting at the tip.
-std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std::size_t> facets,
-                               const geometry::CrackStart& start, double spacing, double thickness) {
-  const auto n_slabs = static_cast<std::size_t>(std::ceil(start.ligament / spacing));
-  std::vector<std::vector<Trace>> traces(n_slabs);
-  for (const std::size_t i : facets) {
-    const auto [low, high] = advances(surface.facets[i], start);
-    if (high < 0 || low >= start.ligament) continue;
-    const auto first = static_cast<std::size_t>(std::max(0.0, std::floor(low / spacing)));
-    const auto last = std::min(static_cast<std::size_t>(std::floor(high / spacing)), n_slabs - 1);
-    const Trace box = extent(surface, i, start.across);
-    for (std::size_t k = first; k <= last; ++k) traces[k].push_back(box);
-  }
-  std::vector<Slab> slabs(n_slabs);
-  for (std::size_t k = 0; k < n_slabs; ++k) {
-    for (const auto& members : group(traces[k], thickness)) {
-      Piece piece;
-      for (const std::size_t i : members) piece.facets.push_back(traces[k][i].facet);
-      slabs[k].push_back(std::move(piece));
-    }
-  }
-  for (std::size_t k = 0; k + 1 < n_slabs; ++k) {
-    for (Piece& piece : slabs[k]) {
-      for (std::size_t j = 0; j < slabs[k + 1].size(); ++j) {
-        if (intersects(piece.facets, slabs[k + 1][j].facets)) piece.next.push_back(j);
-      }
-    }
-  }
-  return slabs;
+/// A facet's extent through the thickness and across, where the latter coordinate is dot(p, across).
+Trace extent(const CrackSurface& surface, std::size_t facet, const Vector& across) {
+  const auto range = [&](const auto& coordinate) {
+    return std::ranges::minmax(surface.facets[facet].corner | std::views::transform(coordinate));
+  };
+  const auto x = range(&Projection::depth);
+  const auto side = range([&](const geometry::Point& p) { return dot(p, across); });
+  return {{x.min, x.max},
+          {side.min, side.max},
+          local_spacing(surface.facets[facet]),
+          surface.facets[facet].time,
+          facet};
 }
 
 }  // namespace
 
-std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t start) {
+Indices facets_from(const CrackSurface& surface, std::int32_t start) {
   return facets_of(surface, start, &Crack::start);
 }
 
-std::vector<std::size_t> facets_begun_at(const CrackSurface& surface, std::int32_t start) {
+Indices facets_begun_at(const CrackSurface& surface, std::int32_t start) {
   return facets_of(surface, start, &Crack::origin);
+}
+
+std::map<std::int32_t, Indices> by_branch(std::span<const std::size_t> facets,
+                                          const CrackBranches& branches) {
+  std::map<std::int32_t, Indices> found;
+  for (const std::size_t i : facets) found[branches.branch[i]].push_back(i);
+  return found;
 }
 
 double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets) {
@@ -160,7 +145,9 @@ std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::s
       const geometry::Point& b = facet.corner[next];
       const double share = (plane.position - along[k]) / (along[next] - along[k]);
       const double side = plane.coordinate(a);
-      end[n_ends++] = {a[0] + share * (b[0] - a[0]), side + share * (plane.coordinate(b) - side)};
+      const double depth = Projection::depth(a);
+      end[n_ends++] = {depth + share * (Projection::depth(b) - depth),
+                       side + share * (plane.coordinate(b) - side)};
     }
     if (n_ends < 2) continue;
     if (end[1].first < end[0].first) std::swap(end[0], end[1]);
@@ -168,23 +155,6 @@ std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::s
         {{end[0].first, end[1].first}, {end[0].second, end[1].second}, local_spacing(facet), facet.time, i});
   }
   return traces;
-}
-
-Trace extent(const CrackSurface& surface, std::size_t facet, const Vector& across) {
-  const std::array<geometry::Point, 4>& corner = surface.facets[facet].corner;
-  const double first = dot(corner[0], across);
-  Trace box{{corner[0][0], corner[0][0]},
-            {first, first},
-            local_spacing(surface.facets[facet]),
-            surface.facets[facet].time,
-            facet};
-  for (const geometry::Point& p : corner) {
-    box.x[0] = std::min(box.x[0], p[0]);
-    box.x[1] = std::max(box.x[1], p[0]);
-    box.across[0] = std::min(box.across[0], dot(p, across));
-    box.across[1] = std::max(box.across[1], dot(p, across));
-  }
-  return box;
 }
 
 std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness) {
@@ -274,52 +244,97 @@ std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thic
   return crossing;
 }
 
-std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
-                                               const CrackBranches& branches,
-                                               const input::Sections& sections) {
-  std::vector<SectionCrossing> crossings;
-  for (std::size_t number = 0; number < body.crack_starts().size(); ++number) {
-    const std::vector<std::size_t> facets = facets_from(surface, static_cast<std::int32_t>(number));
-    for (const input::Section& section : sections.all()) {
-      const geometry::CrossPlane plane = geometry::plane_of(section);
-      const geometry::CrackStart& start = body.crack_starts()[number];
-      std::optional<Crossing> crossing;
-      if (!start.is_straight || start.advance_to(plane))
-        crossing = main_crossing(intersect(surface, facets, plane), body.size()[0], branches.branch, &plane);
-      crossings.push_back(
-          crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arrival, crossing->branches}
-                   : SectionCrossing{not_a_number, not_a_number, not_a_number, {}});
+CrackGraph::CrackGraph(const Projection& projection, const CrackSurface& surface,
+                       std::span<const std::size_t> facets, const geometry::CrackStart& line, double spacing)
+    : levels_(static_cast<std::size_t>(std::ceil(line.ligament / spacing))) {
+  std::vector<std::vector<Trace>> traces(levels_.size());
+  for (const std::size_t i : facets) {
+    const auto [low, high] = advances(surface.facets[i], line);
+    if (high < 0 || low >= line.ligament) continue;
+    const auto first = static_cast<std::size_t>(std::max(0.0, std::floor(low / spacing)));
+    const auto last = std::min(static_cast<std::size_t>(std::floor(high / spacing)), levels_.size() - 1);
+    const Trace box = extent(surface, i, line.across);
+    for (std::size_t k = first; k <= last; ++k) traces[k].push_back(box);
+  }
+  for (std::size_t k = 0; k < levels_.size(); ++k) {
+    for (const auto& members : group(traces[k], projection.thickness())) {
+      Piece& piece = levels_[k].emplace_back();
+      piece.low = infinity, piece.high = -infinity;
+      for (const std::size_t i : members) {
+        piece.facets.push_back(traces[k][i].facet);
+        piece.low = std::min(piece.low, traces[k][i].across[0]);
+        piece.high = std::max(piece.high, traces[k][i].across[1]);
+      }
     }
   }
-  return crossings;
+  connect([](const Piece& a, const Piece& b) { return intersects(a.facets, b.facets); });
 }
 
-std::vector<ChainLink> longest_chain(const CrackSurface& surface, std::span<const std::size_t> facets,
-                                     const geometry::CrackStart& line, double spacing, double thickness,
-                                     bool from_first) {
-  std::vector<Slab> slabs = cut_in_slabs(surface, facets, line, spacing, thickness);
-  std::vector<std::vector<std::size_t>> n_ahead(slabs.size());  // slabs of the longest chain from each piece
-  const auto longest = [&](std::size_t slab, const Indices& pieces) {
-    return *std::ranges::max_element(pieces, {}, [&](std::size_t piece) { return n_ahead[slab][piece]; });
+CrackGraph::CrackGraph(std::span<const double> spacing, const std::vector<std::vector<Trace>>& traces,
+                       double x_low, double x_high)
+    : levels_(traces.size()) {
+  std::vector<std::pair<std::pair<double, double>, std::size_t>> seen;
+  for (std::size_t k = 0; k < traces.size(); ++k) {
+    seen.clear();
+    for (std::size_t j = k == 0 ? 0 : k - 1; j <= k + 1 && j < traces.size(); ++j) {
+      for (const Trace& trace : traces[j]) {
+        const double middle = (trace.x[0] + trace.x[1]) / 2;
+        if (middle >= x_low && middle <= x_high)
+          seen.push_back({std::minmax(trace.across[0], trace.across[1]), trace.facet});
+      }
+    }
+    std::ranges::sort(seen);
+    for (const auto& [range, facet] : seen) {
+      if (levels_[k].empty() || range.first > levels_[k].back().high + branch_gap * spacing[k])
+        levels_[k].push_back({{}, range.first, range.second, {}});
+      Piece& piece = levels_[k].back();
+      piece.high = std::max(piece.high, range.second);
+      piece.facets.push_back(facet);
+    }
+    for (Piece& piece : levels_[k]) sort_unique(piece.facets);
+  }
+  connect([](const Piece& a, const Piece& b) { return b.low <= a.high && a.low <= b.high; });
+}
+
+void CrackGraph::connect(const auto& are_connected) {
+  for (std::size_t k = 0; k + 1 < levels_.size(); ++k)
+    for (Piece& piece : levels_[k])
+      for (std::size_t j = 0; j < levels_[k + 1].size(); ++j)
+        if (are_connected(piece, levels_[k + 1][j])) piece.next.push_back(j);
+}
+
+Indices CrackGraph::ahead(std::size_t level, const Indices& pieces) const {
+  Indices next;
+  for (const std::size_t i : pieces)
+    next.insert(next.end(), levels_[level][i].next.begin(), levels_[level][i].next.end());
+  sort_unique(next);
+  return next;
+}
+
+Path CrackGraph::longest_path(bool from_first) const {
+  std::vector<std::vector<std::size_t>> n_ahead(
+      levels_.size());  // levels of the longest path from each piece
+  const auto longest = [&](std::size_t level, const Indices& pieces) {
+    return *std::ranges::max_element(pieces, {}, [&](std::size_t piece) { return n_ahead[level][piece]; });
   };
-  std::size_t slab = slabs.size(), first = 0;
-  for (std::size_t k = slabs.size(); k-- > 0;) {
-    for (const Piece& piece : slabs[k])
+  std::size_t level = levels_.size(), first = 0;
+  for (std::size_t k = levels_.size(); k-- > 0;) {
+    for (const Piece& piece : levels_[k])
       n_ahead[k].push_back(1 + (piece.next.empty() ? 0 : n_ahead[k + 1][longest(k + 1, piece.next)]));
-    if (slabs[k].empty()) continue;
+    if (levels_[k].empty()) continue;
     const auto best = std::ranges::max_element(n_ahead[k]);
-    if (!from_first && slab < slabs.size() && *best < n_ahead[slab][first]) continue;
-    slab = k;
+    if (!from_first && level < levels_.size() && *best < n_ahead[level][first]) continue;
+    level = k;
     first = static_cast<std::size_t>(best - n_ahead[k].begin());
   }
-  std::vector<ChainLink> chain;
-  for (std::size_t piece = first; slab < slabs.size(); ++slab) {
-    Piece& here = slabs[slab][piece];
-    chain.push_back({slab, std::move(here.facets)});
+  Path path;
+  for (std::size_t piece = first; level < levels_.size(); ++level) {
+    const Piece& here = levels_[level][piece];
+    path.push_back({level, here.facets});
     if (here.next.empty()) break;
-    piece = longest(slab + 1, here.next);
+    piece = longest(level + 1, here.next);
   }
-  return chain;
+  return path;
 }
 
 }  // namespace crackle::cracks
