@@ -110,7 +110,7 @@ TEST(WeibullBars, BreakAtTheSameLoadsOnAnotherMesh) {
 
 TEST(WeibullBars, FailAtTheLoadsOfTheLawWhereNeighboursDifferLittle) {
   const int n = test::repetitions(300, 1000);
-  const auto check = [](const char* name, double modulus, double correlation_length) {
+  const auto check = [n](const char* name, double modulus, double correlation_length) {
     const Bars bars = pull_bars(modulus, 1e-3, 2, n, correlation_length);
     print(name, bars.fracture, modulus, bars.scale);
     EXPECT_LT(distance_from_law(bars.fracture, modulus, bars.scale), test::kolmogorov_limit(n));
