@@ -10,6 +10,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -23,7 +24,7 @@ import crackle  # noqa: E402
 import in_process  # noqa: E402
 import small_input  # noqa: E402
 from crackle.program import statistics_of  # noqa: E402
-from crackle_report import reading, sweep, tables  # noqa: E402
+from crackle_report import page, reading, sweep, tables  # noqa: E402
 from crackle_report.figures import crack_paths, histories, shares  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.results import Result  # noqa: E402
@@ -62,7 +63,11 @@ class Headlines(Ensembles):
             root["samples/crack_speed_ratio"][:] = [0.5, 1.5, 0.5, 1.7, 1.9, 2.5]
         self.assertEqual(in_process.report(self.folder, "--no-animation", "--no-fringes").returncode, 0)
         found = re.findall('<p class="notice">(.*?)</p>', (self.folder / "report.html").read_text(encoding="utf-8"))
-        self.assertEqual([text.split(":")[0] for text in found], ["Sample 1", "Sample 3", "Sample 4", "1 more warning"])
+        self.assertEqual([text.split(" times")[0] for text in found], ["In 4 samples a crack runs at more than 0.85"])
+
+    def test_of_many_warnings_the_first_are_shown(self):
+        shown = page._warnings(SimpleNamespace(warnings=[f"warning: sample {number} is odd" for number in range(page.MOST_WARNINGS + 1)]))
+        self.assertEqual(shown, [*(f"Sample {number} is odd." for number in range(page.MOST_WARNINGS)), "1 more warning: crackle stats prints all."])
 
     def test_tables_leave_out_what_is_empty_or_the_same(self):
         write_ensemble(self.folder, 6, slots=SLOTS[:1], leading=[0] * 6)

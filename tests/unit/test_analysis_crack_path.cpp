@@ -475,7 +475,7 @@ protected:
 
   /// @param scatter standard deviation of the position where a tetrahedron breaks [spacings]
   void measure(const Arrival& arrival, const std::function<double(double window)>& speed, double spacing,
-               double thickness, Rule rule, double scatter, int n_samples = test::repetitions(2, 6)) {
+               double thickness, Rule rule, double scatter, int n_samples = test::repetitions(4, 6)) {
     double sum = 0;
     double squares = 0;
     worst = 0;
