@@ -67,7 +67,8 @@ class Headlines(Ensembles):
 
     def test_of_many_warnings_the_first_are_shown(self):
         shown = page._warnings(SimpleNamespace(warnings=[f"warning: sample {number} is odd" for number in range(page.MOST_WARNINGS + 1)]))
-        self.assertEqual(shown, [*(f"Sample {number} is odd." for number in range(page.MOST_WARNINGS)), "1 more warning: crackle stats prints all."])
+        texts = [*(f"Sample {number} is odd." for number in range(page.MOST_WARNINGS)), "1 more warning: crackle stats prints all."]
+        self.assertEqual(shown, [f'<p class="notice">{text}</p>' for text in texts])
 
     def test_tables_leave_out_what_is_empty_or_the_same(self):
         write_ensemble(self.folder, 6, slots=SLOTS[:1], leading=[0] * 6)
