@@ -159,9 +159,12 @@ int show_bases(const parallel::Communicator& world, const StatsOptions& options)
   const std::vector<StoredEnsemble> ensembles = stored_ensembles(world, options.folders);
   parallel::agree_on_root(world, [&] {
     std::vector<analysis::BaseSamples> bases;
-    for (const StoredEnsemble& each : ensembles)
-      bases.push_back({&each.parameters, input::sample_settings(each.parameters), each.samples.rows,
-                       each.samples.origin});
+    for (const StoredEnsemble& each : ensembles) {
+      input::Parameters but_seed = each.parameters;
+      but_seed.seed = 0;
+      bases.push_back(
+          {&each.parameters, input::sample_settings(but_seed), each.samples.rows, each.samples.origin});
+    }
     const analysis::BasesStatistics found = analysis::statistics_of_bases(bases);
     const input::Sections& sections = ensembles.front().parameters.sections;
     fmt::print("{}", options.json ? analysis::to_json(found, options.folders, sections)

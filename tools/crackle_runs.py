@@ -114,7 +114,7 @@ def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: i
     source = folder / "input.toml"
     copies = [(file, folder / file.name) for file in beside]
     before = source.read_text() if source.is_file() else ""
-    unchanged = _without_samples(before) == _without_samples(text) and all(
+    unchanged = without_samples(before) == without_samples(text) and all(
         copy.is_file() and copy.read_bytes() == file.read_bytes() for file, copy in copies)
     is_enough = unchanged and _n_samples(before) >= _n_samples(text)
     results = folder / "out"
@@ -137,7 +137,8 @@ def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: i
     return crackle.open(results)
 
 
-def _without_samples(text: str) -> str:
+def without_samples(text: str) -> str:
+    """An input without the number of its samples: what makes a sample what it is."""
     return re.sub(r"(?m)^samples *=.*\n", "", text)
 
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a program that links the library includes: an input is read, its samples are computed, their results
-// are read.
+// The headers for a program that links the library: it reads an input, computes its samples and reads their
+// results.
 #pragma once
 
 #include "analysis/statistics.h"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from pathlib import Path
 from typing import Callable
 
@@ -156,9 +157,6 @@ def dissipation(folder: Path, program: Path) -> list[Figure]:
 
 # The paper's plate
 
-PLATE_SECTIONS = (7, 9, 12.25, 15.5, 17.5)  # y of jobs/paper.toml [mm]
-
-
 def paper_plate(spacing: float) -> str:
     """With slots as sharp as the mesh can have, so that all meshes start from the same load."""
     text = (ROOT / "jobs" / "paper.toml").read_text().replace('height = "0.6 mm"', f'height = "{0.3 * spacing:g} mm"')
@@ -169,7 +167,7 @@ def paper_plate(spacing: float) -> str:
 
 def leaders_speed(ensemble: crackle.Ensemble) -> list[float]:
     """Of the leading crack between the first section and the last [m/s]; NaN where it does not cross both."""
-    y = np.array(PLATE_SECTIONS) * MILLIMETRE
+    y = [float(place.removesuffix(" mm")) * MILLIMETRE for place in tomllib.loads(ensemble.input)["sections"]["y"]]
     times = ensemble.paths.arrival_time.values[ensemble.done, ensemble.samples.leading_notch[ensemble.done].to_numpy(int)]
     return [abs(float(np.polyfit(some, y, 1)[0])) if np.isfinite(some).all() else math.nan for some in times]
 

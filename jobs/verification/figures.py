@@ -13,7 +13,7 @@ from typing import Callable, Sequence
 import crackle
 import numpy as np
 
-from crackle_runs import JOBS, ROOT, RunError, markdown, run, with_keys
+from crackle_runs import JOBS, ROOT, RunError, markdown, run, with_keys, without_samples
 
 MILLIMETRE = 1e-3
 RECORD = JOBS / "runs.json"
@@ -74,16 +74,16 @@ class Comparison:
     def _values(self, text: str, place: Path, program: Path, is_kept: bool) -> list[list[float]]:
         """Of each sample its quantities: recorded ones and, unless all are, those of the run, which are recorded."""
         record = json.loads(RECORD.read_text()) if RECORD.is_file() else {}
-        heading = {"input": zlib.crc32(with_keys(text, {"ensemble.samples": "1"}).encode()), "quantities": [quantity.title for quantity in self.quantities]}
+        heading = {"input": zlib.crc32(without_samples(text).encode()), "quantities": [quantity.title for quantity in self.quantities]}
         entry = record.get(place.name, {})
-        samples = entry["samples"] if entry and {key: entry[key] for key in heading} == heading else {}
+        samples = dict(entry["samples"]) if heading.items() <= entry.items() else {}
         ensemble = _kept(place) if is_kept or len(samples) >= self.n_samples else run(text, place, program)
         if ensemble is not None:
             columns = [quantity.of(ensemble) for quantity in self.quantities]
             seen = {str(sample): [float(f"{value:.7g}") for value in row] for sample, row in zip(ensemble.done, zip(*columns))}
             samples |= seen
-            record[place.name] = heading | {"samples": samples}
-            _write(record)
+            if samples != entry.get("samples"):
+                _write(record | {place.name: heading | {"samples": samples}})
         return [samples[sample] for sample in sorted(samples, key=int)]
 
 

@@ -19,11 +19,6 @@ namespace {
 
 using Value = std::function<double(const SampleSummary&)>;
 
-std::vector<std::string> settings_but_seed(std::vector<std::string> settings) {
-  std::erase_if(settings, [](const std::string& one) { return one.starts_with("ensemble.seed ="); });
-  return settings;
-}
-
 void check(std::span<const BaseSamples> bases) {
   if (bases.size() < 2) fail("give the folders of two or more ensembles");
   for (std::size_t i = 0; i < bases.size(); ++i) {
@@ -34,7 +29,7 @@ void check(std::span<const BaseSamples> bases) {
           "independent already; use more of them, or crackle compare");
     if (!one.mesh.points_digest.empty())
       fail("several folders are taken as several shared bases, but mesh.points gives all of them the same");
-    if (settings_but_seed(bases[i].settings) != settings_but_seed(bases[0].settings))
+    if (bases[i].settings != bases[0].settings)
       fail("the inputs of ensembles 1 and {} differ in more than ensemble.seed; use crackle compare", i + 1);
     for (std::size_t k = 0; k < i; ++k)
       if (bases[k].study->seed == one.seed)

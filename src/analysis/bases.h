@@ -18,7 +18,7 @@ namespace crackle::analysis {
 /// One of them.
 struct BaseSamples {
   const input::Study* study;
-  std::vector<std::string> settings;  ///< input::sample_settings
+  std::vector<std::string> settings;  ///< input::sample_settings with 0 for the seed, in which bases differ
   std::span<const SampleSummary> rows;
   Origin origin = {};
 };

@@ -124,7 +124,7 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
 /// Cracks hardly ever run faster, relative to the Rayleigh speed where they run.
 inline constexpr double usual_speed_ratio = 0.85;
 
-/// Of cracks above usual_speed_ratio, and of onsets below the peak load.
+/// Warnings of cracks above usual_speed_ratio and of onsets below the peak load.
 std::vector<std::string> ensemble_warnings(std::span<const SampleSummary> samples);
 
 /// Name of the result that tells what the samples held: onset_force; peak_load if a sample's load was clearly

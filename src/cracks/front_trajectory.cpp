@@ -119,6 +119,14 @@ void follow_front(std::vector<FrontTrajectory::Point>& points, const std::vector
   for (std::size_t i = points.size(); i-- > 0;) points[i].reached = reached = std::min(reached, come[i]);
 }
 
+/// The line through the arrivals at some points in the last dynamic phase, over their places from an origin.
+LineFit fit_arrivals(std::span<const FrontTrajectory::Point> points, double origin) {
+  LineFit arrival;
+  for (const FrontTrajectory::Point& point : points)
+    if (point.reached > 0) arrival.add(point.place - origin, point.time);
+  return arrival;
+}
+
 /// Makes jumps of the windows that the front passes faster than a Rayleigh wave.
 void add_jumps(FrontTrajectory& front) {
   std::vector<FrontTrajectory::Point>& points = front.points;
@@ -127,9 +135,7 @@ void add_jumps(FrontTrajectory& front) {
     const auto end = std::ranges::find_if(first, points.end(), [&](const auto& point) {
       return point.run != first->run || point.place > first->place + front.window;
     });
-    LineFit arrival;
-    for (const FrontTrajectory::Point& point : std::ranges::subrange(first, end))
-      if (point.reached > 0) arrival.add(point.place - first->place, point.time);
+    const LineFit arrival = fit_arrivals({first, end}, first->place);
     if (arrival.n() > 2 && arrival.slope() < front.slowness(first->place, std::prev(end)->place))
       std::fill_n(is_jump.begin() + (first - points.begin()), end - first, 1);
   }
@@ -158,10 +164,9 @@ double FrontTrajectory::slowness(double from, double to) const {
 }
 
 double FrontTrajectory::mean_time(double from, double to) const {
-  LineFit arrival;
-  for (const Point& point : points)
-    if (point.place >= from && point.place <= to && point.reached > 0)
-      arrival.add(point.place - from, point.time);
+  const auto first = std::ranges::lower_bound(points, from, {}, &Point::place);
+  const auto end = std::ranges::upper_bound(first, points.end(), to, {}, &Point::place);
+  const LineFit arrival = fit_arrivals({first, end}, from);
   return arrival.n() > 2 ? arrival.slope() * (to - from) : 0;
 }
 

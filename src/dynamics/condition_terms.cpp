@@ -2,10 +2,9 @@
 #include "condition_terms.h"
 
 #include "common/index.h"
+#include "mechanics/node_cells.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
-
-#include "mechanics/node_cells.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,6 @@
 #pragma once
 
 #include "dynamics/moving_body.h"
-
-#include "dynamics/moving_body.h"
 #include "dynamics/term.h"
 
 #include "viscous_force.h"

@@ -11,10 +11,9 @@
 #include "geometry/partition.h"
 #include "input/plausibility.h"
 #include "mechanics/elasticity.h"
+#include "mechanics/loaded_region.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
-
-#include "mechanics/loaded_region.h"
 
 #include <fmt/format.h>
 

@@ -4,6 +4,8 @@
 #include "dynamics/integrator.h"
 #include "dynamics/moving_body.h"
 #include "fracture/equivalent_stress.h"
+#include "fracture/stress_screening.h"
+#include "mechanics/fixed_point_force.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
 #include "parallel/exact_sum.h"
@@ -14,9 +16,6 @@
 #include "initial_force.h"
 #include "state_range.h"
 #include "terms.h"
-
-#include "fracture/stress_screening.h"
-#include "mechanics/fixed_point_force.h"
 
 #include <fmt/format.h>
 

@@ -3,9 +3,8 @@
 
 #include "common/large_vector.h"
 #include "dynamics/moving_body.h"
-#include "mechanics/fixed_point_scale.h"
-
 #include "kernels/kernels.h"
+#include "mechanics/fixed_point_scale.h"
 
 #include <array>
 #include <cmath>

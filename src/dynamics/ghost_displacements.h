@@ -2,9 +2,8 @@
 #pragma once
 
 #include "dynamics/sample_result.h"
-#include "parallel/ghost_exchange.h"
-
 #include "kernels/kernels.h"
+#include "parallel/ghost_exchange.h"
 
 #include <array>
 #include <cstddef>

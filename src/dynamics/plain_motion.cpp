@@ -3,13 +3,12 @@
 #include "dynamics/energy_account.h"
 #include "dynamics/moving_body.h"
 #include "fracture/equivalent_stress.h"
+#include "mechanics/petsc_stiffness.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
 
 #include "initial_force.h"
 #include "terms.h"
-
-#include "mechanics/petsc_stiffness.h"
 
 #include <fmt/format.h>
 

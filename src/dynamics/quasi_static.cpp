@@ -6,15 +6,14 @@
 #include "dynamics/separation.h"
 #include "fracture/connectivity.h"
 #include "fracture/equivalent_stress.h"
+#include "fracture/first_crossing.h"
+#include "mechanics/node_cells.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
 #include "parallel/ghost_exchange.h"
 
 #include "loose_loads.h"
 #include "stiffness_ratio.h"
-
-#include "fracture/first_crossing.h"
-#include "mechanics/node_cells.h"
 
 #include <fmt/format.h>
 

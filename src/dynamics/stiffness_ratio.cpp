@@ -3,11 +3,10 @@
 
 #include "common/index.h"
 #include "dynamics/energy_account.h"
+#include "mechanics/node_cells.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
 #include "parallel/exact_sum.h"
-
-#include "mechanics/node_cells.h"
 
 #include <algorithm>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ensemble/group.h"
-#include "common/quantity_text.h"
-
 #include "common/failure.h"
 #include "common/index.h"
+#include "common/quantity_text.h"
 #include "common/stopwatch.h"
 #include "parallel/agreement.h"
 #include "parallel/message.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ensemble/estimate.h"
-
 #include "common/stopwatch.h"
 #include "dynamics/explicit_phase.h"
 #include "dynamics/quasi_static.h"
 #include "dynamics/sample_run.h"
 #include "dynamics/sample_setup.h"
+#include "ensemble/estimate.h"
 #include "fracture/material_field.h"
 #include "geometry/partition.h"
 

@@ -4,10 +4,9 @@
 #include "common/large_vector.h"
 #include "fracture/equivalent_stress.h"
 #include "geometry/subdomain.h"
+#include "kernels/kernels.h"
 #include "mechanics/elasticity.h"
 #include "mechanics/operators.h"
-
-#include "kernels/kernels.h"
 
 #include <cstdint>
 #include <span>

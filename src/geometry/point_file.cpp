@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/index.h"
-
 #include "common/failure.h"
+#include "common/index.h"
 #include "common/printable.h"
 #include "common/quantity_text.h"
 #include "common/vector.h"

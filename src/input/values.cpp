@@ -3,7 +3,6 @@
 
 #include "common/failure.h"
 #include "common/quantity_text.h"
-
 #include "common/real.h"
 
 #include <fmt/format.h>

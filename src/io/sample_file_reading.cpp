@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "io/sample_file.h"
-
 #include "analysis/result_list.h"
 #include "common/checksum.h"
 #include "common/failure.h"
 #include "common/regular_file.h"
 #include "io/ensemble_file.h"
+#include "io/sample_file.h"
 
 #include "hdf5.h"
 #include "provenance.h"

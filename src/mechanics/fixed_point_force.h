@@ -4,10 +4,9 @@
 #include "common/index.h"
 #include "common/large_vector.h"
 #include "geometry/subdomain.h"
+#include "kernels/kernels.h"
 #include "mechanics/edges.h"
 #include "mechanics/fixed_point_scale.h"
-
-#include "kernels/kernels.h"
 
 #include <array>
 #include <cstdint>

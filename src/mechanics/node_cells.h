@@ -2,10 +2,9 @@
 #pragma once
 
 #include "geometry/subdomain.h"
+#include "kernels/cell_kernels.h"
 #include "mechanics/edges.h"
 #include "parallel/communicator.h"
-
-#include "kernels/cell_kernels.h"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "plane/shape.h"
-
 #include "common/index.h"
+#include "plane/shape.h"
 #include "plane/subdivision.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>

@@ -17,11 +17,9 @@
 #include "geometry/partition.h"
 #include "geometry/realization.h"
 #include "input/reader.h"
+#include "mechanics/fixed_point_force.h"
 #include "mechanics/static_solver.h"
 #include "parallel/sleeping_wait.h"
-
-#include "geometry/body.h"
-#include "mechanics/fixed_point_force.h"
 
 #include "plain_delaunay.h"
 

@@ -2,14 +2,13 @@
 #include "analysis/result_list.h"
 #include "common/packing.h"
 #include "io/ensemble_file.h"
+#include "io/hdf5.h"
 
 #include "io/sample_file.h"
 #include "parallel/agreement.h"
 #include "support/group.h"
 #include "support/result_comparison.h"
 #include "support/temporary_folder.h"
-
-#include "io/hdf5.h"
 
 #include <gmock/gmock.h>
 

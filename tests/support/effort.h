@@ -5,6 +5,12 @@
 
 namespace crackle::test {
 
+/// The number in an environment variable, or `fallback` without one.
+inline double from_environment(const char* name, double fallback) {
+  const char* const text = std::getenv(name);
+  return text != nullptr ? std::strtod(text, nullptr) : fallback;
+}
+
 /// A number of repetitions: `full` under tools/check --full, which sets CRACKLE_FULL, else `usual`.
 inline int repetitions(int usual, int full) {
   return std::getenv("CRACKLE_FULL") != nullptr ? full : usual;

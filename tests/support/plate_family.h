@@ -4,24 +4,19 @@
 #pragma once
 
 #include "common/random.h"
+#include "support/effort.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace crackle::test {
-
-inline double from_environment(const char* name, double fallback) {
-  const char* const text = std::getenv(name);
-  return text != nullptr ? std::strtod(text, nullptr) : fallback;
-}
 
 /// An input of a plate: the keys of its tables as written in a file.
 struct PlateText {

@@ -2,7 +2,6 @@
 // Which tetrahedron first reaches its strength, for any order and distribution of tetrahedra.
 #include "common/random.h"
 #include "fracture/equivalent_stress.h"
-
 #include "fracture/first_crossing.h"
 
 #include <gtest/gtest.h>

@@ -6,11 +6,11 @@
 // points that one may have.
 #include "common/random.h"
 #include "common/stopwatch.h"
+#include "geometry/body.h"
 #include "geometry/mother_points.h"
 #include "geometry/realization.h"
 #include "input/parameters.h"
-
-#include "geometry/body.h"
+#include "support/effort.h"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -132,11 +131,6 @@ namespace CRACKLE_TEST_FILE {
 
 using testing::MeshProblem;
 
-double from_environment(const char* name, double fallback) {
-  const char* const text = std::getenv(name);
-  return text != nullptr ? std::strtod(text, nullptr) : fallback;
-}
-
 /// Result for one body.
 struct Verdict {
   std::string refusal;  ///< the message; empty if the body was meshed
@@ -205,8 +199,8 @@ std::string true_reason(const MeshProblem& problem, const std::string& refusal) 
 }
 
 TEST(Family, EveryBodyConformsOrIsRefusedForATrueReason) {
-  const auto n_bodies = static_cast<std::uint64_t>(from_environment("CRACKLE_FAMILY", 30));
-  const double max_points = from_environment("CRACKLE_FAMILY_POINTS", 6000);
+  const auto n_bodies = static_cast<std::uint64_t>(test::from_environment("CRACKLE_FAMILY", 30));
+  const double max_points = test::from_environment("CRACKLE_FAMILY_POINTS", 6000);
   std::map<std::string, int> refused;
   std::map<int, int> conforming;  // by the number of notches
   int n_failed = 0;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stresses averaged around nodes.
 #include "fracture/nodal_means.h"
-
 #include "geometry/partition.h"
 #include "geometry/point.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "plane/shape.h"
-
 #include "common/random.h"
+#include "plane/shape.h"
 #include "plane/side_index.h"
 #include "plane/subdivision.h"
 

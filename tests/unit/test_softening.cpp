@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The saw-tooth law, and the energy dissipated by single tetrahedra.
-#include "fracture/softening.h"
-
 #include "fracture/breakable_body.h"
 #include "fracture/equivalent_stress.h"
+#include "fracture/softening.h"
 
 #include "support/box_mesh.h"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The stress averaged over balls.
-#include "fracture/stress_average.h"
-
 #include "fracture/equivalent_stress.h"
+#include "fracture/stress_average.h"
 #include "geometry/point.h"
 
 #include "support/box_mesh.h"

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A contribution to the motion that the program does not know: springs at all nodes, on which a body swings
 // as a whole.
-#include "dynamics/term.h"
-
 #include "dynamics/moving_body.h"
+#include "dynamics/term.h"
 #include "parallel/agreement.h"
 
 #include "support/box_mesh.h"
