@@ -6,6 +6,7 @@
 #include "common/index.h"
 #include "common/real.h"
 #include "common/vector.h"
+#include "geometry/pre_crack.h"
 
 #include <algorithm>
 #include <cmath>
@@ -63,6 +64,36 @@ std::vector<std::int32_t> start_of_nodes(const geometry::Body& body, const Reali
       for (const std::int32_t node : triangle.nodes)
         if (starts[start].claims(triangle.surface, realization.nodes[index(node)]))
           start_of[index(node)] = static_cast<std::int32_t>(start);
+  return start_of;
+}
+
+/// Calls visit(number) for the six edges of a tetrahedron.
+template <class Visit>
+void for_edges(const Tetrahedron& nodes, const Visit& visit) {
+  for (std::size_t a = 0; a < 4; ++a)
+    for (std::size_t b = a + 1; b < 4; ++b) {
+      const auto [low, high] = std::minmax({nodes[a], nodes[b]});
+      visit((static_cast<std::uint64_t>(low) << 32) |
+            static_cast<std::uint64_t>(static_cast<std::uint32_t>(high)));
+    }
+}
+
+/// The crack starts of the edges of tetrahedra that pre-cracks open, the first of several.
+std::unordered_map<std::uint64_t, std::int32_t> start_of_edges(const geometry::Body& body,
+                                                               const Realization& realization) {
+  const auto& starts = body.crack_starts();
+  const auto first = static_cast<std::int32_t>(
+      std::ranges::find_if(starts, [](const auto& start) { return start.pre_crack.has_value(); }) -
+      starts.begin());
+  std::unordered_map<std::uint64_t, std::int32_t> start_of;
+  for (std::size_t t = 0; t < realization.pre_crack.size(); ++t) {
+    if (realization.pre_crack[t] == 0) continue;
+    const std::int32_t start = first + geometry::PreCrackCut::from(realization.pre_crack[t]).crack;
+    for_edges(realization.tetrahedra[t], [&](std::uint64_t edge) {
+      const auto [entry, is_new] = start_of.try_emplace(edge, start);
+      if (!is_new) entry->second = std::min(entry->second, start);
+    });
+  }
   return start_of;
 }
 
@@ -137,29 +168,26 @@ CrackForest connect(const geometry::Body& body, const Realization& realization,
   const std::vector<std::int32_t> start_of_node = start_of_nodes(body, realization);
   CrackForest forest(breaks.size());
   std::unordered_map<std::uint64_t, std::vector<std::size_t>> breaks_at_edge;
+  const auto start_of_edge = start_of_edges(body, realization);
   std::vector<std::size_t> touched;
+  std::vector<std::int32_t> starts;  // that a break touches
   for (std::size_t i = 0; i < breaks.size(); ++i) {
     const Tetrahedron& nodes = realization.tetrahedra[index(breaks[i].tetrahedron)];
-    std::int32_t own_start = -1;
-    for (const std::int32_t node : nodes) {
-      const std::int32_t start = start_of_node[index(node)];
-      if (start >= 0 && (own_start < 0 || start < own_start)) own_start = start;
-    }
+    starts.clear();
+    for (const std::int32_t node : nodes)
+      if (const std::int32_t start = start_of_node[index(node)]; start >= 0) starts.push_back(start);
     touched.clear();
-    for (std::size_t a = 0; a < 4; ++a) {
-      for (std::size_t b = a + 1; b < 4; ++b) {
-        const auto [low, high] = std::minmax({nodes[a], nodes[b]});
-        auto& at_edge = breaks_at_edge[(static_cast<std::uint64_t>(low) << 32) |
-                                       static_cast<std::uint64_t>(static_cast<std::uint32_t>(high))];
-        touched.insert(touched.end(), at_edge.begin(), at_edge.end());
-        at_edge.push_back(i);
-      }
-    }
-    forest.add(i, touched, own_start);
+    for_edges(nodes, [&](std::uint64_t edge) {
+      auto& at_edge = breaks_at_edge[edge];
+      touched.insert(touched.end(), at_edge.begin(), at_edge.end());
+      at_edge.push_back(i);
+      if (const auto start = start_of_edge.find(edge); start != start_of_edge.end())
+        starts.push_back(start->second);
+    });
+    forest.add(i, touched, starts.empty() ? -1 : std::ranges::min(starts));
     const std::int32_t start = forest.start_of(i);
     if (start < 0) continue;
-    for (const std::int32_t node : nodes)
-      if (const std::int32_t at = start_of_node[index(node)]; at >= 0) holes.meet(start, i, at, {});
+    for (const std::int32_t at : starts) holes.meet(start, i, at, {});
     for (const std::size_t j : touched)
       if (const std::int32_t other = forest.start_of(j); other >= 0) holes.meet(start, i, other, j);
   }

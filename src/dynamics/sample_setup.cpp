@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/sample_setup.h"
 
+#include "dynamics/separation.h"
+#include "fracture/connectivity.h"
 #include "fracture/initial_strain.h"
 #include "fracture/release_time.h"
 #include "geometry/mother_points.h"
@@ -76,6 +78,11 @@ std::vector<std::string> SampleSetup::free_motions() const {
 }
 
 void SampleSetup::refuse_free_body() const {
+  if (!model.specimen.cracks.empty() &&
+      !loads_are_supported(group, body, loads, fracture::piece_labels(group, body)))
+    throw parallel::AgreedError(
+        0, "the pre-cracks part what is loaded from what is held: leave material between them, or use start = "
+           "\"rest\"");
   const std::vector<std::string> free = free_motions();
   if (free.empty()) return;
   throw parallel::AgreedError(

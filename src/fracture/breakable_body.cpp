@@ -4,6 +4,7 @@
 #include "fracture/equivalent_stress.h"
 #include "geometry/dual_facets.h"
 #include "geometry/face_neighbours.h"
+#include "geometry/pre_crack.h"
 #include "parallel/collectives.h"
 
 #include <algorithm>
@@ -47,6 +48,14 @@ BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, mechanics::Ma
       residual_stiffness_(operators_, material_.elasticity),
       force_(operators_, residual_stiffness_, &initial_strain_),
       broken_(subdomain.tetrahedra.size(), 0) {}
+
+void BreakableBody::set_release(std::unique_ptr<Release> release) {
+  release_ = std::move(release);
+  for (std::size_t t = 0; t < subdomain_->pre_crack.size(); ++t)
+    if (const std::int32_t code = subdomain_->pre_crack[t]; code > 0)
+      open(static_cast<std::int32_t>(t), geometry::PreCrackCut::from(code).cut, 0);
+  n_checked_ = order_.size();
+}
 
 void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
                             double phase_time, bool moves) {

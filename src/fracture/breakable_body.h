@@ -66,8 +66,8 @@ public:
   /// Local tetrahedra in order of breaking.
   std::span<const std::int32_t> broken_tetrahedra() const { return order_; }
   const Release& release_law() const { return *release_; }
-  /// Replaces it while the body is intact.
-  void set_release(std::unique_ptr<Release> release) { release_ = std::move(release); }
+  /// Replaces it while the body is intact, and opens the pre-cracks. Local.
+  void set_release(std::unique_ptr<Release> release);
   /// True if tetrahedra soften before they break.
   bool softens() const { return release_->softens(); }
   /// Local tetrahedra whose stiffness was reduced, in order; repeated for each reduction.

@@ -71,6 +71,9 @@ CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, St
                             [&](const SquareEnd& end) { return is_at(end, middle, spacings[index(t)]); }))
       reach(t);
   }
+  for (std::size_t t = 0; t < subdomain.pre_crack.size(); ++t)
+    if (subdomain.pre_crack[t] != 0 && subdomain.owned[t] != 0)
+      arriving_.push_back({static_cast<std::int32_t>(t), -infinity});
   changed_.clear();
   for (std::size_t t = 0; t < spacings.size(); ++t) {
     const auto number = static_cast<std::int32_t>(t);

@@ -31,6 +31,7 @@ FractureLaw::FractureLaw(const parallel::Communicator& group, const input::Mater
     vicinity_ = std::make_unique<CrackVicinity>(body, *criterion_, average_.get(), growth_, options.ends,
                                                 spacings, by_means);
   });
+  follow_cracks(group);  // those that are there from the start
 }
 
 void FractureLaw::take_over(const BreakableBody& body, std::span<const std::int32_t> changed) {

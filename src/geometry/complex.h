@@ -58,6 +58,18 @@ inline CrossPlane plane_of(const input::Section& section) {
   return plane;
 }
 
+/// A box with arbitrary position and orientation; a rectangle if it has no extent along one of its own axes.
+struct Patch {
+  Box domain;  ///< in own coordinates [m]
+  Point origin{};
+  std::array<Vector, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< orthonormal
+
+  Point at(const Point& own) const;  ///< the point with the given own coordinates
+  Point own(const Point& p) const;   ///< own coordinates of a point
+  Box bounds(const Box& own) const;  ///< bounding box of a part of the domain
+  Box bounds() const { return bounds(domain); }
+};
+
 /// A place where cracks start, and the straight line along which they are followed through the body: its
 /// ligament. Its number, the index into Body::crack_starts(), is called `notch` in the result files.
 ///
@@ -81,8 +93,12 @@ struct CrackStart {
   /// True if all cracks that touch no other start belong to it, including those that begin inside the body.
   /// Its faces claim nothing. @pre !is_straight
   bool is_free_surface = false;
-  /// True for a hole: cracks can run into it and go on from its other sides. @pre !is_straight
+  /// True for a hole or a pre-crack: cracks can run into it and go on from its other sides. @pre !is_straight
   bool is_hole = false;
+  /// For a crack that is there from the start, see PreCrackFigure: cracks that touch a tetrahedron that it
+  /// opens start there. @pre is_hole
+  std::optional<Patch> pre_crack = {};
+  std::vector<Point> marks = {};
 
   /// Distance of a point ahead of the tip, along the ligament [m].
   double advance(const Point& p) const { return direction * (dot(p, along) - dot(tip, along)); }
@@ -104,18 +120,6 @@ struct CrackStart {
     if (is_free_surface || (is_straight && -advance(p) > reach)) return false;
     return std::find(faces.begin(), faces.end(), face) != faces.end();
   }
-};
-
-/// A box with arbitrary position and orientation; a rectangle if it has no extent along one of its own axes.
-struct Patch {
-  Box domain;  ///< in own coordinates [m]
-  Point origin{};
-  std::array<Vector, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< orthonormal
-
-  Point at(const Point& own) const;  ///< the point with the given own coordinates
-  Point own(const Point& p) const;   ///< own coordinates of a point
-  Box bounds(const Box& own) const;  ///< bounding box of a part of the domain
-  Box bounds() const { return bounds(domain); }
 };
 
 /// A plane facet: of the body's surface, or inside it where two materials meet.

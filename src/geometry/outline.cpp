@@ -31,6 +31,11 @@ Outline outline_of(const Body& body) {
       slot.include(bounds.lower);
       slot.include(bounds.upper);
     }
+    if (start.pre_crack) {
+      const Box bounds = start.pre_crack->bounds();
+      slot.include(bounds.lower);
+      slot.include(bounds.upper);
+    }
     outline.slots.insert(outline.slots.end(), {slot.lower[1], slot.upper[1], slot.lower[2], slot.upper[2]});
   }
   return outline;

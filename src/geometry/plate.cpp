@@ -2,11 +2,13 @@
 #include "plate.h"
 
 #include "common/index.h"
+#include "geometry/pre_crack.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace crackle::geometry {
@@ -34,6 +36,8 @@ public:
     else
       add_round_starts();
     complex_.spacing_rules.push_back(plate_spacing(specimen));
+    if (!specimen.cracks.empty())
+      complex_.spacing_rules.push_back(pre_crack_spacing(specimen.cracks, complex_.bounds));
   }
 
   Complex result() { return std::move(complex_); }
@@ -102,6 +106,12 @@ private:
       start.reach = notch.height;
       complex_.crack_starts.push_back(std::move(start));
     }
+    add_pre_cracks();
+  }
+
+  void add_pre_cracks() {
+    std::ranges::move(pre_crack_starts(specimen_.cracks, complex_.bounds),
+                      std::back_inserter(complex_.crack_starts));
   }
 
   void add_round_starts() {
@@ -136,6 +146,7 @@ private:
       add(fmt::format("hole-{}", i), middle);
       complex_.crack_starts.back().is_hole = true;
     }
+    add_pre_cracks();
     const Point centre = complex_.bounds.lower + (complex_.bounds.upper - complex_.bounds.lower) / 2;
     add("free surface", {centre[1], centre[2]});
     complex_.crack_starts.back().is_free_surface = true;
@@ -165,8 +176,8 @@ Complex plate(const plane::Specimen& specimen) {
 }
 
 std::size_t n_crack_starts(const plane::Specimen& specimen) {
-  if (plane::is_box(specimen)) return specimen.notches.size();
-  return specimen.notches.size() + specimen.holes.size() + 1;
+  const std::size_t n = specimen.notches.size() + specimen.cracks.size();
+  return plane::is_box(specimen) ? n : n + specimen.holes.size() + 1;
 }
 
 }  // namespace crackle::geometry

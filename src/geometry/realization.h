@@ -43,6 +43,8 @@ struct Realization {
   /// interfaces.
   std::vector<std::uint8_t> interface = {};
   std::vector<float> map_factor = {};  ///< of each tetrahedron by the input's raster; empty without one
+  /// Of each tetrahedron the pre-crack that opens it, see PreCrackCut; empty without any.
+  std::vector<std::int32_t> pre_crack = {};
   RealizationReport report;
 };
 
@@ -55,6 +57,7 @@ void for_each_array(Mesh& mesh, const Work& work) {
   work(mesh.material);
   work(mesh.interface);
   work(mesh.map_factor);
+  work(mesh.pre_crack);
 }
 
 /// Perturbs the base points, tessellates them (Delaunay, CGAL) and redraws points locally until the

@@ -88,14 +88,23 @@ void for_owning_parts(std::span<const std::int32_t> nodes, const std::vector<std
   }
 }
 
+/// Calls work(of the realization, of the part) for each array of a property of tetrahedra.
+template <class Work>
+void for_each_property(const Realization& realization, Subdomain& part, const Work& work) {
+  work(realization.material, part.material);
+  work(realization.interface, part.interface);
+  work(realization.map_factor, part.map_factor);
+  work(realization.pre_crack, part.pre_crack);
+}
+
 /// Makes room for a number of tetrahedra with their properties.
 void reserve(Subdomain& part, std::size_t n_tetrahedra, const Realization& realization) {
   part.tetrahedra.reserve(n_tetrahedra);
   part.tetrahedron_number.reserve(n_tetrahedra);
   part.owned.reserve(n_tetrahedra);
-  if (!realization.material.empty()) part.material.reserve(n_tetrahedra);
-  if (!realization.map_factor.empty()) part.map_factor.reserve(n_tetrahedra);
-  if (!realization.interface.empty()) part.interface.reserve(n_tetrahedra);
+  for_each_property(realization, part, [&](const auto& all, auto& own) {
+    if (!all.empty()) own.reserve(n_tetrahedra);
+  });
 }
 
 /// Collects the nodes of a subdomain, whose tetrahedra and triangles still have the realization's node
@@ -171,9 +180,9 @@ std::vector<Subdomain> split(const Realization& realization, const Partition& pa
     part.tetrahedra.push_back(realization.tetrahedra[i]);
     part.tetrahedron_number.push_back(static_cast<std::int64_t>(i));
     part.owned.push_back(number == node_part[index(realization.tetrahedra[i][0])]);
-    if (!realization.material.empty()) part.material.push_back(realization.material[i]);
-    if (!realization.map_factor.empty()) part.map_factor.push_back(realization.map_factor[i]);
-    if (!realization.interface.empty()) part.interface.push_back(realization.interface[i]);
+    for_each_property(realization, part, [&](const auto& all, auto& own) {
+      if (!all.empty()) own.push_back(all[i]);
+    });
   });
   for (std::size_t i = 0; i < realization.boundary.size(); ++i) {
     const BoundaryTriangle& triangle = realization.boundary[i];

@@ -29,6 +29,7 @@ struct Subdomain {
   std::vector<std::uint8_t> material = {};    ///< per tetrahedron, as in the realization
   std::vector<std::uint8_t> interface = {};   ///< likewise
   std::vector<float> map_factor = {};         ///< likewise
+  std::vector<std::int32_t> pre_crack = {};   ///< likewise
 
   /// Local number of a tetrahedron of the realization, or -1.
   std::int32_t local_number(std::int64_t tetrahedron) const;

@@ -65,6 +65,35 @@ Key pair_key(Access<std::array<std::string, 2>> access, const std::string& form,
           }};
 }
 
+Key direction_key(std::string name, Access<Vector> access, Requirement requirement, std::string help) {
+  const std::string form = "three numbers, not all 0, such as [1, 0, 0]";
+  return {std::move(name),
+          "number",
+          std::move(requirement),
+          form,
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto elements = read_elements(source, 3, form);
+            if (!elements) return;
+            Vector direction{};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              const auto value = read_number((*elements)[axis], {-1e6, 1e6});
+              if (!value) return;
+              direction[axis] = *value;
+            }
+            if (norm(direction) > 1e-6)
+              access(parameters, i) = direction;
+            else
+              source.report("has no direction; give {}", form);
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            std::vector<std::string> components;
+            for (const double component : access(parameters, i))
+              components.push_back(format_number(component));
+            return bracketed(components);
+          }};
+}
+
 std::array<bool, 3> read_axes(const Source& source) {
   std::array<bool, 3> axes{};
   const auto elements = read_elements(source, 0, distinct_axes);

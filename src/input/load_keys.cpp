@@ -109,33 +109,13 @@ Key angular_velocity_key() {
 }
 
 Key axis_key() {
-  const std::string form = "three numbers, not all 0, such as [1, 0, 0]";
-  return {"axis",
-          "number",
-          optional("with angular_velocity only"),
-          form,
-          "direction of the axis of rotation",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto elements = read_elements(source, 3, form);
-            if (!elements) return;
-            Vector direction{};
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-              const auto value = read_number((*elements)[axis], {-1e6, 1e6});
-              if (!value) return;
-              direction[axis] = *value;
-            }
-            if (!(norm(direction) > 1e-6)) {
-              source.report("has no direction; give {}", form);
-              return;
-            }
-            load(parameters, i).axis = direction;
-          },
-          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const BodyLoad& one = load(parameters, i);
-            if (one.kind != LoadKind::angular_velocity) return {};
-            return bracketed(
-                {format_number(one.axis[0]), format_number(one.axis[1]), format_number(one.axis[2])});
-          }};
+  return shown_if(
+      direction_key(
+          "axis", [](Parameters & parameters, std::size_t i) -> auto& { return load(parameters, i).axis; },
+          optional("with angular_velocity only"), "direction of the axis of rotation"),
+      [](const Parameters& parameters, std::size_t i) {
+        return parameters.loads.at(i).kind == LoadKind::angular_velocity;
+      });
 }
 
 /// A point that belongs to one kind.

@@ -157,6 +157,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   parameters.draw = std::move(draw);
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
   complete_specimen(parameters, findings);
+  check_cracks(parameters, findings);
   complete_fracture(parameters, findings);
   check_specimen(parameters, findings);
   complete_regions(parameters, findings);

@@ -38,6 +38,7 @@ std::vector<KnownTable> known_tables();
 
 /// [specimen], [[specimen.hole]], [[specimen.notch]] and [[specimen.region]].
 std::vector<Table> specimen_tables();
+Table crack_table();
 
 /// [material] with its parts, and [[interface]].
 std::vector<Table> material_tables();
@@ -213,6 +214,9 @@ Key lengths_key(std::string name, Access<Lengths> access, const std::string& for
             return bracketed(items);
           }};
 }
+
+/// Three numbers, not all 0: the components of a direction.
+Key direction_key(std::string name, Access<Vector> access, Requirement requirement, std::string help);
 
 /// The faces from this one to the last, for choice_key.
 inline std::vector<std::pair<std::string, plane::Face>> faces_from(plane::Face first) {

@@ -382,6 +382,7 @@ std::vector<Table> specimen_tables() {
            {size_key(), thickness_key(), outline_key(), outline_radius_key()}},
           hole_table(),
           notch_table(),
+          crack_table(),
           material_region_table()};
 }
 

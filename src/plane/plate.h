@@ -79,6 +79,19 @@ struct Hole {
   Polygon polygon;    ///< counter-clockwise
 };
 
+/// A crack that is there before any load, closed: a plane figure in space, given in one of three ways. Parts
+/// of it outside the body do not count.
+struct PreCrack {
+  std::optional<std::array<Point, 2>> line = {};  ///< through the thickness, between two points
+  std::vector<Vector> polygon = {};               ///< corners in order [m]
+  // An ellipse around a center. The first semi-axis is the shadow along the normal of that coordinate axis
+  // which is most perpendicular to it, the first of several: thus the two axes across x, y or z are
+  // ascending.
+  Vector center{};    ///< [m]
+  Point semi_axes{};  ///< [m]; 0: no ellipse
+  Vector normal{};    ///< of any length
+};
+
 /// The outline of a plate that is not a box.
 struct Outline {
   Polygon polygon;    ///< counter-clockwise; empty for a circle
@@ -100,6 +113,7 @@ struct Specimen {
   std::vector<Notch> notches;
   std::optional<Outline> outline = {};
   std::vector<Hole> holes = {};
+  std::vector<PreCrack> cracks = {};
   std::vector<MaterialRegion> regions = {};  ///< of several, the last one that contains a point counts
   /// For a body other than a box with slots cut into its faces: its shape in the plane of the plate, with
   /// curves as chords. Derived from the other members and the mesh spacings.

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "geometry/complex.h"
+#include "geometry/realization.h"
+#include "plane/plate.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+/// Cracks that are there before any load. They open the dual facets between the nodes on their two sides, as
+/// breaking does.
+namespace crackle::geometry {
+
+/// How a pre-crack opens a tetrahedron, as in Realization::pre_crack.
+struct PreCrackCut {
+  std::int32_t crack;  ///< its number
+  int cut;             ///< as fracture::Break::cut
+
+  std::int32_t code() const { return 1 + 8 * crack + cut; }
+  /// @pre code > 0: no crack opens a tetrahedron with 0
+  static PreCrackCut from(std::int32_t code) { return {(code - 1) / 8, (code - 1) % 8}; }
+};
+
+/// The plane figure of one pre-crack.
+class PreCrackFigure {
+public:
+  /// @param bounds of the body, through whose thickness a crack between two points runs
+  PreCrackFigure(const plane::PreCrack& crack, const Box& bounds);
+
+  /// A rectangle in its plane that contains it; the third own axis is the normal.
+  const Patch& patch() const { return patch_; }
+  /// Its border as a closed line of chords [m].
+  const std::vector<Point>& border() const { return border_; }
+  /// Points that tell it from its image by a symmetry: corners, or ends of semi-axes.
+  const std::vector<Point>& marks() const { return marks_; }
+  double height(const Point& p) const { return patch_.own(p)[2]; }  ///< above its plane [m]
+  /// True for a point of its plane within the figure.
+  bool holds(const Point& p) const;
+
+  /// The cut of a tetrahedron with corners on both sides of the plane if the crack reaches the middle of what
+  /// the plane cuts of it, or -1: the area opened is that of the crack, on average.
+  int cut(const std::array<Point, 4>& corners) const;
+
+private:
+  Patch patch_;
+  std::vector<Point> border_, marks_;
+  plane::Polygon own_border_;
+  plane::Point semi_axes_{};  // of an ellipse; 0: the border counts
+};
+
+/// Realization::pre_crack: of several cracks through a tetrahedron the first one opens it.
+std::vector<std::int32_t> pre_crack_cuts(const Realization& realization,
+                                         std::span<const plane::PreCrack> cracks, const Box& bounds);
+
+/// The crack starts of these cracks: crack-0 and so on.
+std::vector<CrackStart> pre_crack_starts(std::span<const plane::PreCrack> cracks, const Box& bounds);
+
+/// mesh.notch_spacing along the fronts of pre-cracks.
+SpacingRule pre_crack_spacing(std::span<const plane::PreCrack> cracks, const Box& bounds);
+
+}  // namespace crackle::geometry
