@@ -62,7 +62,7 @@ void add_result(const ResultInfo& info, const std::function<double(const SampleS
 
 std::vector<Subject> all_subjects(const input::Study& study, std::size_t n_positions) {
   std::vector<Subject> subjects;
-  const auto n_starts = static_cast<int>(geometry::n_crack_starts(study.specimen));
+  const auto n_starts = static_cast<int>(geometry::n_crack_starts(study));
   for_each_result([&](const ResultInfo& info, auto member) {
     if (info.about == About::computation) return;
     add_result(

@@ -76,7 +76,7 @@ public:
         start_(body.crack_starts()[index(number)]),
         projection_(body),
         exit_(body) {
-    if (start_.pre_crack) faces_.push_back(*start_.pre_crack);
+    if (start_.plane) faces_.push_back(*start_.plane);
     // A crack of the free surface touches no other start, so their faces are irrelevant.
     for (std::size_t face = 0; face < body.faces().size(); ++face) {
       const bool is_own =

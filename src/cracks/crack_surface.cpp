@@ -82,13 +82,14 @@ void for_edges(const Tetrahedron& nodes, const Visit& visit) {
 std::unordered_map<std::uint64_t, std::int32_t> start_of_edges(const geometry::Body& body,
                                                                const Realization& realization) {
   const auto& starts = body.crack_starts();
-  const auto first = static_cast<std::int32_t>(
-      std::ranges::find_if(starts, [](const auto& start) { return start.pre_crack.has_value(); }) -
-      starts.begin());
+  const auto first = std::ranges::find_if(starts, &geometry::CrackStart::is_pre_crack) - starts.begin();
+  const auto n_cracks = std::ranges::count_if(starts, &geometry::CrackStart::is_pre_crack);
   std::unordered_map<std::uint64_t, std::int32_t> start_of;
   for (std::size_t t = 0; t < realization.pre_crack.size(); ++t) {
     if (realization.pre_crack[t] == 0) continue;
-    const std::int32_t start = first + geometry::PreCrackCut::from(realization.pre_crack[t]).crack;
+    // Random flaws come after the others, and have one start.
+    const std::int64_t crack = geometry::PreCrackCut::from(realization.pre_crack[t]).crack;
+    const auto start = static_cast<std::int32_t>(first + std::min(crack, n_cracks - 1));
     for_edges(realization.tetrahedra[t], [&](std::uint64_t edge) {
       const auto [entry, is_new] = start_of.try_emplace(edge, start);
       if (!is_new) entry->second = std::min(entry->second, start);

@@ -7,6 +7,7 @@
 #include "ensemble/progress.h"
 #include "ensemble/realization_queue.h"
 #include "ensemble/results.h"
+#include "geometry/flaws.h"
 #include "geometry/pre_crack.h"
 #include "io/ensemble_file.h"
 
@@ -66,7 +67,8 @@ geometry::Realization make_sample_realization(const geometry::Body& body,
     return make_sample_mesh(body, shared, model.mesh, model.seed, number, attempt);
   })(sample);
   apply_material_map(model, body, sample, realization);
-  realization.pre_crack = geometry::pre_crack_cuts(realization, model.specimen.cracks, body.bounds());
+  realization.pre_crack =
+      geometry::pre_crack_cuts(realization, geometry::pre_cracks(model, body, sample), body.bounds());
   return realization;
 }
 

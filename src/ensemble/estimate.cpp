@@ -127,8 +127,7 @@ double sample_file_size(int n_frames, double n_nodes, double n_tetrahedra) {
 }
 
 double ensemble_file_size(const input::Study& study, double n_nodes) {
-  const auto n_crossings =
-      static_cast<double>(geometry::n_crack_starts(study.specimen) * study.sections.size());
+  const auto n_crossings = static_cast<double>(geometry::n_crack_starts(study) * study.sections.size());
   const double n_mother_points = study.mesh.base == input::Base::shared ? n_nodes : 0;
   return of_structure + of_mother_point * n_mother_points +
          study.ensemble.samples * (of_row + of_crossing * n_crossings);

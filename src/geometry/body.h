@@ -223,6 +223,6 @@ std::unique_ptr<const Body> make_composite_body(const input::Model& model);
 std::unique_ptr<const Body> make_body(const input::Model& model);
 
 /// Its number of crack starts, `notches` in the shapes of the result files; without making the body.
-std::size_t n_crack_starts(const plane::Specimen& specimen);
+std::size_t n_crack_starts(const input::Model& model);
 
 }  // namespace crackle::geometry

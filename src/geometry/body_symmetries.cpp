@@ -74,7 +74,7 @@ public:
     std::vector<std::int32_t> images(starts.size(), -1);
     for (std::size_t i = 0; i < starts.size(); ++i) {
       if (starts[i].is_free_surface) images[i] = static_cast<std::int32_t>(i);
-      if (starts[i].pre_crack && (images[i] = image_of(starts[i].marks)) < 0) return {};
+      if (starts[i].is_pre_crack && (images[i] = image_of(starts[i].marks)) < 0) return {};
       for (const FaceId face : starts[i].faces) start_of[index(face)] = static_cast<std::int32_t>(i);
     }
     for (std::size_t face = 0; face < start_of.size(); ++face) {
@@ -94,7 +94,8 @@ private:
   std::int32_t image_of(const std::vector<Point>& marks) const {
     const std::vector<CrackStart>& starts = body_.crack_starts();
     const auto found = std::ranges::find_if(starts, [&](const CrackStart& other) {
-      return other.marks.size() == marks.size() && std::ranges::all_of(marks, [&](const Point& mark) {
+      return other.is_pre_crack && other.marks.size() == marks.size() &&
+             std::ranges::all_of(marks, [&](const Point& mark) {
                const Point there = reflection_(mark);
                return std::ranges::any_of(other.marks,
                                           [&](const Point& p) { return norm(p - there) <= near_; });

@@ -95,10 +95,11 @@ struct CrackStart {
   bool is_free_surface = false;
   /// True for a hole or a pre-crack: cracks can run into it and go on from its other sides. @pre !is_straight
   bool is_hole = false;
-  /// For a crack that is there from the start, see PreCrackFigure: cracks that touch a tetrahedron that it
-  /// opens start there. @pre is_hole
-  std::optional<Patch> pre_crack = {};
-  std::vector<Point> marks = {};
+  /// True for a crack that is there from the start, or all random flaws: cracks that touch a tetrahedron that
+  /// it opens start there. @pre is_hole
+  bool is_pre_crack = false;
+  std::optional<Patch> plane = {};  ///< of a pre-crack, see PreCrackFigure
+  std::vector<Point> marks = {};    ///< likewise
 
   /// Distance of a point ahead of the tip, along the ligament [m].
   double advance(const Point& p) const { return direction * (dot(p, along) - dot(tip, along)); }

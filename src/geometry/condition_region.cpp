@@ -3,6 +3,7 @@
 
 #include "common/failure.h"
 #include "common/index.h"
+#include "geometry/pre_crack.h"
 
 #include "imprint.h"
 #include "plate.h"
@@ -144,6 +145,7 @@ std::unique_ptr<const Body> make_body(const plane::Specimen& specimen) {
 
 std::unique_ptr<const Body> make_composite_body(const input::Model& model) {
   Complex complex = plate(model.specimen);
+  add_pre_cracks(complex, model);
   if (!model.specimen.regions.empty()) divide(complex, model.specimen, model.interface_pairs());
   return std::make_unique<Body>(std::move(complex));
 }
@@ -165,6 +167,12 @@ std::vector<RegionRefinement> region_refinements(const input::Model& model) {
   std::vector<RegionRefinement> result;
   for (const auto& [condition, spacing] : finest) result.push_back({index(condition), spacing});
   return result;
+}
+
+std::size_t n_crack_starts(const input::Model& model) {
+  const plane::Specimen& specimen = model.specimen;
+  const std::size_t n = specimen.notches.size() + specimen.cracks.size() + (model.flaws.empty() ? 0 : 1);
+  return plane::is_box(specimen) ? n : n + specimen.holes.size() + 1;
 }
 
 }  // namespace crackle::geometry

@@ -31,8 +31,8 @@ Outline outline_of(const Body& body) {
       slot.include(bounds.lower);
       slot.include(bounds.upper);
     }
-    if (start.pre_crack) {
-      const Box bounds = start.pre_crack->bounds();
+    if (start.plane) {
+      const Box bounds = start.plane->bounds();
       slot.include(bounds.lower);
       slot.include(bounds.upper);
     }

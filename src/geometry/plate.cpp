@@ -2,13 +2,11 @@
 #include "plate.h"
 
 #include "common/index.h"
-#include "geometry/pre_crack.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace crackle::geometry {
@@ -36,8 +34,6 @@ public:
     else
       add_round_starts();
     complex_.spacing_rules.push_back(plate_spacing(specimen));
-    if (!specimen.cracks.empty())
-      complex_.spacing_rules.push_back(pre_crack_spacing(specimen.cracks, complex_.bounds));
   }
 
   Complex result() { return std::move(complex_); }
@@ -106,12 +102,6 @@ private:
       start.reach = notch.height;
       complex_.crack_starts.push_back(std::move(start));
     }
-    add_pre_cracks();
-  }
-
-  void add_pre_cracks() {
-    std::ranges::move(pre_crack_starts(specimen_.cracks, complex_.bounds),
-                      std::back_inserter(complex_.crack_starts));
   }
 
   void add_round_starts() {
@@ -146,7 +136,6 @@ private:
       add(fmt::format("hole-{}", i), middle);
       complex_.crack_starts.back().is_hole = true;
     }
-    add_pre_cracks();
     const Point centre = complex_.bounds.lower + (complex_.bounds.upper - complex_.bounds.lower) / 2;
     add("free surface", {centre[1], centre[2]});
     complex_.crack_starts.back().is_free_surface = true;
@@ -173,11 +162,6 @@ Face wall(const plane::Side& side, double lower, double upper, std::vector<std::
 
 Complex plate(const plane::Specimen& specimen) {
   return PlateBuilder(specimen).result();
-}
-
-std::size_t n_crack_starts(const plane::Specimen& specimen) {
-  const std::size_t n = specimen.notches.size() + specimen.cracks.size();
-  return plane::is_box(specimen) ? n : n + specimen.holes.size() + 1;
 }
 
 }  // namespace crackle::geometry

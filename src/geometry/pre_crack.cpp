@@ -21,16 +21,6 @@ Vector unit(const Vector& v) {
   return v / norm(v);
 }
 
-/// The shadow along a normal of the coordinate axis most perpendicular to it.
-Vector first_axis(const Vector& normal) {
-  std::size_t axis = 0;
-  for (std::size_t i = 1; i < 3; ++i)
-    if (std::abs(normal[i]) < std::abs(normal[axis])) axis = i;
-  Vector along{};
-  along[axis] = 1;
-  return unit(along - dot(along, normal) * normal);
-}
-
 /// Twice the vector area of a polygon.
 Vector vector_area(const std::vector<Vector>& corners) {
   Vector sum{};
@@ -47,6 +37,16 @@ int cut_of(unsigned above) {
 
 }  // namespace
 
+std::array<Vector, 2> across(const Vector& direction) {
+  std::size_t axis = 0;
+  for (std::size_t i = 1; i < 3; ++i)
+    if (std::abs(direction[i]) < std::abs(direction[axis])) axis = i;
+  Vector along{};
+  along[axis] = 1;
+  const Vector first = unit(along - dot(along, direction) * direction);
+  return {first, cross(direction, first)};
+}
+
 PreCrackFigure::PreCrackFigure(const plane::PreCrack& crack, const Box& bounds) {
   std::vector<Point> corners = crack.polygon;
   if (crack.line) {
@@ -60,7 +60,8 @@ PreCrackFigure::PreCrackFigure(const plane::PreCrack& crack, const Box& bounds) 
     patch_ = {{}, corners[0], {along, cross(normal, along), normal}};
     border_ = marks_ = corners;
   } else {
-    const Vector normal = unit(crack.normal), first = first_axis(normal), second = cross(normal, first);
+    const Vector normal = unit(crack.normal);
+    const auto [first, second] = across(normal);
     patch_ = {{}, crack.center, {first, second, normal}};
     semi_axes_ = crack.semi_axes;
     const auto [a, b] = semi_axes_;
@@ -129,25 +130,34 @@ std::vector<std::int32_t> pre_crack_cuts(const Realization& realization,
   return cuts;
 }
 
-std::vector<CrackStart> pre_crack_starts(std::span<const plane::PreCrack> cracks, const Box& bounds) {
+namespace {
+
+std::vector<CrackStart> starts_of(std::span<const plane::PreCrack> cracks, bool has_flaws,
+                                  const Box& bounds) {
   std::vector<CrackStart> starts;
   for (const plane::PreCrack& crack : cracks) {
     const PreCrackFigure figure(crack, bounds);
-    CrackStart start{};
-    start.name = fmt::format("crack-{}", starts.size());
-    Point sum{};
-    for (const Point& mark : figure.marks()) sum = sum + mark;
-    start.tip = sum / static_cast<double>(figure.marks().size());
-    start.is_straight = false;
-    start.is_hole = true;
-    start.pre_crack = figure.patch();
+    CrackStart& start = starts.emplace_back();
+    start.name = fmt::format("crack-{}", starts.size() - 1);
+    for (const Point& mark : figure.marks())
+      start.tip = start.tip + mark / static_cast<double>(figure.marks().size());
+    start.plane = figure.patch();
     start.marks = figure.marks();
-    starts.push_back(std::move(start));
+  }
+  if (has_flaws) {
+    CrackStart& start = starts.emplace_back();
+    start.name = "flaws";
+    start.tip = bounds.lower + (bounds.upper - bounds.lower) / 2;
+  }
+  for (CrackStart& start : starts) {
+    start.is_straight = false;
+    start.is_hole = start.is_pre_crack = true;
   }
   return starts;
 }
 
-SpacingRule pre_crack_spacing(std::span<const plane::PreCrack> cracks, const Box& bounds) {
+/// mesh.notch_spacing along the fronts.
+SpacingRule spacing_of(std::span<const plane::PreCrack> cracks, const Box& bounds) {
   std::vector<Box> boxes;
   std::vector<std::string> reasons;
   for (std::size_t number = 0; number < cracks.size(); ++number) {
@@ -168,6 +178,17 @@ SpacingRule pre_crack_spacing(std::span<const plane::PreCrack> cracks, const Box
       if (distance(boxes[i], body.bounds()) == 0)
         sources.push_back({boxes[i], mesh.notch_spacing, mesh.growth, reasons[i]});
   };
+}
+
+}  // namespace
+
+void add_pre_cracks(Complex& complex, const input::Model& model) {
+  const std::vector<plane::PreCrack>& cracks = model.specimen.cracks;
+  auto& starts = complex.crack_starts;
+  const bool has_free_surface = !starts.empty() && starts.back().is_free_surface;
+  const auto added = starts_of(cracks, !model.flaws.empty(), complex.bounds);
+  starts.insert(starts.end() - (has_free_surface ? 1 : 0), added.begin(), added.end());
+  if (!cracks.empty()) complex.spacing_rules.push_back(spacing_of(cracks, complex.bounds));
 }
 
 }  // namespace crackle::geometry

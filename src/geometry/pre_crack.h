@@ -14,6 +14,10 @@
 /// breaking does.
 namespace crackle::geometry {
 
+/// Two unit vectors across a direction of length 1 and each other. The first is the shadow of that coordinate
+/// axis which is most perpendicular to it, the first of several.
+std::array<Vector, 2> across(const Vector& direction);
+
 /// How a pre-crack opens a tetrahedron, as in Realization::pre_crack.
 struct PreCrackCut {
   std::int32_t crack;  ///< its number
@@ -55,10 +59,8 @@ private:
 std::vector<std::int32_t> pre_crack_cuts(const Realization& realization,
                                          std::span<const plane::PreCrack> cracks, const Box& bounds);
 
-/// The crack starts of these cracks: crack-0 and so on.
-std::vector<CrackStart> pre_crack_starts(std::span<const plane::PreCrack> cracks, const Box& bounds);
-
-/// mesh.notch_spacing along the fronts of pre-cracks.
-SpacingRule pre_crack_spacing(std::span<const plane::PreCrack> cracks, const Box& bounds);
+/// Gives a complex the starts of its pre-cracks, crack-0 and so on, and one of all random flaws: after those
+/// of notches and holes. Along the fronts mesh.notch_spacing holds.
+void add_pre_cracks(Complex& complex, const input::Model& model);
 
 }  // namespace crackle::geometry

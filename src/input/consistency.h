@@ -26,7 +26,7 @@ bool shape_is_known(const plane::Specimen& specimen, const Findings& findings);
 /// body other than a box. Call before the checks.
 void complete_specimen(Parameters& parameters, Findings& findings);
 
-/// Checks the pre-cracks.
+/// Checks the pre-cracks and flaws.
 void check_cracks(const Parameters& parameters, Findings& findings);
 
 /// Checks the keys of regions and derives their outlines. Part of complete_specimen.

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace crackle::input {
 
@@ -21,6 +22,7 @@ using plane::PreCrack;
 constexpr double out_of_plane = 1e-6;
 /// Extent of a crack in spacings below which hardly any tetrahedron is opened by it.
 constexpr double smallest_crack = 2;
+constexpr int most_flaws = 100'000;
 
 const std::string plane_point = "two lengths, y and z, such as [\"5 mm\", \"8 mm\"]";
 const std::string space_point = "three lengths, x, y and z, such as [\"0 mm\", \"5 mm\", \"8 mm\"]";
@@ -143,6 +145,31 @@ bool check_polygon(const std::vector<Vector>& corners, const std::string& key, F
   return false;
 }
 
+void read_direction(const Source& source, const std::string& form, Flaws& flaws) {
+  const bool is_table = source.value.kind == ValueKind::table;
+  if (source.value.kind == ValueKind::string && source.value.string == "isotropic") return;
+  const Value* const given = is_table ? source.value.find("normal") : &source.value;
+  if (given == nullptr || given->kind != ValueKind::array) {
+    source.report("is {}; give {}", is_table ? "without a normal" : source.value.source, form);
+    return;
+  }
+  Parameters scratch;
+  Vector normal{};
+  direction_key(
+      "normal", [&](Parameters&, std::size_t) -> Vector& { return normal; }, required(), "")
+      .read({*given, is_table ? source.key + ".normal" : source.key, source.context}, scratch, 0);
+  flaws.normal = normal;
+  for (const Member& member : source.value.members) {
+    const Source value{member.value, source.key + "." + member.name, source.context};
+    if (member.name == "spread") {
+      if (const auto spread = read_quantity(value, angle_dimension, {0, std::numbers::pi}))
+        flaws.spread = *spread;
+    } else if (member.name != "normal") {
+      value.report("unknown key; give normal and spread");
+    }
+  }
+}
+
 }  // namespace
 
 Table crack_table() {
@@ -178,8 +205,115 @@ Table crack_table() {
       [](Parameters& parameters) { parameters.specimen.cracks.emplace_back(); }};
 }
 
+Table flaws_table() {
+  const auto flaws = [](Parameters& parameters, std::size_t i) -> Flaws& { return parameters.flaws.at(i); };
+  const std::string radius_form =
+      "a length, such as \"0.5 mm\", or a distribution as in [[random]], such as { distribution = "
+      "\"weibull\", shape = 3, "
+      "scale = \"0.5 mm\" }";
+  const std::string direction_form =
+      "\"isotropic\"; a normal, such as [0, 0, 1]; or { normal = [0, 0, 1], spread = \"20 degree\" }";
+  Key number{"number",
+             "integer",
+             optional("required, or density"),
+             accepted_integer(1, most_flaws),
+             "of flaws in each sample",
+             [=](const Source& source, Parameters& parameters, std::size_t i) {
+               if (const auto value = read_integer(source, 1, most_flaws))
+                 flaws(parameters, i).number = static_cast<int>(*value);
+             },
+             [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+               if (const auto& some = flaws(parameters, i).number) return fmt::format("{}", *some);
+               return {};
+             }};
+  Key density = hidden_at_zero(
+      quantity_key(
+          "density",
+          [=](Parameters & parameters, std::size_t i) -> auto& { return flaws(parameters, i).density; },
+          number_density_dimension, {0, 1e18, true}, optional("required, or number"),
+          "mean number per volume, of a Poisson process"),
+      [=](Parameters & parameters, std::size_t i) -> auto& { return flaws(parameters, i).density; });
+  Key size{"size",
+           "length",
+           required(),
+           radius_form,
+           "radius of the flaws, which are circles",
+           [=](const Source& source, Parameters& parameters, std::size_t i) {
+             Flaws& some = flaws(parameters, i);
+             some.radii.key = "size";
+             some.radii.unit = length_dimension.si_unit;
+             if (source.value.kind == ValueKind::table)
+               read_distribution(source, some.radii);
+             else if (const auto radius = read_quantity(source, length_dimension, positive_length))
+               some.radius = *radius;
+           },
+           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+             const Flaws& some = flaws(parameters, i);
+             return some.radius > 0 ? show(some.radius) : show_distribution(some.radii);
+           }};
+  Key direction{"direction",
+                "number",
+                by_default("\"isotropic\""),
+                direction_form,
+                "of their normals; spread is the standard deviation of the angle from the given one",
+                [=](const Source& source, Parameters& parameters, std::size_t i) {
+                  read_direction(source, direction_form, flaws(parameters, i));
+                },
+                [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+                  const Flaws& some = flaws(parameters, i);
+                  if (!some.normal) return "isotropic";
+                  std::vector<std::string> components;
+                  for (const double component : *some.normal) components.push_back(format_number(component));
+                  const std::string normal = bracketed(components);
+                  if (some.spread == 0) return normal;
+                  return fmt::format("{{normal = {}, spread = {}}}", normal,
+                                     format_quantity(some.spread, angle_dimension));
+                }};
+  std::vector<Key> keys{std::move(number), std::move(density), std::move(size), std::move(direction)};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    keys.push_back(range_key(
+        fmt::format("region.{}", axis_names[axis]),
+        [=](Parameters & parameters, std::size_t i) -> auto& { return flaws(parameters, i).region[axis]; },
+        {"2 mm", "8 mm"}, "whole body", "where their middles are, uniformly"));
+  return {"random.flaws",
+          Occurrence::many,
+          "round pre-cracks, other ones in each sample",
+          std::move(keys),
+          [](const Parameters& parameters) { return parameters.flaws.size(); },
+          [](Parameters& parameters) { parameters.flaws.emplace_back(); }};
+}
+
+namespace {
+
+void check_flaws(const Parameters& parameters, const plane::Region& bounds, Findings& findings) {
+  for (std::size_t i = 0; i < parameters.flaws.size(); ++i) {
+    const Flaws& flaws = parameters.flaws[i];
+    const std::string key = fmt::format("random.flaws[{}]", i);
+    if (findings.given(key + ".number") == findings.given(key + ".density"))
+      findings.report(key, "{}; give number or density, the mean number per volume",
+                      flaws.number ? "number and density are both given" : "the number of flaws is missing");
+    if (!findings.faulty(key + ".size") && findings.given(key + ".size") && flaws.radius == 0)
+      check_distribution(flaws.radii, key + ".size", findings);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto& [lower, upper] = flaws.region[axis];
+      const std::string region = fmt::format("{}.region.{}", key, axis_names[axis]);
+      if (!findings.faulty(region) && (lower >= bounds[axis].second || upper <= bounds[axis].first))
+        findings.report(region, "lies outside the body; give lengths between {} and {}",
+                        show(bounds[axis].first), show(bounds[axis].second));
+    }
+    if (has_spacing(parameters, findings) && flaws.radius > 0 &&
+        2 * flaws.radius < smallest_crack * parameters.mesh.finest_spacing())
+      findings.report(key + ".size",
+                      "flaws of {} are too small for the mesh; give at least {}, or a smaller mesh.spacing",
+                      show(flaws.radius), show(smallest_crack / 2 * parameters.mesh.finest_spacing()));
+  }
+}
+
+}  // namespace
+
 void check_cracks(const Parameters& parameters, Findings& findings) {
   const plane::Region bounds = size_is_known(findings) ? bounds_of(parameters.specimen) : plane::everywhere;
+  check_flaws(parameters, bounds, findings);
   for (std::size_t i = 0; i < parameters.specimen.cracks.size(); ++i) {
     const PreCrack& crack = parameters.specimen.cracks[i];
     const std::string key = fmt::format("specimen.crack[{}]", i);

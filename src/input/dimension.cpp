@@ -49,6 +49,8 @@ const Dimension body_force_dimension{
 const Dimension body_force_rate_dimension{
     "a force per volume and time", "N/m^3/s", "10 kN/m^3/s", 0, {{"kN/m^3/s", 1e3}, {"N/m^3/s", 1}}};
 const Dimension angular_velocity_dimension{"an angular velocity", "rad/s", "3000 rpm", 0, {{"rad/s", 1}}};
+const Dimension number_density_dimension{
+    "a number per volume", "m-3", "0.1 mm-3", 0, {{"mm-3", 1e9}, {"m-3", 1}}};
 const Dimension velocity_gradient_dimension = with_example(rate_of_decay_dimension, "5000 1/s");
 
 Dimension impulse_dimension(double exponent) {

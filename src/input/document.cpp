@@ -11,6 +11,7 @@
 #include <array>
 #include <boost/locale/utf.hpp>
 #include <charconv>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <string_view>
@@ -342,12 +343,36 @@ std::string to_toml(const Value& value) {
   throw std::logic_error("only plain values and arrays of them can be written");
 }
 
+/// In TOML [[random.flaws]] belongs to the [[random]] before it, or to a table if there is none. Here all of
+/// them are a member of the array beside its elements.
+Value with_flaws_beside_random(Value root) {
+  const auto random = std::ranges::find(root.members, "random", &Member::name);
+  if (random == root.members.end()) return root;
+  Value flaws;
+  flaws.kind = ValueKind::array;
+  const auto take = [&](Value& from) {
+    std::erase_if(from.members, [&](Member& member) {
+      if (member.name != "flaws" || member.value.kind != ValueKind::array) return false;
+      if (flaws.elements.empty()) flaws.line = member.value.line;
+      std::ranges::move(member.value.elements, std::back_inserter(flaws.elements));
+      return true;
+    });
+  };
+  Value& list = random->value;
+  take(list);
+  for (Value& element : list.elements) take(element);
+  if (flaws.elements.empty()) return root;
+  if (list.members.empty()) list.kind = ValueKind::array;
+  list.members.push_back({"flaws", std::move(flaws)});
+  return root;
+}
+
 Value parse_document(const std::string& text) {
   check_text(text);
   const SourceLines lines(text);
   std::istringstream stream(text);
   try {
-    return convert(parse(stream), lines);
+    return with_flaws_beside_random(convert(parse(stream), lines));
   } catch (const toml::syntax_error& error) {
     const toml::source_location place = place_of(error);
     throw SyntaxError(static_cast<int>(line_of(place)),

@@ -7,6 +7,7 @@
 #include "input/body_load.h"
 #include "input/boundary_kind.h"
 #include "input/profile.h"
+#include "input/random_input.h"
 #include "input/release_kind.h"
 #include "plane/plate.h"
 
@@ -157,6 +158,17 @@ struct Variation {
   double correlation_length = 0;        ///< [m]; 0: independent for each tetrahedron
 };
 
+/// Random pre-cracks, round ones, with their middles uniform in a region of the body.
+struct Flaws {
+  std::optional<int> number = {};  ///< in each sample
+  double density = 0;              ///< instead: of a Poisson process [1/m^3]
+  double radius = 0;               ///< of all [m]; 0: of a distribution
+  RandomInput radii = {};
+  std::optional<Vector> normal = {};  ///< of all, of any length; empty: isotropic
+  double spread = 0;                  ///< standard deviation of their angle from this normal [rad]
+  plane::Region region = plane::everywhere;
+};
+
 struct Fracture {
   double strength = 0;  ///< sigma_0 [Pa]; 0 if derived from the toughness
   double exponent = 2;  ///< beta
@@ -298,6 +310,7 @@ struct Model {
   std::vector<Interface> interfaces = {};
   std::optional<MaterialMap> map = {};
   Fracture fracture;
+  std::vector<Flaws> flaws = {};
   std::vector<Boundary> boundaries;
   std::vector<InitialStress> initial_stresses = {};
   std::vector<BodyLoad> loads = {};

@@ -355,7 +355,8 @@ bool check_presence(const RandomInput& random, const std::string& table, Finding
   return complete;
 }
 
-/// Checks that the parameters of one distribution are consistent.
+}  // namespace
+
 void check_distribution(const RandomInput& random, const std::string& table, Findings& findings) {
   if (!check_presence(random, table, findings)) return;
   const auto is_given = [](double value) { return !std::isnan(value); };
@@ -426,8 +427,6 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
       break;
   }
 }
-
-}  // namespace
 
 Table random_table() {
   Table table{"random",
@@ -542,6 +541,34 @@ void check_correlations(const Parameters& parameters, Findings& findings) {
 }
 
 }  // namespace
+
+void read_distribution(const Source& source, RandomInput& random) {
+  Parameters scratch;
+  scratch.random = {random};
+  const std::vector<Key> keys = random_table().keys;
+  for (const Member& member : source.value.members) {
+    const auto key = std::ranges::find(keys, member.name, &Key::name);
+    const Source value{member.value, source.key + "." + member.name, source.context};
+    if (key == keys.end() || key->name == "key" || key->name == "together")
+      value.report("unknown key; give distribution and its parameters, as in [[random]]");
+    else
+      key->read(value, scratch, 0);
+  }
+  if (source.value.find("distribution") == nullptr)
+    source.context.findings.report(source.key + ".distribution", "the key is missing; give {}",
+                                   accepted_choice({distribution_names.begin(), distribution_names.end()}));
+  random = scratch.random.front();
+}
+
+std::string show_distribution(const RandomInput& random) {
+  Parameters scratch;
+  scratch.random = {random};
+  std::vector<std::string> shown;
+  for (const Key& key : random_table().keys)
+    if (const auto text = key.name == "key" ? std::nullopt : key.show(scratch, 0))
+      shown.push_back(key.name + " = " + *text);
+  return fmt::format("{{{}}}", fmt::join(shown, ", "));
+}
 
 void check_random(const Parameters& parameters, Findings& findings) {
   std::set<std::string> keys;

@@ -434,7 +434,9 @@ const std::vector<Table>& schema() {
                           initial_stress_table(), time_table(), damping_table()});
     add(Affects::reading, {sections_table(), line_table()});
     add(Affects::records, {output_table(), probe_table()});
-    add(Affects::draws, {random_table(), correlation_table()});
+    add(Affects::draws, {random_table()});
+    add(Affects::materials, {flaws_table()});
+    add(Affects::draws, {correlation_table()});
     add(Affects::sample, {sweep_table()});
     return all;
   }();

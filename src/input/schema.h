@@ -39,6 +39,15 @@ std::vector<KnownTable> known_tables();
 /// [specimen], [[specimen.hole]], [[specimen.notch]] and [[specimen.region]].
 std::vector<Table> specimen_tables();
 Table crack_table();
+Table flaws_table();
+
+/// Reads a table of a distribution and its parameters, as in [[random]].
+/// @param random with key and unit
+void read_distribution(const Source& source, RandomInput& random);
+std::string show_distribution(const RandomInput& random);
+/// Reports parameters that are missing, too many or inconsistent.
+/// @param table its key
+void check_distribution(const RandomInput& random, const std::string& table, Findings& findings);
 
 /// [material] with its parts, and [[interface]].
 std::vector<Table> material_tables();

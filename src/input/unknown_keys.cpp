@@ -136,6 +136,7 @@ void visit(const Value& table, const std::string& path, const std::string& key,
       }
     } else if (place->form != Place::Form::key) {
       bool sound = value.kind == ValueKind::array;
+      if (sound) visit(value, member_path, member_key, places, tables, findings);
       for (std::size_t i = 0; sound && i < value.elements.size(); ++i) {
         sound = value.elements[i].kind == ValueKind::table;
         if (sound)

@@ -66,7 +66,7 @@ struct EnsembleShape {
 
 EnsembleShape shape_of(const input::Study& study) {
   return {static_cast<std::size_t>(study.ensemble.samples),
-          geometry::n_crack_starts(study.specimen),
+          geometry::n_crack_starts(study),
           study.sections.size(),
           study.sections.y.size(),
           random_keys(study.random),

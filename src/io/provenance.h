@@ -18,7 +18,7 @@ inline constexpr const char* ensemble_kind = "crackle ensemble";
 
 /// Shape of results at the sections: crack starts x sections.
 inline hdf5::Shape position_shape(const input::Study& study) {
-  return {geometry::n_crack_starts(study.specimen), study.sections.size()};
+  return {geometry::n_crack_starts(study), study.sections.size()};
 }
 
 /// Writes the root attributes of every result file: kind, schema_version, program_version, git_commit,

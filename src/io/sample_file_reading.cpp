@@ -34,7 +34,7 @@ auto read_file(const std::filesystem::path& file, std::int64_t oldest, Read&& re
 
 /// The row of a pending sample.
 SampleSummary empty_row(const input::Study& study) {
-  return analysis::empty_summary(static_cast<int>(geometry::n_crack_starts(study.specimen)),
+  return analysis::empty_summary(static_cast<int>(geometry::n_crack_starts(study)),
                                  static_cast<int>(study.sections.size()), analysis::SampleStatus::pending);
 }
 

@@ -84,8 +84,7 @@ struct Hole {
 struct PreCrack {
   std::optional<std::array<Point, 2>> line = {};  ///< through the thickness, between two points
   std::vector<Vector> polygon = {};               ///< corners in order [m]
-  // An ellipse around a center. The first semi-axis is the shadow along the normal of that coordinate axis
-  // which is most perpendicular to it, the first of several: thus the two axes across x, y or z are
+  // An ellipse around a center, with its axes along geometry::across(normal): thus those across x, y or z are
   // ascending.
   Vector center{};    ///< [m]
   Point semi_axes{};  ///< [m]; 0: no ellipse

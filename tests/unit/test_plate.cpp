@@ -159,8 +159,11 @@ TEST(PlateBody, NumberOfCrackStartsFollowsFromTheInput) {
   std::vector<plane::Specimen> specimens{
       {{1, 2, 3}, {}}, {{1, 20, 30}, {{plane::Face::z_max, 5, 2, 1}, {plane::Face::y_min, 9, 2, 1}}}};
   for (const PlateText& plate : some_plates()) specimens.push_back(parsed(plate).specimen);
-  for (const plane::Specimen& specimen : specimens)
-    EXPECT_EQ(n_crack_starts(specimen), make_body(specimen)->crack_starts().size());
+  for (const plane::Specimen& specimen : specimens) {
+    input::Model model;
+    model.specimen = specimen;
+    EXPECT_EQ(n_crack_starts(model), make_composite_body(model)->crack_starts().size());
+  }
 }
 
 TEST(PlateBody, OutlineInEitherDirection) {
