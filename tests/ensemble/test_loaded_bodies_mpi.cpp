@@ -3,6 +3,7 @@
 // the loads do.
 #include "common/index.h"
 #include "dynamics/sample_run.h"
+#include "geometry/pre_crack.h"
 
 #include "support/box_mesh.h"
 #include "support/group.h"
@@ -126,6 +127,24 @@ input::Parameters bar_with_finger() {
   return parameters;
 }
 
+/// Pulled, with a tilted elliptic crack in its middle, from which facets or whole tetrahedra break.
+input::Parameters pre_cracked_bar(input::Release release) {
+  auto parameters = test::brittle({0.003, 0.006, 0.012});
+  parameters.fracture.toughness = 100;
+  parameters.fracture.release = release;
+  parameters.time.precision = input::Precision::double_;
+  parameters.time.duration = 2e-5;
+  parameters.time.arrest = 5e-6;
+  parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
+                           test::boundary(Face::z_max, BoundaryKind::traction, {}, {}, {0, 0, 1e6})};
+  plane::PreCrack crack;
+  crack.center = {0.0015, 0.003, 0.006};
+  crack.semi_axes = {0.0011, 0.0017};
+  crack.normal = {0, 0.5, 1};
+  parameters.specimen.cracks = {crack};
+  return parameters;
+}
+
 /// The largest component of the load exerted by a condition.
 double load(const HistoryRow& row, std::size_t condition) {
   double largest = 0;
@@ -171,6 +190,14 @@ void expect_more_than_the_finger(const SampleResult& result) {
   EXPECT_LT(result.energy_error, 1e-5);
 }
 
+/// Breaks where the crack ends, at a fraction of the strength.
+void expect_weakened(const SampleResult& result) {
+  std::printf("first break at %.4g N, %.2f of the strength\n", result.first_break_load,
+              result.first_break_load / (25e6 * 0.003 * 0.006));
+  EXPECT_GT(result.breaks.size(), 20U);
+  EXPECT_LT(result.energy_error, 1e-3);
+}
+
 struct Case {
   std::string name;
   input::Parameters parameters;
@@ -197,6 +224,8 @@ std::vector<Case> cases() {
            blasted_block(Integrator::bilateral4),
            {4, 10, 15},
            expect_no_work_on_fragments},
+          {"PreCracked", pre_cracked_bar(Release::element), {6, 12, 24}, expect_weakened},
+          {"PreCrackedByFacets", pre_cracked_bar(Release::facet), {6, 12, 24}, expect_weakened},
           {"Finger", bar_with_finger(), {3, 6, 12}, expect_more_than_the_finger, is_beside_finger}};
 }
 
@@ -204,8 +233,9 @@ class LoadedBody : public testing::TestWithParam<Case> {};
 
 TEST_P(LoadedBody, HasTheBitsOfOneRankAlsoAfterAnInterruption) {
   const auto& [name, parameters, cells, expect, removed] = GetParam();
-  const auto mesh = test::make_box(
+  auto mesh = test::make_box(
       {.size = parameters.specimen.size, .cells = cells, .disturbance = 0.2, .removed = removed});
+  mesh.pre_crack = geometry::pre_crack_cuts(mesh, parameters.specimen.cracks, {{}, parameters.specimen.size});
   const parallel::Communicator world(test::group()), self(MPI_COMM_SELF);
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
   const auto pieces = in_two_pieces(world, parameters, parameters.output, part);
