@@ -175,8 +175,6 @@ CrackForest connect(const geometry::Body& body, const Realization& realization,
   for (std::size_t i = 0; i < breaks.size(); ++i) {
     const Tetrahedron& nodes = realization.tetrahedra[index(breaks[i].tetrahedron)];
     starts.clear();
-    for (const std::int32_t node : nodes)
-      if (const std::int32_t start = start_of_node[index(node)]; start >= 0) starts.push_back(start);
     touched.clear();
     for_edges(nodes, [&](std::uint64_t edge) {
       auto& at_edge = breaks_at_edge[edge];
@@ -185,6 +183,10 @@ CrackForest connect(const geometry::Body& body, const Realization& realization,
       if (const auto start = start_of_edge.find(edge); start != start_of_edge.end())
         starts.push_back(start->second);
     });
+    const bool is_at_pre_crack = !starts.empty();
+    for (const std::int32_t node : nodes)
+      if (const std::int32_t start = start_of_node[index(node)]; start >= 0 && !is_at_pre_crack)
+        starts.push_back(start);
     forest.add(i, touched, starts.empty() ? -1 : std::ranges::min(starts));
     const std::int32_t start = forest.start_of(i);
     if (start < 0) continue;

@@ -74,7 +74,7 @@ public:
     std::vector<std::int32_t> images(starts.size(), -1);
     for (std::size_t i = 0; i < starts.size(); ++i) {
       if (starts[i].is_free_surface) images[i] = static_cast<std::int32_t>(i);
-      if (starts[i].is_pre_crack && (images[i] = image_of(starts[i].marks)) < 0) return {};
+      if (starts[i].is_pre_crack && (images[i] = image_of(starts[i].border)) < 0) return {};
       for (const FaceId face : starts[i].faces) start_of[index(face)] = static_cast<std::int32_t>(i);
     }
     for (std::size_t face = 0; face < start_of.size(); ++face) {
@@ -90,14 +90,14 @@ public:
   }
 
 private:
-  /// The pre-crack with the images of these marks, or -1.
-  std::int32_t image_of(const std::vector<Point>& marks) const {
+  /// The pre-crack whose border is the image of this one, or -1.
+  std::int32_t image_of(const std::vector<Point>& border) const {
     const std::vector<CrackStart>& starts = body_.crack_starts();
     const auto found = std::ranges::find_if(starts, [&](const CrackStart& other) {
-      return other.is_pre_crack && other.marks.size() == marks.size() &&
-             std::ranges::all_of(marks, [&](const Point& mark) {
+      return other.is_pre_crack && other.border.size() == border.size() &&
+             std::ranges::all_of(border, [&](const Point& mark) {
                const Point there = reflection_(mark);
-               return std::ranges::any_of(other.marks,
+               return std::ranges::any_of(other.border,
                                           [&](const Point& p) { return norm(p - there) <= near_; });
              });
     });

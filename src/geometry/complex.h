@@ -93,13 +93,13 @@ struct CrackStart {
   /// True if all cracks that touch no other start belong to it, including those that begin inside the body.
   /// Its faces claim nothing. @pre !is_straight
   bool is_free_surface = false;
-  /// True for a hole or a pre-crack: cracks can run into it and go on from its other sides. @pre !is_straight
+  /// True for a hole: cracks can run into it and go on from its other sides. @pre !is_straight
   bool is_hole = false;
   /// True for a crack that is there from the start, or all random flaws: cracks that touch a tetrahedron that
-  /// it opens start there. @pre is_hole
+  /// it opens start there, whatever faces they touch. @pre !is_straight
   bool is_pre_crack = false;
   std::optional<Patch> plane = {};  ///< of a pre-crack, see PreCrackFigure
-  std::vector<Point> marks = {};    ///< likewise
+  std::vector<Point> border = {};   ///< likewise
 
   /// Distance of a point ahead of the tip, along the ligament [m].
   double advance(const Point& p) const { return direction * (dot(p, along) - dot(tip, along)); }

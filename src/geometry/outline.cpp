@@ -35,6 +35,9 @@ Outline outline_of(const Body& body) {
       const Box bounds = start.plane->bounds();
       slot.include(bounds.lower);
       slot.include(bounds.upper);
+      if (outline.first_of_pre_crack.empty()) outline.first_of_pre_crack = {0};
+      for (const Point& p : start.border) outline.pre_cracks.insert(outline.pre_cracks.end(), {p[1], p[2]});
+      outline.first_of_pre_crack.push_back(static_cast<std::int32_t>(outline.pre_cracks.size() / 2));
     }
     outline.slots.insert(outline.slots.end(), {slot.lower[1], slot.upper[1], slot.lower[2], slot.upper[2]});
   }

@@ -22,6 +22,8 @@ struct Outline {
   std::vector<std::int32_t>
       axis;  ///< per start: axis along which its crack mainly advances, 1 for y, 2 for z; 0 if any
   std::vector<std::int32_t> direction;  ///< per start: 1 or -1, direction of advance along the axis; 0 if any
+  std::vector<double> pre_cracks;  ///< y, z of the corners of the pre-cracks' borders, one after the other
+  std::vector<std::int32_t> first_of_pre_crack;  ///< as `first`; empty without any
 };
 
 /// Body::outline and Body::crack_starts as lists.
@@ -44,6 +46,11 @@ void for_each_member(const Outline& outline, Visit&& visit) {
   visit("notch_axis", Shape{n}, outline.axis, "", "axis along which the crack advances: 1 y, 2 z");
   visit("notch_direction", Shape{n}, outline.direction, "",
         "1 or -1: direction of crack advance along the axis");
+  if (outline.pre_cracks.empty()) return;
+  visit("pre_crack", Shape{outline.pre_cracks.size() / 2, 2}, outline.pre_cracks, "m",
+        "y, z of the corners of pre-cracks");
+  visit("pre_crack_first", Shape{outline.first_of_pre_crack.size()}, outline.first_of_pre_crack, "",
+        "first corner of each, and one past the last of all");
 }
 
 }  // namespace crackle::geometry

@@ -58,14 +58,13 @@ PreCrackFigure::PreCrackFigure(const plane::PreCrack& crack, const Box& bounds) 
   if (!corners.empty()) {
     const Vector normal = unit(vector_area(corners)), along = unit(corners[1] - corners[0]);
     patch_ = {{}, corners[0], {along, cross(normal, along), normal}};
-    border_ = marks_ = corners;
+    border_ = corners;
   } else {
     const Vector normal = unit(crack.normal);
     const auto [first, second] = across(normal);
     patch_ = {{}, crack.center, {first, second, normal}};
     semi_axes_ = crack.semi_axes;
     const auto [a, b] = semi_axes_;
-    marks_ = {patch_.at({a, 0, 0}), patch_.at({0, b, 0}), patch_.at({-a, 0, 0}), patch_.at({0, -b, 0})};
     for (int i = 0; i < n_chords; ++i) {
       const double angle = 2 * std::numbers::pi * i / n_chords;
       border_.push_back(patch_.at({a * std::cos(angle), b * std::sin(angle), 0}));
@@ -139,10 +138,9 @@ std::vector<CrackStart> starts_of(std::span<const plane::PreCrack> cracks, bool 
     const PreCrackFigure figure(crack, bounds);
     CrackStart& start = starts.emplace_back();
     start.name = fmt::format("crack-{}", starts.size() - 1);
-    for (const Point& mark : figure.marks())
-      start.tip = start.tip + mark / static_cast<double>(figure.marks().size());
     start.plane = figure.patch();
-    start.marks = figure.marks();
+    start.border = figure.border();
+    for (const Point& p : start.border) start.tip = start.tip + p / static_cast<double>(start.border.size());
   }
   if (has_flaws) {
     CrackStart& start = starts.emplace_back();
@@ -151,7 +149,7 @@ std::vector<CrackStart> starts_of(std::span<const plane::PreCrack> cracks, bool 
   }
   for (CrackStart& start : starts) {
     start.is_straight = false;
-    start.is_hole = start.is_pre_crack = true;
+    start.is_pre_crack = true;
   }
   return starts;
 }

@@ -38,8 +38,6 @@ public:
   const Patch& patch() const { return patch_; }
   /// Its border as a closed line of chords [m].
   const std::vector<Point>& border() const { return border_; }
-  /// Points that tell it from its image by a symmetry: corners, or ends of semi-axes.
-  const std::vector<Point>& marks() const { return marks_; }
   double height(const Point& p) const { return patch_.own(p)[2]; }  ///< above its plane [m]
   /// True for a point of its plane within the figure.
   bool holds(const Point& p) const;
@@ -50,7 +48,7 @@ public:
 
 private:
   Patch patch_;
-  std::vector<Point> border_, marks_;
+  std::vector<Point> border_;
   plane::Polygon own_border_;
   plane::Point semi_axes_{};  // of an ellipse; 0: the border counts
 };

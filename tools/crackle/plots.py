@@ -65,6 +65,8 @@ class Plots:
             plate, regions = self._ensemble[chosen[0]].plate, self._ensemble[chosen[0]].regions
             for polygon in plate.polygons:
                 axes.plot(*lengths.of(np.vstack([polygon, polygon[:1]])).T, color="0.3", linewidth=0.8)
+            for border in plate.pre_cracks:
+                axes.plot(*lengths.of(border).T, color="0.3", linewidth=1.2)
             if regions is not None:
                 axes.add_collection(LineCollection(lengths.of(regions.borders), colors="0.6", linewidths=0.8), autolim=False)
             _window(axes, plate, lines, lengths)

@@ -61,6 +61,8 @@ def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bo
     axes.add_patch(PathPatch(path, zorder=0, facecolor="none" if faint else style.BODY,
                              edgecolor=style.MUTED if faint else style.OUTLINE,
                              linewidth=0.6, linestyle="--" if faint else "-"))
+    axes.add_collection(LineCollection([plate.lengths.of(border) for border in plate.pre_cracks], colors=style.OUTLINE,
+                                       linewidths=1.2, zorder=0.5), autolim=False)
     if regions is not None:
         draw_regions(axes, regions, plate.lengths)
     axes.set_xlim(left - 0.04 * (right - left), right + 0.04 * (right - left))

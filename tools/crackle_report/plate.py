@@ -21,6 +21,8 @@ class Plate:
     notch_axis: np.ndarray  # along which the crack advances: 1 y, 2 z; 0 in any direction
     notch_direction: np.ndarray  # in which it does: 1 or -1; 0 in any
     notch_name: np.ndarray = field(default_factory=lambda: np.empty(0, object))  # older files have none
+    pre_crack: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))  # corners of borders of pre-cracks
+    pre_crack_first: np.ndarray = field(default_factory=lambda: np.zeros(1, int))  # as outline_first
 
     @classmethod
     def of(cls, members: Mapping[str, Any]) -> "Plate":
@@ -44,6 +46,12 @@ class Plate:
     @property
     def polygons(self) -> list[np.ndarray]:
         return np.split(self.outline, self.outline_first[1:-1])
+
+    @property
+    def pre_cracks(self) -> list[np.ndarray]:
+        """Their borders, the first corner again at the end."""
+        borders = np.split(self.pre_crack, self.pre_crack_first[1:-1]) if len(self.pre_crack) else []
+        return [np.vstack([border, border[:1]]) for border in borders]
 
     def ends(self, axis: int) -> tuple[float, float]:
         """Least and greatest y (axis 1) or z (2) of the body."""
