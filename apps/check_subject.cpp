@@ -221,6 +221,10 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
                                  subject.realization.report.min_quality)},
       {"boundary triangles", fmt::format("{}", subject.realization.boundary.size())},
   };
+  if (const auto& opened = subject.realization.pre_crack; !opened.empty())
+    rows.emplace_back("pre-cracks",
+                      fmt::format("open {} tetrahedra",
+                                  opened.size() - static_cast<std::size_t>(std::ranges::count(opened, 0))));
   add_curves(rows, subject.parameters.specimen);
   for (auto& row : material_rows(parameters, subject.realization)) rows.push_back(std::move(row));
   add_regions(rows, subject);

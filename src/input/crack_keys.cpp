@@ -130,8 +130,8 @@ bool check_polygon(const std::vector<Vector>& corners, const std::string& key, F
   const Vector normal = area / norm(area);
   for (std::size_t i = 0; i < corners.size(); ++i)
     if (const double off = std::abs(dot(normal, corners[i] - corners[0])); off > out_of_plane * size) {
-      findings.report(fmt::format("{}[{}]", key, i), "is {} out of the plane of the others; give {}",
-                      show(off), polygon_form);
+      findings.report(fmt::format("{}[{}]", key, i), "is {:.3g} mm out of the plane of the others; give {}",
+                      1e3 * off, polygon_form);
       return false;
     }
   // Seen along the axis closest to its normal.

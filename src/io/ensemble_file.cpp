@@ -280,7 +280,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
       static_cast<int>(shape.n_starts), static_cast<int>(shape.n_sections), analysis::SampleStatus::pending);
   hdf5::MemoryFile file;
   write_identity(file, ensemble_kind, ensemble_schema_version, parameters);
-  write_specimen(file, *geometry::make_body(parameters.specimen));
+  write_specimen(file, *geometry::make_composite_body(parameters));
   for (const char* name : {"samples", "crack_path", "timing"}) hdf5::create_group(file, name);
   int n_columns = 0;
   for_each_column([&](const std::string& name, const ResultInfo& info, auto value) {

@@ -5,6 +5,8 @@
 #include "fracture/initial_strain.h"
 #include "fracture/material_field.h"
 #include "fracture/release_time.h"
+#include "geometry/flaws.h"
+#include "geometry/pre_crack.h"
 #include "input/reader.h"
 
 #include "hdf5.h"
@@ -219,6 +221,30 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, const 
   hdf5::label_datasets(group, {"frame", "node", "component"}, "time");
 }
 
+void write_pre_cracks(hid_t file, const SampleFileContent& content, const geometry::Body& body) {
+  const std::vector<std::int32_t>& codes = content.realization.pre_crack;
+  if (codes.empty()) return;
+  std::vector<std::int64_t> opened;
+  for (std::size_t t = 0; t < codes.size(); ++t)
+    if (codes[t] != 0) opened.push_back(static_cast<std::int64_t>(t));
+  const auto cut = [&](std::int64_t t) { return geometry::PreCrackCut::from(codes[index(t)]); };
+  const hdf5::Handle group = hdf5::create_group(file, "pre_cracks");
+  write_column<std::int64_t>(group, "tetrahedron", opened, std::identity(), "",
+                             "that is open from the start");
+  write_column<std::int32_t>(
+      group, "cut", opened, [&](auto t) { return cut(t).cut; }, "", "of its seven, as in /breaks");
+  write_column<std::int32_t>(
+      group, "crack", opened, [&](auto t) { return cut(t).crack; }, "",
+      "number of the pre-crack; those of the input are followed by the flaws");
+  if (content.parameters.flaws.empty()) return;
+  const auto flaws = geometry::drawn_flaws(content.parameters, body, content.sample);
+  const hdf5::Handle drawn = hdf5::create_group(group, "flaws");
+  write_column<double>(drawn, "center", flaws, &plane::PreCrack::center, "m", "x, y, z");
+  write_column<double>(drawn, "normal", flaws, &plane::PreCrack::normal, "1", "of any length");
+  write_column<double>(
+      drawn, "radius", flaws, [](const plane::PreCrack& flaw) { return flaw.semi_axes[0]; }, "m", "radius");
+}
+
 /// Properties of the tetrahedra, as far as they differ.
 void write_materials(hid_t file, const SampleFileContent& content) {
   const geometry::Realization& mesh = content.realization;
@@ -356,7 +382,9 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(summary, "phase_start", result.phase_start, "s");
     hdf5::write_scalar<double>(summary, "time_step", result.time_step, "s");
     hdf5::write_scalar<double>(summary, "stable_step", result.stable_step, "s");
-    write_specimen(id, *geometry::make_body(content.parameters.specimen));
+    const auto body = geometry::make_composite_body(content.parameters);
+    write_specimen(id, *body);
+    write_pre_cracks(id, content, *body);
     write_mesh(id, content.realization);
     write_materials(id, content);
     write_crack_surface(id, content.surface, content.branches.branch);

@@ -23,6 +23,8 @@
 /// | attributes of / | | kind, schema_version, model_version, program_version, git_commit, library_versions,
 /// input, points, input_identity, engine, same_bits, seed, sample, status, error, note |
 /// | /specimen/... | | see geometry::for_each_member |
+/// | /pre_cracks/tetrahedron, cut, crack | p | open from the start, with pre-cracks: geometry::PreCrackCut |
+/// | /pre_cracks/flaws/center, normal, radius | q x 3, 3, q | the sample's random flaws |
 /// | /mesh/nodes, tetrahedra | n x 3, m x 4 | the realization; attributes of /mesh: its report |
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
 /// | /mesh/material, strength_factor, map_factor | m | of each tetrahedron, if they differ |

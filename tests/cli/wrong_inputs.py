@@ -36,6 +36,14 @@ def with_hole(text, *lines, at=0):
     return text.append("[[specimen.hole]]", *lines, at=at)
 
 
+def with_crack(text, *lines, at=0):
+    return text.append("[[specimen.crack]]", *lines, at=at)
+
+
+def with_flaws(text, *lines, at=0):
+    return text.append("[[random.flaws]]", *lines, at=at)
+
+
 def with_slot(text, start, end, *lines, height="0.6 mm", at=0):
     return text.append("[[specimen.notch]]", f"from = {start}", f"to = {end}", f'height = "{height}"', *lines, at=at)
 
@@ -266,6 +274,32 @@ CASES = [
     Case("section number without unit", lambda t: t.set("sections", "y", '["7 mm", 9]'), "sections.y[1]",
          "9 is a plain number without a unit"),
     # The body.
+    # Pre-cracks and flaws.
+    Case("crack without a place", lambda t: with_crack(t), "specimen.crack[0]", "the crack has no place", "center, semi_axes and normal"),
+    Case("crack given twice", lambda t: with_crack(t, 'from = ["0 mm", "70 mm"]', 'to = ["5 mm", "70 mm"]', "normal = [0, 0, 1]"),
+         "specimen.crack[0]", "in several ways"),
+    Case("crack with one end", lambda t: with_crack(t, 'from = ["0 mm", "70 mm"]'), "specimen.crack[0].to", "the key is missing"),
+    Case("crack in no plane", lambda t: with_crack(
+        t, 'polygon = [["0 mm", "5 mm", "70 mm"], ["5 mm", "5 mm", "70 mm"], ["5 mm", "9 mm", "72 mm"], ["0 mm", "9 mm", "70 mm"]]', at=1),
+        "specimen.crack[0].polygon[1]", "out of the plane of the others"),
+    Case("crack that crosses itself", lambda t: with_crack(
+        t, 'polygon = [["0 mm", "5 mm", "70 mm"], ["5 mm", "9 mm", "70 mm"], ["5 mm", "5 mm", "70 mm"], ["0 mm", "9 mm", "70 mm"], ["1 mm", "12 mm", "70 mm"]]', at=1),
+        "specimen.crack[0].polygon", "intersects itself"),
+    Case("crack without a normal", lambda t: with_crack(
+        t, 'center = ["2 mm", "5 mm", "70 mm"]', 'semi_axes = ["3 mm", "3 mm"]', "normal = [0, 0, 0]", at=3), "specimen.crack[0].normal", "has no direction"),
+    Case("crack outside", lambda t: with_crack(t, 'from = ["0 mm", "170 mm"]', 'to = ["5 mm", "170 mm"]'), "specimen.crack[0]",
+         "lies outside the body", "z between 0 m and 140 mm"),
+    Case("crack finer than the mesh", lambda t: with_crack(t, 'from = ["0 mm", "70 mm"]', 'to = ["0.1 mm", "70 mm"]'),
+         "specimen.crack[0]", "too small for the mesh", "give at least"),
+    Case("flaws without a number", lambda t: with_flaws(t, 'size = "3 mm"'), "random.flaws[0]", "the number of flaws is missing"),
+    Case("flaws without a distribution", lambda t: with_flaws(t, "number = 3", 'size = { mean = "3 mm" }', at=2),
+         "random.flaws[0].size.distribution", "the key is missing"),
+    Case("flaws with a wrong parameter", lambda t: with_flaws(t, "number = 3", 'size = { distribution = "uniform", shape = 2 }', at=2),
+         "random.flaws[0].size.lower", "takes lower, upper"),
+    Case("flaws in a direction", lambda t: with_flaws(t, "number = 3", 'size = "3 mm"', 'direction = "up"', at=3), "random.flaws[0].direction",
+         'is "up"', "isotropic"),
+    Case("flaws elsewhere", lambda t: with_flaws(t, "number = 3", 'size = "3 mm"', 'region = { x = ["20 mm", "30 mm"] }', at=3),
+         "random.flaws[0].region.x", "outside the body"),
     Case("notch through the body", lambda t: t.set("specimen.notch", "depth", '"24.5 mm"'),
          "specimen.notch[0].depth", "cuts the body in two", "less than the body's width of 24.5 mm"),
     Case("notch outside the body", lambda t: t.set("specimen.notch", "at", '"150 mm"', 1),

@@ -143,10 +143,13 @@ def read_frames(root: h5py.File) -> Frames:
     group = root["frames"]
     broken, cut = root["breaks/tetrahedron"][...], root["breaks/cut"][...]
     n_broken, release_time = group["broken"][...], _of_tetrahedra(root, "release_time", 0)
+    pre_cracks = root.get("pre_cracks")  # broken before the others
+    opened, parted = ((pre_cracks[name][...] if pre_cracks else np.empty(0, int)) for name in ("tetrahedron", "cut"))
     return Frames(root["mesh/nodes"][...], root["mesh/tetrahedra"][...], group["time"][...],
-                  group["displacement"][...], group["velocity"][...], [broken[:n] for n in n_broken],
-                  [cut[:n] for n in n_broken], [_released_edges(root, n) for n in n_broken],
-                  [_remaining(root, n, time, release_time) for n, time in zip(n_broken, group["time"][...])],
+                  group["displacement"][...], group["velocity"][...], [np.append(opened, broken[:n]) for n in n_broken],
+                  [np.append(parted, cut[:n]) for n in n_broken],
+                  [np.append(_crossed_edges(root, parted), _released_edges(root, n)) for n in n_broken],
+                  [np.append(np.zeros(len(opened)), _remaining(root, n, time, release_time)) for n, time in zip(n_broken, group["time"][...])],
                   [_stiffness(root, time) for time in group["time"][...]],
                   tomllib.loads(text_of(root.attrs["input"])).get("fracture", {}).get("contact", "none") != "none",
                   _of_tetrahedra(root, "youngs_modulus"), _of_tetrahedra(root, "poisson_ratio"),
@@ -185,14 +188,21 @@ def _stiffness(root: h5py.File, time: float) -> np.ndarray:
     return stiffness
 
 
+def _bridges(root: h5py.File) -> Optional[h5py.Group]:
+    """None with release by elements."""
+    return root.get("bridge_releases", root.get("ties"))  # the name in version 4 of the format
+
+
+def _crossed_edges(root: h5py.File, cut: np.ndarray) -> np.ndarray:
+    """The edges that tetrahedra lose by their cuts."""
+    return np.full(len(cut), ALL_EDGES, np.uint8) if _bridges(root) is None else CROSSED_EDGES[cut]
+
+
 def _released_edges(root: h5py.File, n_broken: int) -> np.ndarray:
     """Of the first n_broken tetrahedra in /breaks when no more were broken."""
-    bridges = root.get("bridge_releases", root.get("ties"))  # the name in version 4 of the format
-    if bridges is None:  # release by elements
-        return np.full(n_broken, ALL_EDGES, np.uint8)
-    breaks = root["breaks"]
-    released = CROSSED_EDGES[breaks["cut"][:n_broken]]
-    if n_broken == 0:
+    breaks, bridges = root["breaks"], _bridges(root)
+    released = _crossed_edges(root, breaks["cut"][:n_broken])
+    if n_broken == 0 or bridges is None:
         return released
     # Releases of bridges are in order of time, and each has the times of the break that caused it.
     loading, phase = (bridges[name][...] for name in ("load_time", "phase_time"))
