@@ -22,7 +22,7 @@ from problems import PROBLEMS as COMPUTED, Problem
 PROBLEMS = COMPUTED | MEASURED
 
 GALLERY = Path(__file__).resolve().parent
-BODIES = ("plate-with-hole", "inclined-crack", "blunt-notches", "ring", "offset-notch", "l-panel", "stiff-disc", "layered-plate", "grains",
+BODIES = ("plate-with-hole", "inclined-crack", "radial-cracks", "flaws", "blunt-notches", "ring", "offset-notch", "l-panel", "stiff-disc", "layered-plate", "grains",
           "quenched-alumina")
 
 

@@ -2,6 +2,7 @@
 #include "geometry/outline.h"
 
 #include "common/index.h"
+#include "geometry/pre_crack.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +10,7 @@
 
 namespace crackle::geometry {
 
-Outline outline_of(const Body& body) {
+Outline outline_of(const Body& body, std::span<const plane::PreCrack> flaws) {
   Outline outline;
   const Point size = body.size();
   outline.size.assign(size.begin(), size.end());
@@ -18,6 +19,11 @@ Outline outline_of(const Body& body) {
     for (const auto& [y, z] : polygon) outline.points.insert(outline.points.end(), {y, z});
     outline.first.push_back(static_cast<std::int32_t>(outline.points.size() / 2));
   }
+  const auto add_border = [&](const std::vector<Point>& border) {
+    if (outline.first_of_pre_crack.empty()) outline.first_of_pre_crack = {0};
+    for (const Point& p : border) outline.pre_cracks.insert(outline.pre_cracks.end(), {p[1], p[2]});
+    outline.first_of_pre_crack.push_back(static_cast<std::int32_t>(outline.pre_cracks.size() / 2));
+  };
   for (const CrackStart& start : body.crack_starts()) {
     outline.names.push_back(start.is_straight ? fmt::format("notch-{}", outline.names.size()) : start.name);
     outline.tips.insert(outline.tips.end(), {start.tip[1], start.tip[2]});
@@ -35,12 +41,11 @@ Outline outline_of(const Body& body) {
       const Box bounds = start.plane->bounds();
       slot.include(bounds.lower);
       slot.include(bounds.upper);
-      if (outline.first_of_pre_crack.empty()) outline.first_of_pre_crack = {0};
-      for (const Point& p : start.border) outline.pre_cracks.insert(outline.pre_cracks.end(), {p[1], p[2]});
-      outline.first_of_pre_crack.push_back(static_cast<std::int32_t>(outline.pre_cracks.size() / 2));
+      add_border(start.border);
     }
     outline.slots.insert(outline.slots.end(), {slot.lower[1], slot.upper[1], slot.lower[2], slot.upper[2]});
   }
+  for (const plane::PreCrack& flaw : flaws) add_border(PreCrackFigure(flaw, body.bounds()).border());
   return outline;
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,8 @@ struct Outline {
 };
 
 /// Body::outline and Body::crack_starts as lists.
-Outline outline_of(const Body& body);
+/// @param flaws of a sample, which count as pre-cracks
+Outline outline_of(const Body& body, std::span<const plane::PreCrack> flaws = {});
 
 /// Calls visit(name, shape, values, units, meaning) for every list of an outline: the members of /specimen in
 /// the result files.

@@ -91,10 +91,10 @@ void check_numbers(const analysis::SampleSummary& row, const std::vector<std::st
   });
 }
 
-void write_specimen(hid_t file, const geometry::Body& body) {
+void write_specimen(hid_t file, const geometry::Body& body, std::span<const plane::PreCrack> flaws) {
   const hdf5::Handle group = hdf5::create_group(file, "specimen");
   geometry::for_each_member(
-      geometry::outline_of(body),
+      geometry::outline_of(body, flaws),
       [&](const char* name, const auto& shape, const auto& values, const char* units, const char* meaning) {
         using Value = typename std::remove_cvref_t<decltype(values)>::value_type;
         if constexpr (std::is_same_v<Value, std::string>)

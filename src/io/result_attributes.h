@@ -6,6 +6,7 @@
 #include "hdf5.h"
 #include "input/study.h"
 
+#include <span>
 #include <string>
 
 namespace crackle::io {
@@ -34,7 +35,7 @@ void check_numbers(const analysis::SampleSummary& row, const std::vector<std::st
                    const std::string& name = {});
 
 /// Writes the group /specimen: the members of geometry::for_each_member, for drawing the body.
-void write_specimen(hid_t file, const geometry::Body& body);
+void write_specimen(hid_t file, const geometry::Body& body, std::span<const plane::PreCrack> flaws = {});
 
 /// The dataset `status`: 0 pending, 1 done, 2 failed.
 extern const analysis::ResultInfo status_info;

@@ -221,8 +221,8 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, const 
   hdf5::label_datasets(group, {"frame", "node", "component"}, "time");
 }
 
-void write_pre_cracks(hid_t file, const SampleFileContent& content, const geometry::Body& body) {
-  const std::vector<std::int32_t>& codes = content.realization.pre_crack;
+void write_pre_cracks(hid_t file, const std::vector<std::int32_t>& codes,
+                      const std::vector<plane::PreCrack>& flaws) {
   if (codes.empty()) return;
   std::vector<std::int64_t> opened;
   for (std::size_t t = 0; t < codes.size(); ++t)
@@ -236,8 +236,7 @@ void write_pre_cracks(hid_t file, const SampleFileContent& content, const geomet
   write_column<std::int32_t>(
       group, "crack", opened, [&](auto t) { return cut(t).crack; }, "",
       "number of the pre-crack; those of the input are followed by the flaws");
-  if (content.parameters.flaws.empty()) return;
-  const auto flaws = geometry::drawn_flaws(content.parameters, body, content.sample);
+  if (flaws.empty()) return;
   const hdf5::Handle drawn = hdf5::create_group(group, "flaws");
   write_column<double>(drawn, "center", flaws, &plane::PreCrack::center, "m", "x, y, z");
   write_column<double>(drawn, "normal", flaws, &plane::PreCrack::normal, "1", "of any length");
@@ -383,8 +382,9 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(summary, "time_step", result.time_step, "s");
     hdf5::write_scalar<double>(summary, "stable_step", result.stable_step, "s");
     const auto body = geometry::make_composite_body(content.parameters);
-    write_specimen(id, *body);
-    write_pre_cracks(id, content, *body);
+    const auto flaws = geometry::drawn_flaws(content.parameters, *body, content.sample);
+    write_specimen(id, *body, flaws);
+    write_pre_cracks(id, content.realization.pre_crack, flaws);
     write_mesh(id, content.realization);
     write_materials(id, content);
     write_crack_surface(id, content.surface, content.branches.branch);

@@ -12,6 +12,7 @@ from crackle.files import DONE, SAMPLE_KIND, ResultsError, results, sample_files
 
 from .fields import BranchingPoints, CrackLine, CrackSurface, Energy, Frames, History, Places
 from .mesh import Mesh, Regions
+from .plate import Plate
 from .stress import ALL_EDGES, CROSSED_EDGES
 
 
@@ -53,6 +54,10 @@ class SampleFiles:
         if sample not in self._regions:
             self._regions[sample] = self._read(sample, read_regions)
         return self._regions[sample]
+
+    def plate(self, sample: int) -> Optional[Plate]:
+        """The body, with the sample's own flaws."""
+        return self._read(sample, lambda root: Plate.of({name: dataset[...] for name, dataset in root["specimen"].items()}))
 
     def energy(self, sample: int) -> Optional[Energy]:
         return self._read(sample, _members_of(Energy, "energy"))

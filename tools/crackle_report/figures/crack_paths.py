@@ -140,7 +140,7 @@ def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | No
            z_range: tuple[float, float]) -> None:
     samples = ensemble.samples
     done = samples.status[number] == DONE
-    draw_plate(axes, ensemble.plate, z_range, faint=not done, regions=ensemble.files.regions(number))
+    draw_plate(axes, ensemble.files.plate(number) or ensemble.plate, z_range, faint=not done, regions=ensemble.files.regions(number))
     if not done:
         label = "failed" if samples.status[number] == FAILED else "pending"
         axes.text(0.5, 0.5, label, transform=axes.transAxes, ha="center", va="center", color=style.MUTED,

@@ -97,7 +97,7 @@ class _View:
 
     def __init__(self, ensemble: Ensemble, number: int, frames: Frames, crack: CrackSurface, options: Options):
         self.number, self.optics = number, options.optics(frames)
-        self._plate, self._frames, self._crack = ensemble.plate, frames, crack
+        self._plate, self._frames, self._crack = ensemble.files.plate(number) or ensemble.plate, frames, crack
         self._regions = ensemble.files.regions(number)
         self._onset = float(ensemble.samples.onset_time[number])
         left, right = ensemble.plate.ends(1)
