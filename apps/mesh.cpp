@@ -7,7 +7,6 @@
 #include "common/text_table.h"
 #include "dynamics/stable_step.h"
 #include "ensemble/base_points.h"
-#include "ensemble/material_map.h"
 #include "ensemble/realization_queue.h"
 #include "ensemble/sample_plan.h"
 #include "fracture/variation.h"
@@ -148,7 +147,7 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
     if (is_own) make_base(attempt);
     return geometry::make_realization(*body, base, parameters.mesh, parameters.seed, sample, attempt);
   })(options.sample);
-  ensemble::apply_material_map(parameters, *body, options.sample, realization);
+  ensemble::complete_realization(parameters, *body, options.sample, realization);
   times.realization = clock.seconds() - times.base;
   std::vector<double> strength_factors;
   if (parameters.fracture.variation)

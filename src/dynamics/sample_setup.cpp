@@ -2,7 +2,6 @@
 #include "dynamics/sample_setup.h"
 
 #include "dynamics/separation.h"
-#include "fracture/connectivity.h"
 #include "fracture/initial_strain.h"
 #include "fracture/release_time.h"
 #include "geometry/mother_points.h"
@@ -78,11 +77,10 @@ std::vector<std::string> SampleSetup::free_motions() const {
 }
 
 void SampleSetup::refuse_free_body() const {
-  if (!model.specimen.cracks.empty() &&
-      !loads_are_supported(group, body, loads, fracture::piece_labels(group, body)))
+  const bool has_cracks = !model.specimen.cracks.empty() || !model.flaws.empty();
+  if (has_cracks && is_separated(group, body, loads))
     throw parallel::AgreedError(
-        0, "the pre-cracks part what is loaded from what is held: leave material between them, or use start = "
-           "\"rest\"");
+        0, "the pre-cracks cut the body apart: leave material around them, or use start = \"rest\"");
   const std::vector<std::string> free = free_motions();
   if (free.empty()) return;
   throw parallel::AgreedError(

@@ -60,15 +60,20 @@ geometry::Realization make_sample_mesh(const geometry::Body& body, const geometr
   return realization;
 }
 
+void complete_realization(const input::Model& model, const geometry::Body& body, std::uint64_t sample,
+                          geometry::Realization& realization) {
+  apply_material_map(model, body, sample, realization);
+  realization.pre_crack =
+      geometry::pre_crack_cuts(realization, geometry::pre_cracks(model, body, sample), body.bounds());
+}
+
 geometry::Realization make_sample_realization(const geometry::Body& body,
                                               const geometry::MotherPoints& shared, const input::Model& model,
                                               std::uint64_t sample) {
   auto realization = with_retries([&](std::uint64_t number, int attempt) {
     return make_sample_mesh(body, shared, model.mesh, model.seed, number, attempt);
   })(sample);
-  apply_material_map(model, body, sample, realization);
-  realization.pre_crack =
-      geometry::pre_crack_cuts(realization, geometry::pre_cracks(model, body, sample), body.bounds());
+  complete_realization(model, body, sample, realization);
   return realization;
 }
 

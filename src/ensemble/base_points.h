@@ -37,9 +37,14 @@ geometry::Realization make_sample_mesh(const geometry::Body& body, const geometr
                                        const input::Mesh& mesh, std::uint64_t seed, std::uint64_t sample,
                                        int attempt = 0);
 
-/// The realization of a sample: its mesh, with up to three attempts, and the materials of the input's raster.
+/// Gives a sample's mesh the materials of the input's raster, and its pre-cracks and flaws.
+/// @throws std::runtime_error as apply_material_map and geometry::drawn_flaws
+void complete_realization(const input::Model& model, const geometry::Body& body, std::uint64_t sample,
+                          geometry::Realization& realization);
+
+/// The realization of a sample: its mesh, with up to three attempts, completed.
 /// Not collective.
-/// @throws std::runtime_error with the reason of each attempt, or as apply_material_map
+/// @throws std::runtime_error with the reason of each attempt, or as complete_realization
 geometry::Realization make_sample_realization(const geometry::Body& body,
                                               const geometry::MotherPoints& shared, const input::Model& model,
                                               std::uint64_t sample);

@@ -5,6 +5,7 @@
 #include "common/index.h"
 #include "geometry/mesh_regions.h"
 #include "geometry/mother_points.h"
+#include "geometry/pre_crack.h"
 #include "geometry/quality.h"
 
 #include "hdf5.h"
@@ -127,6 +128,12 @@ void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realizati
   if (!realization.interface.empty())
     fields.of_cells.emplace_back(
         "interface", std::vector<std::int32_t>(realization.interface.begin(), realization.interface.end()));
+  if (!realization.pre_crack.empty()) {
+    std::vector<std::int32_t> crack;
+    for (const std::int32_t code : realization.pre_crack)
+      crack.push_back(code == 0 ? -1 : geometry::PreCrackCut::from(code).crack);
+    fields.of_cells.emplace_back("pre_crack", std::move(crack));
+  }
   write_grid(file, realization.nodes, realization.tetrahedra, vtk_tetra, fields, [&](hid_t root) {
     write_specimen(root, body);
     write_regions(root, body, mesh);

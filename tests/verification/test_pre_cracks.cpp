@@ -2,6 +2,7 @@
 // Stress intensity of pre-cracks from the static energies of two sizes: of a disk (Sneddon 1946), half
 // ellipses in a surface (Newman and Raju 1981) and a crack through a strip (Feddersen).
 #include "dynamics/quasi_static.h"
+#include "dynamics/sample_run.h"
 #include "geometry/pre_crack.h"
 #include "parallel/exact_sum.h"
 
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <string>
 
 namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
@@ -176,6 +178,25 @@ TEST(PreCracks, ACrackThroughAStripHasFeddersensStressIntensity) {
   const double found = std::sqrt(sum / exact);
   std::printf("through a strip: K over Feddersen's %.3f (reference 1)\n", found);
   EXPECT_NEAR(found, 1, tolerance());
+}
+
+TEST(PreCracks, MustLeaveTheBodyInOnePiece) {
+  auto parameters = test::brittle({4 * mm, 6 * mm, 12 * mm});
+  parameters.boundaries = {test::boundary(plane::Face::z_min, input::BoundaryKind::fix, {true, true, true}),
+                           test::boundary(plane::Face::z_max, input::BoundaryKind::displacement,
+                                          {true, true, true}, {}, {0, 0, 1e-6})};
+  plane::PreCrack crack;
+  crack.line = {{{-1 * mm, 6.2 * mm}, {7 * mm, 6.2 * mm}}};
+  auto mesh = test::make_box({.size = parameters.specimen.size, .cells = {4, 6, 12}, .disturbance = 0.2});
+  parameters.specimen.cracks = {crack};
+  mesh.pre_crack = geometry::pre_crack_cuts(mesh, parameters.specimen.cracks, {{}, parameters.specimen.size});
+  const parallel::Communicator self(MPI_COMM_SELF);
+  try {
+    run_sample(self, parameters, parameters.output, test::whole(mesh));
+    ADD_FAILURE() << "a body in two pieces has no equilibrium";
+  } catch (const parallel::AgreedError& error) {
+    EXPECT_NE(std::string(error.what()).find("cut the body apart"), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace CRACKLE_TEST_FILE
