@@ -4,6 +4,7 @@
 #include "dynamics/quasi_static.h"
 #include "dynamics/sample_run.h"
 #include "geometry/pre_crack.h"
+#include "parallel/agreement.h"
 #include "parallel/exact_sum.h"
 
 #include "support/box_mesh.h"
