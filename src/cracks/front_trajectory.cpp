@@ -21,10 +21,6 @@ namespace crackle::cracks {
 
 namespace {
 
-Polyline::Place operator-(const Polyline::Place& a, const Polyline::Place& b) {
-  return {a.advance - b.advance, a.across - b.across};
-}
-
 /// A chain's steps from one branch to another beside it.
 class SideSteps {
 public:

@@ -12,6 +12,10 @@ public:
   struct Place {
     double advance;  ///< [m]
     double across;   ///< [m]
+
+    friend Place operator-(const Place& a, const Place& b) {
+      return {a.advance - b.advance, a.across - b.across};
+    }
   };
 
   explicit Polyline(std::vector<Place> places);

@@ -204,7 +204,7 @@ void check_specimen(const Parameters& parameters, Findings& findings) {
 
 void check_sections(const Parameters& parameters, Findings& findings) {
   const Sections& sections = parameters.sections;
-  if (sections.size() == 0 && !findings.faulty("sections")) {
+  if (sections.size() == 0 && sections.planes.empty() && !findings.faulty("sections")) {
     findings.report("sections",
                     "there are no cross-sections; give y, an array of lengths such as [\"7 mm\", "
                     "\"12.25 mm\"], or z, or a [[sections.line]]");

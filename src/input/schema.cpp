@@ -86,6 +86,25 @@ Table line_table() {
           [](Parameters& parameters) { parameters.sections.lines.emplace_back(); }};
 }
 
+Table plane_table() {
+  return {"sections.plane",
+          Occurrence::many,
+          "a plane in space, in which the traces of cracks are measured",
+          {lengths_key<Vector>(
+               "point", [](Parameters & parameters, std::size_t i) -> auto& {
+                 return parameters.sections.planes.at(i).point;
+               },
+               "three lengths, x, y and z, such as [\"0 mm\", \"5 mm\", \"8 mm\"]", coordinate, required(),
+               "in the plane"),
+           direction_key(
+               "normal", [](Parameters & parameters, std::size_t i) -> auto& {
+                 return parameters.sections.planes.at(i).normal;
+               },
+               required(), "across the plane")},
+          [](const Parameters& parameters) { return parameters.sections.planes.size(); },
+          [](Parameters& parameters) { parameters.sections.planes.emplace_back(); }};
+}
+
 std::vector<std::pair<std::string, Release>> release_choices() {
   std::vector<std::pair<std::string, Release>> choices;
   for (const ReleaseTraits& one : release_kinds) choices.emplace_back(one.name, one.kind);
@@ -432,7 +451,7 @@ const std::vector<Table>& schema() {
     add(Affects::sample, material_tables());
     add(Affects::sample, {fracture_table(), variation_table(), boundary_table(), load_table(),
                           initial_stress_table(), time_table(), damping_table()});
-    add(Affects::reading, {sections_table(), line_table()});
+    add(Affects::reading, {sections_table(), line_table(), plane_table()});
     add(Affects::records, {output_table(), probe_table()});
     add(Affects::draws, {random_table()});
     add(Affects::materials, {flaws_table()});

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "common/vector.h"
+
 #include <array>
 #include <cstddef>
 #include <string>
@@ -15,6 +17,13 @@ struct SectionLine {
   bool operator==(const SectionLine&) const = default;
 };
 
+/// A plane anywhere in space, in which the traces of cracks are measured.
+struct SectionPlane {
+  Vector point{};   ///< [m]
+  Vector normal{};  ///< of any length
+  bool operator==(const SectionPlane&) const = default;
+};
+
 /// A plane through the thickness at which crack paths are measured: y = const, z = const, or through a line.
 struct Section {
   int axis = 0;         ///< 1: y, 2: z, 0: a line
@@ -27,7 +36,9 @@ struct Sections {
   std::vector<double> y;  ///< [m], ascending
   std::vector<double> z;  ///< likewise
   std::vector<SectionLine> lines = {};
+  std::vector<SectionPlane> planes = {};
 
+  /// Of all but the planes, which measure no paths.
   std::size_t size() const { return y.size() + z.size() + lines.size(); }
   /// In numbering order: y first, then z, then lines.
   std::vector<Section> all() const;

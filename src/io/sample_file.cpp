@@ -2,6 +2,8 @@
 #include "io/sample_file.h"
 
 #include "common/checksum.h"
+#include "common/index.h"
+#include "cracks/plane_traces.h"
 #include "fracture/initial_strain.h"
 #include "fracture/material_field.h"
 #include "fracture/release_time.h"
@@ -114,6 +116,25 @@ void write_crossings(hid_t file, const std::vector<cracks::SectionCrossing>& cro
   write_column<std::int32_t>(group, "notch", rows, &Row::start, "", "that the crack started at");
   write_column<std::int32_t>(group, "section", rows, &Row::section, "", "number of the section");
   hdf5::label_datasets(group, {"crossing"});
+}
+
+void write_plane_traces(hid_t file, const cracks::CrackSurface& surface,
+                        const std::vector<input::SectionPlane>& planes) {
+  using cracks::PlaneTrace;
+  if (planes.empty()) return;
+  const std::vector<PlaneTrace> traces = cracks::plane_traces(surface, planes);
+  const hdf5::Handle group = hdf5::create_group(file, "plane_traces");
+  write_column<std::int32_t>(group, "plane", traces, &PlaneTrace::plane, "", "number of the plane");
+  write_column<std::int32_t>(group, "crack", traces, &PlaneTrace::crack, "", "row of /crack_surface/cracks");
+  write_column<std::int32_t>(
+      group, "notch", traces,
+      [&](const PlaneTrace& trace) { return surface.cracks[index(trace.crack)].start; }, "",
+      "that the crack started at");
+  write_column<double>(group, "length", traces, &PlaneTrace::length, "m", "of the trace, along all facets");
+  write_column<double>(group, "position", traces, &PlaneTrace::position, "m", "x, y, z: mean of the trace");
+  write_column<double>(group, "time", traces, &PlaneTrace::first_time, "s",
+                       "when the crack came to the plane");
+  hdf5::label_datasets(group, {"trace", "component"});
 }
 
 void write_crack_lines(hid_t file, const std::vector<cracks::CrackLine>& lines) {
@@ -395,6 +416,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     if (input::traits(content.parameters.fracture.release).by_cuts)
       write_bridge_releases(id, result.bridge_releases);
     if (content.parameters.fracture.softens()) write_stiffness_reductions(id, result.stiffness_reductions);
+    write_plane_traces(id, content.surface, content.parameters.sections.planes);
     write_energy(id, result.energy);
     write_history(id, content.parameters, content.parameters.output.probes, result.history,
                   result.separated_at, content.crack_history);

@@ -41,6 +41,7 @@
 /// | /forks/position (y, z), x, time, length, angle, share, notch, in_projection, in_space | k x 2, k | see
 /// cracks::BranchingPoint |
 /// | /crossings/position, share, branch, notch, section | q | see cracks::BranchCrossing |
+/// | /plane_traces/plane, crack, notch, length, position, time | l | see cracks::PlaneTrace |
 /// | /breaks/... | b | the columns of fracture::Break |
 /// | /bridge_releases/... | r | the columns of fracture::BridgeRelease; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/index.h"
 #include "cracks/crack_surface.h"
+#include "cracks/plane_traces.h"
 
 #include "support/structured_mesh.h"
 
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 
 namespace crackle::cracks {
@@ -279,6 +281,34 @@ TEST_F(CrackOrigin, CracksFromAHoleContinueTheOneThatMeetsThemWhicheverCameFirst
     EXPECT_EQ(surface.cracks[hole_first ? 1 : 0].hole, -1);
     EXPECT_EQ(surface.cracks[2].hole, -1);
   }
+}
+
+TEST(PlaneTraces, AreTheLinesInWhichCracksCrossPlanes) {
+  const auto facet = [](double y, double time, std::int32_t crack) {
+    CrackFacet one{};
+    one.corner = {{{0, y, 0}, {2, y, 0}, {2, y + 1, 0}, {0, y + 1, 0}}};
+    one.time = time;
+    one.crack = crack;
+    return one;
+  };
+  CrackSurface surface;
+  surface.facets = {facet(0, 3, 1), facet(1, 2, 1), facet(5, 1, 0)};
+  surface.cracks.resize(2);
+  const auto traces =
+      plane_traces(surface, std::vector<input::SectionPlane>{
+                                {{0.5, 0, 0}, {2, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}, {{1, 0.5, 7}, {1, 1, 0}}});
+  ASSERT_EQ(traces.size(), 3U);
+  EXPECT_EQ(traces[0].plane, 0);
+  EXPECT_EQ(traces[0].crack, 0);
+  EXPECT_DOUBLE_EQ(traces[0].length, 1);
+  EXPECT_EQ(traces[1].crack, 1);
+  EXPECT_DOUBLE_EQ(traces[1].length, 2);
+  EXPECT_EQ(traces[1].first_time, 2);
+  EXPECT_EQ(traces[1].position, (geometry::Point{0.5, 1, 0}));
+  // From (1.5, 0) to (0, 1.5).
+  EXPECT_EQ(traces[2].plane, 2);
+  EXPECT_DOUBLE_EQ(traces[2].length, 1.5 * std::numbers::sqrt2);
+  EXPECT_DOUBLE_EQ(traces[2].position[1], 0.75);
 }
 
 }  // namespace CRACKLE_TEST_FILE

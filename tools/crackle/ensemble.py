@@ -116,6 +116,11 @@ class Ensemble:
         return table
 
     @cached_property
+    def plane_traces(self) -> pd.DataFrame:
+        """Those of all samples that are done, as Sample.plane_traces, with the number of the `sample`."""
+        return pd.concat([self[i].plane_traces.assign(sample=i) for i in self.done], ignore_index=True)
+
+    @cached_property
     def histories(self) -> xr.Dataset:
         """The histories of all samples that are done: sample x moment and further dimensions, as Sample.history. Samples with
         fewer moments than others end in NaN."""

@@ -119,6 +119,15 @@ class Sample:
         return surface.assign(notch=("facet", notch[surface["crack"].values]))
 
     @cached_property
+    def plane_traces(self) -> pd.DataFrame:
+        """The traces of cracks in the input's [[sections.plane]]: `plane` and `crack` (numbers), `notch` (its start), `length` [m], mean
+        `x`, `y`, `z` [m] and `time` of arrival [s]."""
+        with self._need("plane_traces") as root:
+            group = root["plane_traces"]
+            table = pd.DataFrame({name: group[name][...] for name in ("plane", "crack", "notch", "length", "time")})
+            return table.assign(**dict(zip("xyz", group["position"][...].T)))
+
+    @cached_property
     def crack_lines(self) -> list[pd.DataFrame]:
         """The cracks as lines in the plane of the plate: y, z, spread through the thickness and time of their points, with
         `notch` and `parent` (number of the line that a branch leaves, or -1) in `attrs`."""
