@@ -74,6 +74,10 @@ double peak_of(const mechanics::ForcePattern& pattern, double from, double to) {
   return peak(pattern.amplitude, from, to, [&](double t) { return pattern.amplitude.at(t); });
 }
 
+bool grows(const mechanics::LoadCurve& curve, double time) {
+  return curve.slope(time) != 0 || curve.next_kink(time) < infinity;
+}
+
 double component_of(const parallel::NodeField& field, std::int32_t node, int component) {
   return field.owned()[index(node, component)];
 }
@@ -167,6 +171,28 @@ Demand LoadTerm::demand(double from, double to) const {
   parallel::check_peers(*context_.group);
   demand.stress = parallel::largest_of_all(*context_.group, demand.stress);
   return demand;
+}
+
+void LoadTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
+  for (const auto& pattern : context_.loads->forces)
+    loads.push_back({UnitLoad::Kind::force, [&](double time) { return pattern.amplitude.at(time); },
+                     [&](double time) { return pattern.amplitude.slope(time); },
+                     [&](std::span<double> force) {
+                       for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
+                         force[index(pattern.nodes[n], pattern.component)] = pattern.weight[n];
+                     },
+                     pattern.total_weight});
+}
+
+double LoadTerm::next_kink(double time) const {
+  double kink = infinity;
+  for (const auto& pattern : context_.loads->forces) kink = std::min(kink, pattern.amplitude.next_kink(time));
+  return kink;
+}
+
+bool LoadTerm::grows_after(double time) const {
+  return std::ranges::any_of(context_.loads->forces,
+                             [&](const auto& pattern) { return grows(pattern.amplitude, time); });
 }
 
 std::vector<parallel::NumberedRows> LoadTerm::save() const {
@@ -273,12 +299,48 @@ Demand MotionTerm::demand(double from, double to) const {
   return demand;
 }
 
+void MotionTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
+  for (const auto& motion : context_.loads->motions)
+    if (!motion.never_moves())
+      loads.push_back({UnitLoad::Kind::motion, [&](double time) { return motion.displacement(time); },
+                       [&](double time) { return motion.velocity(time); },
+                       [&](std::span<double> displacement) {
+                         for (std::size_t n = 0; n < motion.nodes.size(); ++n)
+                           displacement[index(motion.nodes[n], motion.component)] = motion.factor_at(n);
+                       }});
+}
+
+void MotionTerm::mark_held(std::span<std::uint8_t> held) const {
+  for (const auto& motion : context_.loads->motions)
+    for (const auto node : motion.nodes) held[index(node, motion.component)] = 1;
+}
+
+double MotionTerm::next_kink(double time) const {
+  double kink = infinity;
+  for (const auto& motion : context_.loads->motions) kink = std::min(kink, motion.curve.next_kink(time));
+  return kink;
+}
+
+bool MotionTerm::grows_after(double time) const {
+  return std::ranges::any_of(context_.loads->motions, [&](const auto& motion) {
+    return grows(motion.curve, time) || (motion.is_velocity && motion.curve.at(time) != 0);
+  });
+}
+
 std::vector<parallel::NumberedRows> MotionTerm::save() const {
   return gather_at_nodes(context_, context_.loads->motions, work_);
 }
 
 void MotionTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
   take_out(context_, context_.loads->motions, rows, 0, work_);
+}
+
+void InitialStrainTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
+  for (const auto& part : body_->initial_strain().parts())
+    loads.push_back(
+        {UnitLoad::Kind::strain, [&](double time) { return part.factor.at(time); },
+         [&](double time) { return part.factor.slope(time); },
+         [&, this](std::span<double> force) { body_->force().evaluate_strains(part.strain, force); }});
 }
 
 }  // namespace crackle::dynamics

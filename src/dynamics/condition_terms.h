@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -26,6 +27,9 @@ public:
   void add_supplied(double time, const MotionState& state, std::vector<double>& sum) const override;
   void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override;
   Demand demand(double from, double to) const override;
+  void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  double next_kink(double time) const override;
+  bool grows_after(double time) const override;
   std::vector<parallel::NumberedRows> save() const override;
   void restore(const std::vector<parallel::NumberedRows>& rows) override;
 
@@ -61,6 +65,10 @@ public:
   void move_against(const mechanics::StepSpan& step, const Resistance& resistance) override;
   void add_supplied(double time, const MotionState& state, std::vector<double>& sum) const override;
   Demand demand(double from, double to) const override;
+  void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  void mark_held(std::span<std::uint8_t> held) const override;
+  double next_kink(double time) const override;
+  bool grows_after(double time) const override;
   std::vector<parallel::NumberedRows> save() const override;
   void restore(const std::vector<parallel::NumberedRows>& rows) override;
 
@@ -78,6 +86,20 @@ private:
   std::vector<std::vector<Entry>> blocks_;
   std::vector<std::vector<double>> work_;  // by motion and node: of the internal force
   std::vector<double> start_;              // kinetic energy in the given state
+};
+
+/// The initial strain of a body at rest. In motion it is constant, and part of the body's internal force.
+class InitialStrainTerm final : public Term {
+public:
+  /// @param body must outlive the object
+  explicit InitialStrainTerm(const fracture::BreakableBody& body) : body_(&body) {}
+
+  void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  double next_kink(double time) const override { return body_->initial_strain().next_kink(time); }
+  bool grows_after(double time) const override { return body_->initial_strain().changes_after(time); }
+
+private:
+  const fracture::BreakableBody* body_;
 };
 
 }  // namespace crackle::dynamics

@@ -17,6 +17,10 @@ namespace {
 
 using Addends = std::vector<std::vector<double>>;  // of each sum
 
+double work_between(const Work& from, const Work& to) {
+  return 0.5 * (from.force + to.force) * (to.displacement - from.displacement);
+}
+
 /// Adds the terms of the force of an absorbing face on the body [N], three sums.
 void add_dashpot_force(const mechanics::Absorber& absorber, std::span<const double> velocity,
                        Addends& terms) {
@@ -90,17 +94,16 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
   for (const auto& pattern : loads.forces) {
     state.amplitude.push_back(pattern.amplitude.at(time));
     state.position.push_back(*next++);
+    state.works.push_back({state.amplitude.back(), state.position.back()});
   }
   for (const auto& motion : loads.motions) {
     state.reaction.push_back(*next++);
-    state.conjugate.push_back(motion.has_factor ? *next++ : state.reaction.back());
     state.travel.push_back(motion.displacement(time));
+    state.works.push_back({motion.has_factor ? *next++ : state.reaction.back(), state.travel.back(), true});
   }
   if (velocity == nullptr)
-    for (const auto& part : body.initial_strain().parts()) {
-      state.initial_factor.push_back(part.factor.at(body.initial_strain().time()));
-      state.initial_force.push_back(*next++);
-    }
+    for (const auto& part : body.initial_strain().parts())
+      state.works.push_back({*next++, part.factor.at(body.initial_strain().time())});
   else
     for (std::size_t a = 0; a < loads.absorbers.size(); ++a, next += 3)
       state.absorbed.push_back({next[0], next[1], next[2]});
@@ -109,11 +112,16 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
 
 double strain_energy(const LoadState& state) {
   double twice = 0;
-  for (std::size_t k = 0; k < state.amplitude.size(); ++k) twice += state.amplitude[k] * state.position[k];
-  for (std::size_t k = 0; k < state.initial_factor.size(); ++k)
-    twice += state.initial_factor[k] * state.initial_force[k];
-  for (std::size_t m = 0; m < state.conjugate.size(); ++m) twice += state.conjugate[m] * state.travel[m];
+  for (const bool is_driven : {false, true})
+    for (const Work& work : state.works)
+      if (work.is_driven == is_driven) twice += work.force * work.displacement;
   return twice / 2;
+}
+
+double static_work(const LoadState& from, const LoadState& to) {
+  double sum = 0;
+  for (std::size_t k = 0; k < from.works.size(); ++k) sum += work_between(from.works[k], to.works[k]);
+  return sum;
 }
 
 double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
@@ -122,28 +130,18 @@ double strain_energy(const parallel::Communicator& group, const fracture::Breaka
 }
 
 double change_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                     std::span<const double> change) {
-  return parallel::exact_sum(group, body.change_energies(change));
+                     std::span<const mechanics::NodeStiffness> springs, std::span<const double> change) {
+  std::vector<double> energies = body.change_energies(change);
+  for (const auto& spring : springs) {
+    const Vector force = spring.force(change);
+    for (std::size_t i = 0; i < 3; ++i)
+      energies.push_back(0.5 * change[index(spring.node, 0) + i] * force[i]);
+  }
+  return parallel::exact_sum(group, energies);
 }
 
 void EnergyAccount::add_static_work(const LoadState& from, const LoadState& to) {
-  for (std::size_t k = 0; k < from.amplitude.size(); ++k) {
-    external_ += 0.5 * (from.amplitude[k] + to.amplitude[k]) * (to.position[k] - from.position[k]);
-  }
-  for (std::size_t m = 0; m < from.conjugate.size(); ++m) {
-    external_ += 0.5 * (from.conjugate[m] + to.conjugate[m]) * (to.travel[m] - from.travel[m]);
-  }
-  for (std::size_t k = 0; k < from.initial_factor.size(); ++k) {
-    external_ +=
-        0.5 * (from.initial_force[k] + to.initial_force[k]) * (to.initial_factor[k] - from.initial_factor[k]);
-  }
-}
-
-void EnergyAccount::add_relaxation(double kinetic, const parallel::NodeField& before,
-                                   const parallel::NodeField& after) {
-  std::vector<double> difference(before.local().size());
-  for (std::size_t i = 0; i < difference.size(); ++i) difference[i] = before.local()[i] - after.local()[i];
-  dissipated_ += kinetic + change_energy(*group_, *body_, difference);
+  for (std::size_t k = 0; k < from.works.size(); ++k) external_ += work_between(from.works[k], to.works[k]);
 }
 
 EnergyRow EnergyAccount::row(double time, const Measured& measured) const {

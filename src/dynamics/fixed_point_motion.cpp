@@ -181,10 +181,10 @@ public:
     const auto& body = *context_.body;
     if (!body.initial_strain().is_none())
       return dynamics::strain_energy(*context_.group, body, state.displacement.local()) +
-             terms_.stored(state);
+             terms_.stored(state.displacement);
     const double of_others = parallel::exact_sum(*context_.group, single_energies());
     return energy_quantum() * parallel::integer_sum(*context_.group, screening_.energy(force_.nodes())) +
-           of_others + terms_.stored(state);
+           of_others + terms_.stored(state.displacement);
   }
 
   double external_work(double time, const MotionState& state) const override {

@@ -145,7 +145,7 @@ void HistoryRecorder::record_equilibrium(double load_time, const LoadState& load
                                          const parallel::NodeField& displacement) {
   HistoryRow row;
   row.load_time = load_time;
-  row.energy = account_->row(0, {.strain = strain_energy(loads)});
+  row.energy = account_->row(0, {.strain = loads.stored});
   add(std::move(row), loads, displacement, nullptr);
 }
 

@@ -99,7 +99,9 @@ public:
 
 struct MotionContext;
 
-/// Makes a term for one dynamic phase, from the state at its start.
+/// Makes a term for one dynamic phase, from the state at its start, or for the equilibria of a sample, from
+/// that without displacements. Collective.
+/// @param context without a law while the set-up asks for stiffness and supports
 /// @param nodes_per_block of the implementation
 using MakeTerm = std::function<std::unique_ptr<Term>(const MotionContext& context, const MotionState& given,
                                                      std::int32_t nodes_per_block)>;

@@ -206,7 +206,7 @@ public:
 
   double strain_energy(const MotionState& state) const override {
     return dynamics::strain_energy(*context_.group, *context_.body, state.displacement.local()) +
-           terms_.stored(state);
+           terms_.stored(state.displacement);
   }
 
   double external_work(double time, const MotionState& state) const override {

@@ -46,83 +46,54 @@ constexpr double slight_overload = 1.2;
 /// than the spread of loads that soften at the same time, in a twentieth of the iterations.
 constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-4, .of_displacement = 5e-3};
 
-mechanics::HeldComponents constrained_components(const parallel::Communicator& group,
-                                                 const geometry::Subdomain& subdomain,
-                                                 const mechanics::Conditions& loads) {
-  using OfNode = std::array<std::uint8_t, 3>;
-  std::vector<OfNode> marks(subdomain.nodes.size());
-  for (const auto& motion : loads.motions) {
-    for (const auto node : motion.nodes) {
-      marks[index(node)][index(motion.component)] = 1;
-    }
-  }
-  parallel::GhostExchange<OfNode> exchange(group, subdomain.layout);
-  parallel::check_peers(group);
-  exchange.update(marks);
-  mechanics::HeldComponents constrained;
-  constrained.reserve(3 * marks.size());
-  for (const OfNode& mark : marks) constrained.insert(constrained.end(), mark.begin(), mark.end());
-  return constrained;
-}
-
 }  // namespace
 
-QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                                       const mechanics::Conditions& loads, fracture::FractureLaw& law,
-                                       double patience, mechanics::Conditions* ending_loads)
-    : group_(&group),
-      body_(&body),
-      loads_(&loads),
+QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double patience,
+                                       mechanics::Conditions* ending_loads)
+    : context_(context),
+      group_(context.group),
+      body_(context.body),
+      loads_(context.loads),
       ending_loads_(ending_loads),
-      law_(&law),
+      law_(context.law),
       patience_(patience),
-      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(),
-              body.residual_stiffness(), constrained_components(group, body.subdomain(), loads)),
-      displacement_(group, body.subdomain().layout) {
-  const geometry::Box box = mechanics::box_of_all(group, body.subdomain());
+      terms_(context_),
+      unit_loads_(terms_.unit_loads()),
+      solver_(*group_, body_->subdomain(), body_->operators(), body_->elasticity(), body_->edges(),
+              body_->residual_stiffness(), terms_.held_components(body_->subdomain())),
+      displacement_(*group_, body_->subdomain().layout) {
+  const geometry::Box box = mechanics::box_of_all(*group_, body_->subdomain());
   extent_ = std::ranges::max(box.upper - box.lower);
-  for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain().layout);
-  for (const auto& motion : loads.motions) {
-    if (motion.never_moves()) continue;
-    auto& unit = unit_.emplace_back(group, body.subdomain().layout);
-    for (std::size_t i = 0; i < motion.nodes.size(); ++i)
-      unit.local()[index(motion.nodes[i], motion.component)] = motion.factor_at(i);
+  for (const UnitLoad& load : unit_loads_) {
+    auto& unit = unit_.emplace_back(*group_, body_->subdomain().layout);
+    if (load.kind == UnitLoad::Kind::motion) load.apply(unit.local());
   }
-  for (std::size_t k = 0; k < body.initial_strain().parts().size(); ++k)
-    initial_unit_.emplace_back(group, body.subdomain().layout);
-  group.enter("static solve");
+  for (const NodeResponse& response : terms_.responses(time_, displacement_.local()))
+    springs_.push_back(response);
+  solver_.set_node_stiffness(springs_);
+  group_->enter("static solve");
   solve_unit_problems({});
-  group.enter("quasi-static loading");
-  stiffness_ratio_ = std::make_unique<const StiffnessRatio>(group, body, loads, unit_);
+  group_->enter("quasi-static loading");
+  stiffness_ratio_ = std::make_unique<const StiffnessRatio>(*group_, *body_, unit_loads_, springs_, unit_);
   combine();
 }
 
 QuasiStaticLoading::~QuasiStaticLoading() = default;
 
 void QuasiStaticLoading::solve_unit_problems(const mechanics::Accuracy& accuracy) {
-  std::vector<double> force(displacement_.owned().size());
-  for (std::size_t k = 0; k < unit_.size(); ++k) {
-    std::ranges::fill(force, 0.0);
-    if (k < loads_->forces.size()) {
-      const auto& pattern = loads_->forces[k];
-      for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
-        force[index(pattern.nodes[n], pattern.component)] = pattern.weight[n];
-      }
-    }
-    solve(force, unit_[k], accuracy);
-  }
-  is_solved_.assign(initial_unit_.size(), 0);
-  solve_initial_problems(accuracy);
+  is_solved_.assign(unit_loads_.size(), 0);
+  solve_missing_problems(accuracy);
 }
 
-void QuasiStaticLoading::solve_initial_problems(const mechanics::Accuracy& accuracy) {
+void QuasiStaticLoading::solve_missing_problems(const mechanics::Accuracy& accuracy) {
   std::vector<double> force(displacement_.local().size());
-  for (std::size_t k = 0; k < initial_unit_.size(); ++k) {
-    const auto& part = body_->initial_strain().parts()[k];
-    const bool acts = part.factor.at(time_) != 0 || part.factor.slope(time_) != 0;
+  for (std::size_t k = 0; k < unit_loads_.size(); ++k) {
+    const UnitLoad& load = unit_loads_[k];
+    const bool acts = load.kind != UnitLoad::Kind::strain || load.factor(time_) != 0 || load.rate(time_) != 0;
     if (!acts || std::exchange(is_solved_[k], std::uint8_t{1}) != 0) continue;
-    body_->force().evaluate_strains(part.strain, force);
-    solve(std::span<const double>(force).first(displacement_.owned().size()), initial_unit_[k], accuracy);
+    std::ranges::fill(force, 0.0);
+    if (load.kind != UnitLoad::Kind::motion) load.apply(force);
+    solve(std::span<const double>(force).first(displacement_.owned().size()), unit_[k], accuracy);
   }
 }
 
@@ -133,35 +104,33 @@ void QuasiStaticLoading::solve(std::span<const double> force, parallel::NodeFiel
   ++n_solves_;
 }
 
-template <class ForceFactor, class MotionFactor>
-void QuasiStaticLoading::superpose(std::span<double> sum, ForceFactor&& of_force,
-                                   MotionFactor&& of_motion) const {
+template <class Factor>
+void QuasiStaticLoading::superpose(std::span<double> sum, const Factor& factor) const {
   std::ranges::fill(sum, 0.0);
-  const auto add = [&](double factor, const parallel::NodeField& unit) {
-    const auto u = unit.local();
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += factor * u[i];
-  };
-  std::size_t k = 0;
-  for (const auto& pattern : loads_->forces) add(of_force(pattern.amplitude), unit_[k++]);
-  for (const auto& motion : loads_->motions) {
-    if (!motion.never_moves()) add(of_motion(motion), unit_[k++]);
+  for (std::size_t k = 0; k < unit_loads_.size(); ++k) {
+    const double times = factor(unit_loads_[k]);
+    // The parts of the initial strain that do not act now need not be solved for.
+    if (unit_loads_[k].kind == UnitLoad::Kind::strain && times == 0) continue;
+    const auto u = unit_[k].local();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += times * u[i];
   }
-  // The parts that do not act now need not be solved for.
-  for (k = 0; k < initial_unit_.size(); ++k)
-    if (const double factor = of_force(body_->initial_strain().parts()[k].factor); factor != 0)
-      add(factor, initial_unit_[k]);
+}
+
+LoadState QuasiStaticLoading::measure(const parallel::NodeField& displacement, double time) const {
+  LoadState state = measure_loads(*group_, *body_, *loads_, displacement, time);
+  terms_.add_works(state.works);
+  state.stored = strain_energy(state);
+  return state;
 }
 
 void QuasiStaticLoading::combine() {
-  superpose(
-      displacement_.local(), [this](const auto& amplitude) { return amplitude.at(time_); },
-      [this](const auto& motion) { return motion.displacement(time_); });
+  superpose(displacement_.local(), [this](const UnitLoad& load) { return load.factor(time_); });
   body_->set_time(time_);
   means_.clear();
 }
 
 bool QuasiStaticLoading::grows() const {
-  return loads_->grows_after(time_) || body_->initial_strain().changes_after(time_);
+  return terms_.grow_after(time_);
 }
 
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
@@ -288,9 +257,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
 QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) const {
   // The rate of displacement, constant up to `until`.
   std::vector<double> rate(displacement_.local().size());
-  superpose(
-      rate, [this](const auto& amplitude) { return amplitude.slope(time_); },
-      [this](const auto& motion) { return motion.velocity(time_); });
+  superpose(rate, [this](const UnitLoad& load) { return load.rate(time_); });
   fracture::FirstCrossing first(law_->stress(), until - time_);
   const auto u = displacement_.local();
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
@@ -363,6 +330,13 @@ double QuasiStaticLoading::time_to_break(std::int32_t tetrahedron, double load) 
   return parallel::all_reduce(*group_, time, MPI_MIN);
 }
 
+double QuasiStaticLoading::relaxation(const parallel::NodeField& before) const {
+  std::vector<double> difference(before.local().size());
+  for (std::size_t i = 0; i < difference.size(); ++i)
+    difference[i] = before.local()[i] - displacement_.local()[i];
+  return change_energy(*group_, *body_, springs_, difference);
+}
+
 double QuasiStaticLoading::stress_share() const {
   const Critical most = most_loaded();
   return most.number < 0 ? 0 : std::max(0.0, most.value);
@@ -386,29 +360,22 @@ double QuasiStaticLoading::strained_share(double limit) const {
 
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
   // The initial loads, and the initial strain, are taken to have grown from zero.
-  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
-  const auto nothing = [](const std::vector<double>& like) { return std::vector<double>(like.size(), 0.0); };
-  account.add_static_work({.amplitude = nothing(state.amplitude),
-                           .position = nothing(state.position),
-                           .travel = nothing(state.travel),
-                           .initial_factor = nothing(state.initial_factor),
-                           .initial_force = nothing(state.initial_force),
-                           .conjugate = nothing(state.conjugate)},
-                          state);
+  const LoadState state = measure(displacement_, time_);
+  account.add_static_work({.works = std::vector<Work>(state.works.size())}, state);
   load_ = machine_load(*loads_, state).force;
 }
 
 void QuasiStaticLoading::refuse_overload() const {
   const Critical most = most_loaded();
   if (most.number < 0 || most.value <= 1) return;
-  if (!body_->initial_strain().is_none())
+  if (std::ranges::count(unit_loads_, UnitLoad::Kind::strain, &UnitLoad::kind) > 0)
     throw parallel::AgreedError(
         0, fmt::format("at time 0 the initial stress, with the loads then, is {:.4g} times the strength of a "
                        "tetrahedron; lower it, or set time.start = \"equilibrium\" to start the dynamic "
                        "phase at time 0",
                        most.value));
   // The largest load of any condition; the machine's may be smaller.
-  const double load = largest_load(*loads_, measure_loads(*group_, *body_, *loads_, displacement_, time_));
+  const double load = largest_load(*loads_, measure(displacement_, time_));
   throw parallel::AgreedError(
       0,
       fmt::format("the load at time 0, {:.6g} N, exceeds that of the first break, {:.6g} N; lower the loads "
@@ -418,7 +385,7 @@ void QuasiStaticLoading::refuse_overload() const {
 
 QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account, const std::function<bool()>& must_suspend,
                                            const OnEquilibrium& on_equilibrium) {
-  LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+  LoadState state = measure(displacement_, time_);
   for (;;) {
     if (must_suspend) {
       const bool is_requested = must_suspend();
@@ -452,7 +419,7 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
                                                               LoadState& state, Critical& next) {
   if (on_equilibrium) on_equilibrium(state);
   for (;;) {
-    const double kink = std::min(loads_->next_kink(time_), body_->initial_strain().next_kink(time_));
+    const double kink = terms_.next_kink(time_);
     next = first_to_break(kink);
     if (next.number < 0 && (std::isinf(kink) || !grows())) return QuasiStaticEnd::no_load;
     const double last_time = time_;
@@ -463,13 +430,13 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
       combine();
       return QuasiStaticEnd::separated;
     }
-    LoadState reached = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+    LoadState reached = measure(displacement_, time_);
     account.add_static_work(state, reached);
     state = std::move(reached);
     if (on_equilibrium) on_equilibrium(state);
     if (next.number >= 0) return {};
     group_->enter("static solve");
-    solve_initial_problems({});
+    solve_missing_problems({});
     group_->enter("quasi-static loading");
   }
 }
@@ -494,10 +461,10 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
   const bool has_lost_bridges =
       parallel::any_of_all(*group_, std::ssize(body_->bridge_releases()) > n_bridges);
   if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return false;
-  account.add_relaxation(0, before, displacement_);
-  LoadState relaxed = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+  account.add_relaxation(relaxation(before));
+  LoadState relaxed = measure(displacement_, time_);
   // At constant load only the loads on fragments that have not come loose still do work.
-  state = measure_loads(*group_, *body_, *loads_, before, time_);
+  state = measure(before, time_);
   account.add_static_work(state, relaxed);
   state = std::move(relaxed);
   return true;
@@ -505,18 +472,16 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
 
 bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::NodeField& displacement,
                                 EnergyAccount& account) {
-  if (!body_->initial_strain().is_none()) {
-    // In motion it was constant.
-    const LoadState held = measure_loads(*group_, *body_, *loads_, displacement, time);
-    body_->set_time(time);
-    account.add_static_work(held, measure_loads(*group_, *body_, *loads_, displacement, time));
-  }
+  // In motion the initial strain was constant.
+  const LoadState held = measure(displacement, time);
+  body_->set_time(time);
+  account.add_static_work(held, measure(displacement, time));
   time_ = time;
   if (!update_after_breaks(true)) return false;
-  account.add_relaxation(kinetic, displacement, displacement_);
+  account.add_relaxation(kinetic + relaxation(displacement));
   // Counts only loads that still act.
-  const LoadState before = measure_loads(*group_, *body_, *loads_, displacement, time);
-  account.add_static_work(before, measure_loads(*group_, *body_, *loads_, displacement_, time));
+  const LoadState before = measure(displacement, time);
+  account.add_static_work(before, measure(displacement_, time));
   return true;
 }
 

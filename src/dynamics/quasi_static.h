@@ -3,6 +3,8 @@
 
 #include "common/real.h"
 #include "dynamics/energy_account.h"
+#include "dynamics/moving_body.h"
+#include "dynamics/terms.h"
 #include "fracture/breakable_body.h"
 #include "fracture/fracture_law.h"
 #include "mechanics/conditions.h"
@@ -30,18 +32,20 @@ enum class QuasiStaticEnd {
 };
 
 /// Event-driven quasi-static loading. Between breaks the equilibrium is linear in the loads: one unit
-/// solution per force pattern, per prescribed motion and per part of the initial strain, scaled by its curve.
-/// Under a slow ramp the Tuler-Butcher overshoot is negligible, so a tetrahedron breaks when its largest
-/// principal stress reaches the strength.
+/// solution per unit load of the terms, scaled by its factor. Under a slow ramp the Tuler-Butcher overshoot
+/// is negligible, so a tetrahedron breaks when its largest principal stress reaches the strength.
 class QuasiStaticLoading {
 public:
-  /// Solves for the intact body. Collective. The references must outlive the object.
+  /// Solves for the intact body. Collective. The context's members must outlive the object.
   /// @param patience a tetrahedron over the limit that would take longer than this to break in dynamics [s]
   ///   is released quasi-statically, as a dynamic phase would arrest before its first break
   /// @param ending_loads the loads, which end on fragments that come loose; nullptr: they continue
-  QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                     const mechanics::Conditions& loads, fracture::FractureLaw& law, double patience,
+  QuasiStaticLoading(const MotionContext& context, double patience,
                      mechanics::Conditions* ending_loads = nullptr);
+  /// Without any terms beside the conditions.
+  QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
+                     const mechanics::Conditions& loads, fracture::FractureLaw& law, double patience)
+      : QuasiStaticLoading(MotionContext{&group, &body, &loads, &law}, patience) {}
   ~QuasiStaticLoading();
 
   /// Adds the loads and the initial strain at time 0 to the energy account. Collective; call once, first.
@@ -113,14 +117,19 @@ private:
   /// @return false when the body no longer carries any load
   bool break_and_relax(EnergyAccount& account, const Critical& next, LoadState& state);
   void solve_unit_problems(const mechanics::Accuracy& accuracy);
-  /// Solves for the parts of the initial strain that act or change now and are not solved for yet: of a
-  /// history that is a sum of many, few do.
-  void solve_initial_problems(const mechanics::Accuracy& accuracy);
+  /// Solves the problems that are not solved yet; of the parts of the initial strain those that act or change
+  /// now: of a history that is a sum of many, few do.
+  void solve_missing_problems(const mechanics::Accuracy& accuracy);
   void solve(std::span<const double> force, parallel::NodeField& displacement,
              const mechanics::Accuracy& accuracy);
-  /// Superposition of the unit solutions, scaled by their load curves.
-  template <class ForceFactor, class MotionFactor>
-  void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
+  /// Superposition of the unit solutions, each times a factor of its load.
+  template <class Factor>
+  void superpose(std::span<double> sum, const Factor& factor) const;
+  /// The loads at a displacement, with the works of all terms.
+  LoadState measure(const parallel::NodeField& displacement, double time) const;
+  /// The potential energy that the body loses, at constant loads, between a displacement and its equilibrium
+  /// [J]. Collective.
+  double relaxation(const parallel::NodeField& before) const;
   /// Takes displacement and initial strain at time_.
   void combine();
   /// Solves for the new equilibrium. @return false when the body no longer carries any load
@@ -160,16 +169,19 @@ private:
   std::int32_t place_of(std::int32_t tetrahedron) const;
   Critical agree(Critical local, bool smallest) const;
 
+  MotionContext context_;
   const parallel::Communicator* group_;
   fracture::BreakableBody* body_;
   const mechanics::Conditions* loads_;
   mechanics::Conditions* ending_loads_;
   fracture::FractureLaw* law_;
   double patience_;
+  Terms terms_;
+  std::vector<UnitLoad> unit_loads_;
   mechanics::StaticSolver solver_;
-  std::vector<parallel::NodeField> unit_;          // for each force pattern, then for each driven motion
-  std::vector<parallel::NodeField> initial_unit_;  // for each part of the initial strain
-  std::vector<std::uint8_t> is_solved_;            // of these, with the current stiffness
+  std::vector<mechanics::NodeStiffness> springs_;  // of the terms
+  std::vector<parallel::NodeField> unit_;          // solution for each unit load
+  std::vector<std::uint8_t> is_solved_;            // with the current stiffness
   std::unique_ptr<const StiffnessRatio> stiffness_ratio_;
   parallel::NodeField displacement_;                 // equilibrium at time_
   mutable std::vector<mechanics::Symmetric> means_;  // stresses around nodes there; empty: not computed yet

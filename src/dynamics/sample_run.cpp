@@ -110,7 +110,7 @@ public:
         output_(output),
         subdomain_(subdomain),
         control_(control),
-        setup_(group, model, subdomain, control.sample),
+        setup_(group, model, subdomain, control.sample, control.more_terms),
         checkpoints_(setup_, control, from),
         account_(group, body_),
         history_(group, body_, loads_, account_, output.probes),
@@ -177,7 +177,7 @@ private:
     Stopwatch watch;
     group_.enter("quasi-static loading");
     setup_.refuse_free_body();
-    QuasiStaticLoading loading(group_, body_, loads_, setup_.law, patience, &loads_);
+    QuasiStaticLoading loading(context_, patience, &loads_);
     release_freed_memory();
     loading.load_at_start(account_);
     bool is_at_limit = model_.time.start == input::Start::equilibrium;

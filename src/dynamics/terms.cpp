@@ -2,25 +2,29 @@
 #include "terms.h"
 
 #include "common/index.h"
+#include "parallel/agreement.h"
 #include "parallel/exact_sum.h"
+#include "parallel/ghost_exchange.h"
 
 #include "condition_terms.h"
 #include "dampers.h"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
+#include <utility>
 
 namespace crackle::dynamics {
 
 namespace {
 
-std::vector<std::unique_ptr<Term>> make_terms(const MotionContext& context, const MotionState& given,
-                                              std::int32_t nodes_per_block) {
-  std::vector<std::unique_ptr<Term>> terms;
+using List = std::vector<std::unique_ptr<Term>>;
+
+List make_terms(const MotionContext& context, const MotionState& given, std::int32_t nodes_per_block) {
+  List terms;
   terms.push_back(std::make_unique<MotionTerm>(context, given, nodes_per_block));
   terms.push_back(std::make_unique<LoadTerm>(context, nodes_per_block));
   for (const MakeTerm& make : context.more_terms) terms.push_back(make(context, given, nodes_per_block));
-  terms.push_back(std::make_unique<Dampers>(context, nodes_per_block));
   return terms;
 }
 
@@ -36,12 +40,21 @@ Demand& Demand::operator+=(const Demand& other) {
 }
 
 Terms::Terms(const MotionContext& context, const MotionState& given, std::int32_t nodes_per_block)
-    : group_(context.group), terms_(make_terms(context, given, nodes_per_block)) {
+    : group_(context.group), body_(context.body), terms_(make_terms(context, given, nodes_per_block)) {
+  terms_.push_back(std::make_unique<Dampers>(context, nodes_per_block));
   const auto n_owned = context.body->subdomain().layout.n_owned;
   acts_.resize(index(std::max(1, (n_owned + nodes_per_block - 1) / nodes_per_block)));
   for (std::size_t block = 0; block < acts_.size(); ++block)
     acts_[block] =
         std::ranges::any_of(terms_, [&](const auto& term) { return term->acts_on(block); }) ? 1 : 0;
+}
+
+Terms::Terms(const MotionContext& context) : group_(context.group), body_(context.body) {
+  const auto& layout = context.body->subdomain().layout;
+  const MotionState none{parallel::NodeField(*context.group, layout),
+                         parallel::NodeField(*context.group, layout)};
+  terms_ = make_terms(context, none, std::max(1, layout.n_owned));
+  terms_.push_back(std::make_unique<InitialStrainTerm>(*context.body));
 }
 
 void Terms::prescribe(double time, MotionState& state) const {
@@ -88,10 +101,10 @@ double Terms::dissipated() const {
   return parallel::exact_sum(*group_, sum);
 }
 
-double Terms::stored(const MotionState& state) const {
+double Terms::stored(const parallel::NodeField& displacement) const {
   if (std::ranges::none_of(terms_, [](const auto& term) { return term->stores(); })) return 0;
   std::vector<double> sum;
-  for (const auto& term : terms_) term->add_stored(state, sum);
+  for (const auto& term : terms_) term->add_stored(displacement, sum);
   return parallel::exact_sum(*group_, sum);
 }
 
@@ -99,6 +112,87 @@ Demand Terms::demand(double from, double to) const {
   Demand demand;
   for (const auto& term : terms_) demand += term->demand(from, to);
   return demand;
+}
+
+bool Terms::are_linear() const {
+  return std::ranges::all_of(terms_, [](const auto& term) { return term->is_linear(); });
+}
+
+std::vector<UnitLoad> Terms::unit_loads() const {
+  std::vector<UnitLoad> loads;
+  for (const auto& term : terms_) term->add_unit_loads(loads);
+  std::ranges::stable_sort(loads, {}, &UnitLoad::kind);
+  return loads;
+}
+
+mechanics::HeldComponents Terms::held_components(const geometry::Subdomain& subdomain) const {
+  using OfNode = std::array<std::uint8_t, 3>;
+  std::vector<OfNode> marks(subdomain.nodes.size());
+  mechanics::HeldComponents held(3 * marks.size());
+  for (const auto& term : terms_) term->mark_held(held);
+  for (std::size_t i = 0; i < held.size(); ++i) marks[i / 3][i % 3] = held[i];
+  parallel::GhostExchange<OfNode> exchange(*group_, subdomain.layout);
+  parallel::check_peers(*group_);
+  exchange.update(marks);
+  for (std::size_t i = 0; i < held.size(); ++i) held[i] = marks[i / 3][i % 3];
+  return held;
+}
+
+namespace {
+
+/// The sums at each node, ascending.
+std::vector<NodeResponse> sums_of(std::vector<NodeResponse> all) {
+  std::vector<NodeResponse> sums;
+  std::ranges::stable_sort(all, {}, &NodeResponse::node);
+  for (const NodeResponse& one : all) {
+    if (sums.empty() || sums.back().node != one.node) {
+      sums.push_back(one);
+      continue;
+    }
+    for (std::size_t i = 0; i < 3; ++i) sums.back().force[i] += one.force[i];
+    for (std::size_t i = 0; i < 6; ++i) sums.back().stiffness[i] += one.stiffness[i];
+  }
+  return sums;
+}
+
+}  // namespace
+
+std::vector<NodeResponse> Terms::responses(double time, std::span<const double> displacement) const {
+  std::vector<NodeResponse> all;
+  for (const auto& term : terms_) term->add_responses(time, displacement, all);
+  return sums_of(std::move(all));
+}
+
+std::vector<mechanics::NodeStiffness> Terms::stiffest() const {
+  const std::vector<double> no_displacement(3 * body_->subdomain().nodes.size());
+  std::vector<NodeResponse> all;
+  for (const auto& term : terms_) term->add_stiffest(no_displacement, all);
+  const auto sums = sums_of(std::move(all));
+  return {sums.begin(), sums.end()};
+}
+
+std::vector<mechanics::Support> Terms::supports() const {
+  std::vector<mechanics::Support> supports;
+  for (const auto& term : terms_) term->add_supports(supports);
+  return supports;
+}
+
+double Terms::next_kink(double time) const {
+  double kink = infinity;
+  for (const auto& term : terms_) kink = std::min(kink, term->next_kink(time));
+  return kink;
+}
+
+bool Terms::grow_after(double time) const {
+  return std::ranges::any_of(terms_, [&](const auto& term) { return term->grows_after(time); });
+}
+
+void Terms::rest_at(double time, const parallel::NodeField& displacement) {
+  for (const auto& term : terms_) term->rest_at(time, displacement);
+}
+
+void Terms::add_works(std::vector<Work>& works) const {
+  for (const auto& term : terms_) term->add_works(works);
 }
 
 void Terms::save(MotionCheckpoint& checkpoint) const {

@@ -3,10 +3,12 @@
 
 #include "dynamics/moving_body.h"
 #include "dynamics/term.h"
+#include "mechanics/static_solver.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -19,6 +21,10 @@ public:
   /// @param given the state at the start, before prescribe()
   /// @param nodes_per_block of the implementation
   Terms(const MotionContext& context, const MotionState& given, std::int32_t nodes_per_block);
+
+  /// Those of a body at rest, which dampers do not act on. Collective. The context's members must outlive the
+  /// object.
+  explicit Terms(const MotionContext& context);
 
   void prescribe(double time, MotionState& state) const;
   void start(double time, const MotionState& state);
@@ -34,10 +40,26 @@ public:
   // Since the start of the phase [J]. Collective; bitwise equal for any number of ranks if the state is.
   double supplied(double time, const MotionState& state) const;
   double dissipated() const;
-  double stored(const MotionState& state) const;
+  double stored(const parallel::NodeField& displacement) const;
 
   /// Of all terms together. Collective.
   Demand demand(double from, double to) const;
+
+  // Of a body at rest, see Term.
+  bool are_linear() const;
+  /// By their kinds, otherwise in the order of the terms.
+  std::vector<UnitLoad> unit_loads() const;
+  /// 1 for each prescribed component, ghosts included. Collective.
+  mechanics::HeldComponents held_components(const geometry::Subdomain& subdomain) const;
+  /// The sums at each node, ascending.
+  std::vector<NodeResponse> responses(double time, std::span<const double> displacement) const;
+  std::vector<mechanics::NodeStiffness> stiffest() const;
+  std::vector<mechanics::Support> supports() const;
+  double next_kink(double time) const;
+  bool grow_after(double time) const;
+  void rest_at(double time, const parallel::NodeField& displacement);
+  /// Collective.
+  void add_works(std::vector<Work>& works) const;
 
   /// Adds their state to the checkpoint. Collective.
   void save(MotionCheckpoint& checkpoint) const;
@@ -46,6 +68,7 @@ public:
 
 private:
   const parallel::Communicator* group_;
+  const fracture::BreakableBody* body_;
   std::vector<std::unique_ptr<Term>> terms_;
   std::vector<std::uint8_t> acts_;  // by block
 };
