@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/quasi_static.h"
 
+#include "common/failure.h"
 #include "common/index.h"
 #include "dynamics/machine_load.h"
 #include "dynamics/separation.h"
@@ -10,6 +11,7 @@
 #include "mechanics/node_cells.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 #include "parallel/ghost_exchange.h"
 
 #include "loose_loads.h"
@@ -46,6 +48,20 @@ constexpr double slight_overload = 1.2;
 /// than the spread of loads that soften at the same time, in a twentieth of the iterations.
 constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-4, .of_displacement = 5e-3};
 
+// Where a term is not linear.
+/// Largest unbalanced force in equilibrium, relative to the forces.
+constexpr double equilibrium_tolerance = 1e-8;
+constexpr int max_newton_steps = 40;
+/// An increment is straight if half-way along it the unbalanced force, relative to the forces, is at most
+/// this; or after so many halvings.
+constexpr double straightness = 0.02;
+constexpr int max_halvings = 30;
+/// The largest share of the strength at a break is 1 within this, or after so many refinements.
+constexpr double break_tolerance = 1e-8;
+constexpr int max_refinements = 60;
+/// An increment is at least this share of the one before.
+constexpr double least_growth = 1e-3;
+
 }  // namespace
 
 QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double patience,
@@ -58,12 +74,21 @@ QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double pati
       law_(context.law),
       patience_(patience),
       terms_(context_),
+      is_linear_(terms_.are_linear()),
       unit_loads_(terms_.unit_loads()),
+      held_(terms_.held_components(body_->subdomain())),
       solver_(*group_, body_->subdomain(), body_->operators(), body_->elasticity(), body_->edges(),
-              body_->residual_stiffness(), terms_.held_components(body_->subdomain())),
+              body_->residual_stiffness(), held_),
       displacement_(*group_, body_->subdomain().layout) {
   const geometry::Box box = mechanics::box_of_all(*group_, body_->subdomain());
   extent_ = std::ranges::max(box.upper - box.lower);
+  if (!is_linear_) {
+    group_->enter("static solve");
+    find_equilibrium(time_);
+    terms_.rest_at(time_, displacement_);
+    group_->enter("quasi-static loading");
+    return;
+  }
   for (const UnitLoad& load : unit_loads_) {
     auto& unit = unit_.emplace_back(*group_, body_->subdomain().layout);
     if (load.kind == UnitLoad::Kind::motion) load.apply(unit.local());
@@ -119,8 +144,130 @@ void QuasiStaticLoading::superpose(std::span<double> sum, const Factor& factor) 
 LoadState QuasiStaticLoading::measure(const parallel::NodeField& displacement, double time) const {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement, time);
   terms_.add_works(state.works);
-  state.stored = strain_energy(state);
+  state.stored = is_linear_ ? dynamics::strain_energy(state) : stored(displacement);
   return state;
+}
+
+double QuasiStaticLoading::stored(const parallel::NodeField& displacement) const {
+  return dynamics::strain_energy(*group_, *body_, displacement.local()) + terms_.stored(displacement);
+}
+
+double QuasiStaticLoading::find_imbalance(double time, std::vector<double>& force) {
+  const std::size_t n_owned = displacement_.owned().size();
+  std::vector<double> loads(force.size()), of_terms(n_owned);
+  for (const UnitLoad& load : unit_loads_) {
+    const double factor = load.factor(time);
+    if (load.kind == UnitLoad::Kind::motion || factor == 0) continue;
+    std::ranges::fill(force, 0.0);
+    load.apply(force);
+    for (std::size_t i = 0; i < n_owned; ++i) loads[i] += factor * force[i];
+  }
+  springs_.clear();
+  for (const NodeResponse& response : terms_.responses(time, displacement_.local())) {
+    springs_.push_back(response);
+    for (std::size_t i = 0; i < 3; ++i) of_terms[index(response.node, 0) + i] = response.force[i];
+  }
+  const mechanics::InternalForce of_displacement(body_->operators(), body_->residual_stiffness());
+  of_displacement.evaluate(displacement_.local(), force);
+  const auto square = [&](std::span<const double> v) {
+    return parallel::exact_dot(*group_, v.first(n_owned), v.first(n_owned));
+  };
+  const double largest = std::max({square(loads), square(of_terms), square(force)});
+  for (std::size_t i = 0; i < n_owned; ++i) force[i] = held_[i] != 0 ? 0 : loads[i] + of_terms[i] - force[i];
+  return largest > 0 ? std::sqrt(square(force) / largest) : 0;
+}
+
+void QuasiStaticLoading::find_equilibrium(double time) {
+  std::vector<double> force(displacement_.local().size()), held(force.size());
+  for (const UnitLoad& load : unit_loads_) {
+    if (load.kind != UnitLoad::Kind::motion) continue;
+    std::ranges::fill(force, 0.0);
+    load.apply(force);
+    for (std::size_t i = 0; i < force.size(); ++i) held[i] += load.factor(time) * force[i];
+  }
+  const auto u = displacement_.owned();
+  for (std::size_t i = 0; i < u.size(); ++i)
+    if (held_[i] != 0) u[i] = held[i];
+  parallel::check_peers(*group_);
+  displacement_.update_ghosts();
+  take(displacement_.local(), time);
+  double last = infinity;
+  for (int n = 0;; ++n) {
+    const double residual = find_imbalance(time, force);
+    const bool is_rounding = residual <= mechanics::rounding_allowance && residual > 0.5 * last;
+    if (residual <= equilibrium_tolerance || is_rounding) {
+      residual_ = std::max(residual_, residual);
+      return;
+    }
+    if (n == max_newton_steps)
+      fail<mechanics::NoEquilibrium>(
+          "no equilibrium at t = {:.6g} s: after {} steps of Newton's method the residual is still {:.1e} of "
+          "the forces",
+          time, n, residual);
+    last = residual;
+    parallel::NodeField change(*group_, body_->subdomain().layout);
+    solver_.set_node_stiffness(springs_);
+    solve(std::span<const double>(force).first(u.size()), change, {});
+    for (std::size_t i = 0; i < displacement_.local().size(); ++i)
+      displacement_.local()[i] += change.local()[i];
+  }
+}
+
+void QuasiStaticLoading::take(std::span<const double> displacement, double time) {
+  if (displacement.data() != displacement_.local().data())
+    std::ranges::copy(displacement, displacement_.local().begin());
+  time_ = time;
+  body_->set_time(time);
+  means_.clear();
+}
+
+QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
+  const auto current = [&] {
+    const auto u = std::as_const(displacement_).local();
+    return std::vector<double>(u.begin(), u.end());
+  };
+  std::vector<double> start = current(), end, between(start.size());
+  double from = time_, to = std::min(until, from + increment_);
+  group_->enter("static solve");
+  for (int n = 0;; ++n) {
+    bool is_straight = false;
+    try {
+      find_equilibrium(to);
+      end = current();
+      for (std::size_t i = 0; i < end.size(); ++i) between[i] = 0.5 * (start[i] + end[i]);
+      take(between, 0.5 * (from + to));
+      is_straight = n == max_halvings || find_imbalance(time_, between) <= straightness;
+    } catch (const mechanics::NoEquilibrium&) {  // on every rank
+      if (n == max_halvings) throw;
+      take(start, from);
+    }
+    increment_ = (n == 0 ? 2 : 1) * (to - from);
+    if (is_straight) break;
+    to = 0.5 * (from + to);
+  }
+  group_->enter("quasi-static loading");
+  for (int n = 0;; ++n) {
+    for (std::size_t i = 0; i < end.size(); ++i) between[i] = (end[i] - start[i]) / (to - from);
+    take(start, from);
+    Critical next = first_to_break(to, between);
+    if (next.number < 0) {
+      take(end, to);
+      // Where a tetrahedron has reached its strength at the end, it is the one, within rounding.
+      return n == 0 ? next : most_loaded();
+    }
+    // Every third step halves the interval, so that it shrinks whatever the path.
+    const double after = n % 3 == 2 ? 0.5 * (to - from) : next.value;
+    for (std::size_t i = 0; i < end.size(); ++i) between[i] = start[i] + after * between[i];
+    take(between, from + after);
+    find_equilibrium(time_);
+    const double share = most_loaded().value;
+    if (std::abs(share - 1) <= break_tolerance || n == max_refinements) {
+      increment_ = std::max(2 * (time_ - from), least_growth * increment_);
+      return next;
+    }
+    (share < 1 ? start : end) = current();
+    (share < 1 ? from : to) = time_;
+  }
 }
 
 void QuasiStaticLoading::combine() {
@@ -155,18 +302,22 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   group_->enter("static solve");
   std::exception_ptr no_equilibrium;
   try {
-    solve_unit_problems(body_->softens() ? softening_accuracy : mechanics::Accuracy{});
+    if (is_linear_)
+      solve_unit_problems(body_->softens() ? softening_accuracy : mechanics::Accuracy{});
+    else
+      find_equilibrium(time_);
   } catch (const mechanics::NoEquilibrium&) {
     no_equilibrium = std::current_exception();  // on every rank
   }
   group_->enter("quasi-static loading");
-  combine();
+  if (is_linear_) combine();
   if (carries_nothing(!no_equilibrium)) {
     displacement_.assign(last);
     residual_ = residual;  // of a solution that is discarded
     return false;
   }
   if (no_equilibrium) std::rethrow_exception(no_equilibrium);
+  terms_.rest_at(time_, displacement_);
   return true;
 }
 
@@ -176,7 +327,8 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   const bool is_known = std::ranges::none_of(displacement_.owned(), [](double u) { return std::isnan(u); });
   parallel::check_peers(*group_);
   if (parallel::any_of_all(*group_, !is_known)) return false;
-  const double share = stiffness_ratio_->at(time_, unit_);
+  // Without unit solutions the displacement tells.
+  const double share = is_linear_ ? stiffness_ratio_->at(time_, unit_) : 0.5 * weak_share;
   if (share < least_share || (share < weak_share && is_far(displacement_))) return true;
   // Without an equilibrium, hinges keep the body together but allow it to move.
   return !is_equilibrium && !loads_are_supported_by_faces(*group_, *body_, *loads_);
@@ -254,10 +406,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
   return agree(best, false);
 }
 
-QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) const {
-  // The rate of displacement, constant up to `until`.
-  std::vector<double> rate(displacement_.local().size());
-  superpose(rate, [this](const UnitLoad& load) { return load.rate(time_); });
+QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until,
+                                                                std::span<const double> rate) const {
   fracture::FirstCrossing first(law_->stress(), until - time_);
   const auto u = displacement_.local();
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
@@ -331,6 +481,9 @@ double QuasiStaticLoading::time_to_break(std::int32_t tetrahedron, double load) 
 }
 
 double QuasiStaticLoading::relaxation(const parallel::NodeField& before) const {
+  if (!is_linear_)
+    return stored(before) - stored(displacement_) +
+           static_work(measure(before, time_), measure(displacement_, time_));
   std::vector<double> difference(before.local().size());
   for (std::size_t i = 0; i < difference.size(); ++i)
     difference[i] = before.local()[i] - displacement_.local()[i];
@@ -361,7 +514,10 @@ double QuasiStaticLoading::strained_share(double limit) const {
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
   // The initial loads, and the initial strain, are taken to have grown from zero.
   const LoadState state = measure(displacement_, time_);
-  account.add_static_work({.works = std::vector<Work>(state.works.size())}, state);
+  if (is_linear_)
+    account.add_static_work({.works = std::vector<Work>(state.works.size())}, state);
+  else
+    account.add_phase(state.stored, 0);
   load_ = machine_load(*loads_, state).force;
 }
 
@@ -418,23 +574,34 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
                                                               const OnEquilibrium& on_equilibrium,
                                                               LoadState& state, Critical& next) {
   if (on_equilibrium) on_equilibrium(state);
+  std::vector<double> rate(displacement_.local().size()), last(rate.size());
   for (;;) {
     const double kink = terms_.next_kink(time_);
-    next = first_to_break(kink);
-    if (next.number < 0 && (std::isinf(kink) || !grows())) return QuasiStaticEnd::no_load;
     const double last_time = time_;
-    time_ = next.number < 0 ? kink : time_ + next.value;
-    combine();
-    if (n_events_ > 0 && is_far(displacement_) && stiffness_ratio_->at(time_, unit_) < weak_share) {
-      time_ = last_time;
+    std::ranges::copy(displacement_.local(), last.begin());
+    if (is_linear_) {
+      superpose(rate, [this](const UnitLoad& load) { return load.rate(time_); });
+      next = first_to_break(kink, rate);
+      if (next.number < 0 && (std::isinf(kink) || !grows())) return QuasiStaticEnd::no_load;
+      time_ = next.number < 0 ? kink : time_ + next.value;
       combine();
-      return QuasiStaticEnd::separated;
+    } else {
+      if (!grows()) return QuasiStaticEnd::no_load;
+      next = follow_path(kink);
     }
+    const bool may_be_mechanism = !is_linear_ || n_events_ > 0;
+    if (may_be_mechanism && is_far(displacement_) &&
+        (!is_linear_ || stiffness_ratio_->at(time_, unit_) < weak_share)) {
+      take(last, last_time);
+      return n_events_ > 0 ? QuasiStaticEnd::separated : QuasiStaticEnd::no_load;
+    }
+    terms_.rest_at(time_, displacement_);
     LoadState reached = measure(displacement_, time_);
     account.add_static_work(state, reached);
     state = std::move(reached);
     if (on_equilibrium) on_equilibrium(state);
     if (next.number >= 0) return {};
+    if (!is_linear_) continue;
     group_->enter("static solve");
     solve_missing_problems({});
     group_->enter("quasi-static loading");

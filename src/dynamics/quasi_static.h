@@ -32,7 +32,9 @@ enum class QuasiStaticEnd {
 };
 
 /// Event-driven quasi-static loading. Between breaks the equilibrium is linear in the loads: one unit
-/// solution per unit load of the terms, scaled by its factor. Under a slow ramp the Tuler-Butcher overshoot
+/// solution per unit load of the terms, scaled by its factor. If a term is not linear, the loads grow in
+/// increments over which the body moves nearly straight, each to an equilibrium by Newton's method, and up to
+/// the break on the way. Under a slow ramp the Tuler-Butcher overshoot
 /// is negligible, so a tetrahedron breaks when its largest principal stress reaches the strength.
 class QuasiStaticLoading {
 public:
@@ -78,6 +80,9 @@ public:
   /// new breaks: solves for the equilibrium and updates the energy account. Collective.
   /// @return false when the body no longer carries any load
   bool resume(double time, double kinetic, const parallel::NodeField& displacement, EnergyAccount& account);
+
+  /// Of the equilibrium, with what the terms store [J]. Collective.
+  double strain_energy() const { return stored(displacement_); }
 
   double time() const { return time_; }
   /// True if a load, a motion or the initial strain changes from now on.
@@ -125,6 +130,19 @@ private:
   /// Superposition of the unit solutions, each times a factor of its load.
   template <class Factor>
   void superpose(std::span<double> sum, const Factor& factor) const;
+  /// Newton's method for the equilibrium at a time, from the current displacement.
+  /// @throws mechanics::NoEquilibrium on every rank
+  void find_equilibrium(double time);
+  /// The unbalanced force at the current displacement and a time, and the terms' stiffness there.
+  /// @param force receives it, 3 n_local; zero where the displacement is prescribed
+  /// @return its norm, relative to the largest of those of the loads, the terms' forces and the body's
+  double find_imbalance(double time, std::vector<double>& force);
+  /// Raises the loads by an increment along the path of equilibria, or up to a break on it.
+  /// @return the tetrahedron that breaks, if any
+  Critical follow_path(double until);
+  /// Takes a displacement, 3 n_local, as that at a time.
+  void take(std::span<const double> displacement, double time);
+  double stored(const parallel::NodeField& displacement) const;
   /// The loads at a displacement, with the works of all terms.
   LoadState measure(const parallel::NodeField& displacement, double time) const;
   /// The potential energy that the body loses, at constant loads, between a displacement and its equilibrium
@@ -153,8 +171,8 @@ private:
     for (std::size_t corner = 0; corner < 4; ++corner)
       if (const auto patch = law_->means()->patch(tetrahedron, corner); patch >= 0) visit(index(patch));
   }
-  /// The next tetrahedron to reach its strength under increasing loads.
-  Critical first_to_break(double until) const;
+  /// The next tetrahedron to reach its strength while the displacement changes at a rate, 3 n_local.
+  Critical first_to_break(double until, std::span<const double> rate) const;
   /// Local number of the tetrahedron that breaks there, or -1: the critical one itself, or the one selected
   /// by its ball.
   std::int32_t breaking(const Critical& critical) const;
@@ -177,7 +195,9 @@ private:
   fracture::FractureLaw* law_;
   double patience_;
   Terms terms_;
+  bool is_linear_;
   std::vector<UnitLoad> unit_loads_;
+  mechanics::HeldComponents held_;
   mechanics::StaticSolver solver_;
   std::vector<mechanics::NodeStiffness> springs_;  // of the terms
   std::vector<parallel::NodeField> unit_;          // solution for each unit load
@@ -188,7 +208,8 @@ private:
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
   double extent_ = 0;                 // of the body, the largest along an axis [m]
   double time_ = 0;
-  double load_ = 0;  // [N]
+  double increment_ = 1;  // of the load time, to be tried next where a term is not linear [s]
+  double load_ = 0;       // [N]
   double load_at_first_break_ = not_a_number;
   double overload_ = 0, onset_delay_ = 0;
   double residual_ = 0;

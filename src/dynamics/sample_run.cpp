@@ -161,7 +161,8 @@ private:
     set_initial_velocity(context_, model_.initial_velocities(), state);
     parallel::check_peers(group_);
     state.displacement.update_ghosts();
-    const double strain = strain_energy(group_, body_, state.displacement.local());
+    const double strain =
+        strain_energy(group_, body_, state.displacement.local()) + Terms(context_).stored(state.displacement);
     account_.add_phase(strain + kinetic_energy(context_, state), 0);
     say("dynamic phase 1 starts from rest");
     const PhaseResult phase = move(0, {}, state);
@@ -257,8 +258,7 @@ private:
                           ? Outcome::separated
                           : Outcome::arrested;
     if (result_.energy.empty())
-      result_.energy.push_back(
-          account_.row(0, {.strain = strain_energy(group_, body_, loading.displacement().local())}));
+      result_.energy.push_back(account_.row(0, {.strain = loading.strain_energy()}));
   }
 
   /// True if anything has broken.
