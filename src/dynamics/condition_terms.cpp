@@ -131,15 +131,16 @@ void LoadTerm::add_supplied(double time, const MotionState& state, std::vector<d
     for (const double work : works) sum.push_back(-work);
 }
 
-void LoadTerm::end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) {
+void LoadTerm::end_loads(double time, const mechanics::NodesOfConditions& nodes,
+                         const parallel::NodeField& displacement) {
   for (std::size_t k = 0; k < rate_work_.size(); ++k) {
     const auto& pattern = context_.loads->forces[k];
     const double amplitude = pattern.amplitude.at(time);
     for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
       if (pattern.does_work_at(n) &&
           std::ranges::binary_search(nodes[index(pattern.condition)], pattern.nodes[n]))
-        rate_work_[k][n] -= amplitude * pattern.weight[n] *
-                            component_of(state.displacement, pattern.nodes[n], pattern.component);
+        rate_work_[k][n] -=
+            amplitude * pattern.weight[n] * component_of(displacement, pattern.nodes[n], pattern.component);
   }
 }
 

@@ -25,7 +25,8 @@ public:
   bool acts_on(std::size_t block) const override { return !blocks_[block].empty(); }
   void after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) override;
   void add_supplied(double time, const MotionState& state, std::vector<double>& sum) const override;
-  void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override;
+  void end_loads(double time, const mechanics::NodesOfConditions& nodes,
+                 const parallel::NodeField& displacement) override;
   Demand demand(double from, double to) const override;
   void add_unit_loads(std::vector<UnitLoad>& loads) const override;
   double next_kink(double time) const override;

@@ -32,7 +32,8 @@ struct LoadState {
   /// Of each force pattern, each prescribed motion (its factors included), each part of the initial strain
   /// (at rest only: in motion it is constant), and of other terms.
   std::vector<Work> works = {};
-  double stored = 0;  ///< in the body and its terms; set in equilibrium only [J]
+  std::vector<Record> records = {};  ///< of terms; set in equilibrium only
+  double stored = 0;                 ///< in the body and its terms; set in equilibrium only [J]
 };
 
 /// Collective; bitwise equal for any number of ranks.

@@ -192,10 +192,13 @@ public:
   }
 
   void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override {
-    terms_.end_loads(time, nodes, state);
+    terms_.end_loads(time, nodes, state.displacement);
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
+  std::vector<Record> records(double time, const MotionState& state) const override {
+    return terms_.records(time, state.displacement);
+  }
 
   std::optional<std::string> failure() const override {
     const auto message = [&](const char* what, double quantum, const char* unit) {

@@ -145,14 +145,17 @@ void HistoryRecorder::record_equilibrium(double load_time, const LoadState& load
                                          const parallel::NodeField& displacement) {
   HistoryRow row;
   row.load_time = load_time;
+  row.records = loads.records;
   row.energy = account_->row(0, {.strain = loads.stored});
   add(std::move(row), loads, displacement, nullptr);
 }
 
 void HistoryRecorder::record_motion(std::int32_t phase, double load_time, const EnergyRow& energy,
                                     const parallel::NodeField& displacement,
-                                    const parallel::NodeField& velocity, bool is_output) {
+                                    const parallel::NodeField& velocity, std::vector<Record> records,
+                                    bool is_output) {
   HistoryRow row;
+  row.records = std::move(records);
   row.is_output = is_output;
   row.load_time = load_time + energy.time;
   row.phase = phase;

@@ -80,6 +80,13 @@ public:
   /// Dissipated by the terms since the start [J]. Collective.
   virtual double dissipated_energy() const { return 0; }
 
+  /// What the terms record. Collective.
+  /// @param state as currently returned by read()
+  virtual std::vector<Record> records([[maybe_unused]] double time,
+                                      [[maybe_unused]] const MotionState& state) const {
+    return {};
+  }
+
   /// Why the state on this rank is no longer valid, for example a number out of range; empty if it is valid.
   virtual std::optional<std::string> failure() const { return {}; }
 

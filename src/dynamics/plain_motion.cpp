@@ -213,10 +213,13 @@ public:
     return terms_.supplied(time, state);
   }
   void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override {
-    terms_.end_loads(time, nodes, state);
+    terms_.end_loads(time, nodes, state.displacement);
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
+  std::vector<Record> records(double time, const MotionState& state) const override {
+    return terms_.records(time, state.displacement);
+  }
   std::int64_t n_forces() const override { return n_forces_; }
 
   std::optional<std::string> failure() const override {

@@ -144,6 +144,7 @@ void QuasiStaticLoading::superpose(std::span<double> sum, const Factor& factor) 
 LoadState QuasiStaticLoading::measure(const parallel::NodeField& displacement, double time) const {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement, time);
   terms_.add_works(state.works);
+  state.records = terms_.records(time, displacement);
   state.stored = is_linear_ ? dynamics::strain_energy(state) : stored(displacement);
   return state;
 }
@@ -207,9 +208,15 @@ void QuasiStaticLoading::find_equilibrium(double time) {
     last = residual;
     parallel::NodeField change(*group_, body_->subdomain().layout);
     solver_.set_node_stiffness(springs_);
-    solve(std::span<const double>(force).first(u.size()), change, {});
+    std::exception_ptr no_equilibrium;
+    try {
+      solve(std::span<const double>(force).first(u.size()), change, {});
+    } catch (const mechanics::NoEquilibrium&) {
+      no_equilibrium = std::current_exception();  // on every rank; how far the body moves may tell why
+    }
     for (std::size_t i = 0; i < displacement_.local().size(); ++i)
       displacement_.local()[i] += change.local()[i];
+    if (no_equilibrium) std::rethrow_exception(no_equilibrium);
   }
 }
 
@@ -280,6 +287,11 @@ bool QuasiStaticLoading::grows() const {
   return terms_.grow_after(time_);
 }
 
+void QuasiStaticLoading::end_loads(const mechanics::NodesOfConditions& nodes) {
+  terms_.end_loads(time_, nodes, displacement_);
+  ending_loads_->end_loads(*group_, nodes);
+}
+
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   parallel::check_peers(*group_);
   law_->follow_cracks(*group_);
@@ -289,10 +301,8 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   if (may_separate) {
     const auto labels = fracture::piece_labels(*group_, *body_);
     if (ending_loads_ != nullptr) {
-      if (const auto nodes = nodes_of_loose_pieces(*group_, *body_, *loads_, labels))
-        ending_loads_->end_loads(*group_, *nodes);
-      if (const auto nodes = nodes_of_falling_splinters(*group_, *body_, *loads_))
-        ending_loads_->end_loads(*group_, *nodes);
+      if (const auto nodes = nodes_of_loose_pieces(*group_, *body_, *loads_, labels)) end_loads(*nodes);
+      if (const auto nodes = nodes_of_falling_splinters(*group_, *body_, *loads_)) end_loads(*nodes);
     }
     if (!loads_are_supported(*group_, *body_, *loads_, labels)) return false;
   }

@@ -150,6 +150,7 @@ private:
   double relaxation(const parallel::NodeField& before) const;
   /// Takes displacement and initial strain at time_.
   void combine();
+  void end_loads(const mechanics::NodesOfConditions& nodes);
   /// Solves for the new equilibrium. @return false when the body no longer carries any load
   /// @param may_separate tetrahedra or bridges broke, rather than only softened
   bool update_after_breaks(bool may_separate);

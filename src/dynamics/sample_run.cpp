@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -279,13 +280,14 @@ private:
     const std::int64_t number = ++result_.counts.dynamic_phases;
     if (const EndedPhase* ended = checkpoints_.ended(number, load_time)) return replay(*ended, state);
     Stopwatch watch;
-    PhaseOptions options = phase_options(load_time, arrest_window);
+    std::unique_ptr<MovingBody> motion;
+    PhaseOptions options = phase_options(load_time, arrest_window, motion);
     const double duration = setup_.grid.duration();
     PhaseProgress progress(
         control_, number, duration,
         options.from != nullptr ? static_cast<double>(options.from->running->step) * setup_.grid.step : 0);
     if (group_.is_root()) options.on_row = [&](const EnergyRow& row) { progress.report(row); };
-    const auto motion = make_motion(context_, model_.time, load_time, duration, state);
+    motion = make_motion(context_, model_.time, load_time, duration, state);
     const ReleasesSince releases(body_);
     PhaseResult phase =
         run_explicit_phase(context_, *motion, setup_.splitting, account_, load_time, options, state);
@@ -300,7 +302,9 @@ private:
     return phase;
   }
 
-  PhaseOptions phase_options(double load_time, std::optional<double> arrest_window) {
+  /// @param motion of the phase, when it is called back
+  PhaseOptions phase_options(double load_time, std::optional<double> arrest_window,
+                             const std::unique_ptr<MovingBody>& motion) {
     const std::int64_t number = result_.counts.dynamic_phases;
     PhaseOptions options{.grid = setup_.grid,
                          .arrest_window = arrest_window,
@@ -336,7 +340,8 @@ private:
     for (double& kink : options.kinks) kink -= load_time;
     options.on_history = [&, number, load_time](const EnergyRow& row, const MotionState& now,
                                                 bool is_output) {
-      history_.record_motion(number, load_time, row, now.displacement, now.velocity, is_output);
+      history_.record_motion(number, load_time, row, now.displacement, now.velocity,
+                             motion->records(load_time + row.time, now), is_output);
     };
     options.on_failure = [&](PhaseResult partial) {
       result_.energy = std::move(partial.energy);

@@ -128,7 +128,7 @@ public:
   /// Loads are about to end at these nodes; the work done so far is kept.
   virtual void end_loads([[maybe_unused]] double time,
                          [[maybe_unused]] const mechanics::NodesOfConditions& nodes,
-                         [[maybe_unused]] const MotionState& state) {}
+                         [[maybe_unused]] const parallel::NodeField& displacement) {}
 
   /// Between two times of the load curves [s]. Collective.
   virtual Demand demand([[maybe_unused]] double from, [[maybe_unused]] double to) const { return {}; }
@@ -160,6 +160,11 @@ public:
                        [[maybe_unused]] const parallel::NodeField& displacement) {}
   /// Adds what has done work since the equilibrium before, such as a driven tool. Collective.
   virtual void add_works([[maybe_unused]] std::vector<Work>& works) const {}
+
+  /// Adds what it records over time, always the same quantities: equal on every rank. Collective.
+  virtual void add_records([[maybe_unused]] double time,
+                           [[maybe_unused]] const parallel::NodeField& displacement,
+                           [[maybe_unused]] std::vector<Record>& records) const {}
 
   /// The state that restore() needs, gathered on the root. Collective.
   virtual std::vector<parallel::NumberedRows> save() const { return {}; }

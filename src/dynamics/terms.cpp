@@ -84,8 +84,9 @@ void Terms::end_step(const mechanics::StepSpan& step, MovingNodes& nodes) {
   for (const auto& term : terms_) term->end_step(step, nodes, drives);
 }
 
-void Terms::end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) {
-  for (const auto& term : terms_) term->end_loads(time, nodes, state);
+void Terms::end_loads(double time, const mechanics::NodesOfConditions& nodes,
+                      const parallel::NodeField& displacement) {
+  for (const auto& term : terms_) term->end_loads(time, nodes, displacement);
 }
 
 double Terms::supplied(double time, const MotionState& state) const {
@@ -106,6 +107,12 @@ double Terms::stored(const parallel::NodeField& displacement) const {
   std::vector<double> sum;
   for (const auto& term : terms_) term->add_stored(displacement, sum);
   return parallel::exact_sum(*group_, sum);
+}
+
+std::vector<Record> Terms::records(double time, const parallel::NodeField& displacement) const {
+  std::vector<Record> records;
+  for (const auto& term : terms_) term->add_records(time, displacement, records);
+  return records;
 }
 
 Demand Terms::demand(double from, double to) const {

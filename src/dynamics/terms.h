@@ -35,12 +35,16 @@ public:
   void after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes);
   void after_drift(std::size_t block, const Substep& substep, MovingNodes& nodes);
   void end_step(const mechanics::StepSpan& step, MovingNodes& nodes);
-  void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state);
+  void end_loads(double time, const mechanics::NodesOfConditions& nodes,
+                 const parallel::NodeField& displacement);
 
   // Since the start of the phase [J]. Collective; bitwise equal for any number of ranks if the state is.
   double supplied(double time, const MotionState& state) const;
   double dissipated() const;
   double stored(const parallel::NodeField& displacement) const;
+
+  /// Collective.
+  std::vector<Record> records(double time, const parallel::NodeField& displacement) const;
 
   /// Of all terms together. Collective.
   Demand demand(double from, double to) const;

@@ -4,6 +4,7 @@
 #include "common/index.h"
 #include "dynamics/moving_body.h"
 #include "dynamics/term.h"
+#include "parallel/exact_sum.h"
 
 #include <algorithm>
 #include <cmath>
@@ -73,6 +74,15 @@ public:
   void add_supports(std::vector<mechanics::Support>& supports) const override {
     for (const auto node : nodes())
       supports.push_back({node, static_cast<std::uint8_t>(1 << bed_.component)});
+  }
+
+  void add_records(double, const parallel::NodeField& displacement,
+                   std::vector<dynamics::Record>& records) const override {
+    std::vector<double> forces;
+    for (std::size_t n = 0; n < nodes().size(); ++n)
+      forces.push_back(force(n, displacement.owned()[index(nodes()[n], bed_.component)]));
+    records.push_back(
+        {"springs", "N", "force of the springs on the body", parallel::exact_sum(*context_.group, forces)});
   }
 
   std::vector<parallel::NumberedRows> save() const override {
