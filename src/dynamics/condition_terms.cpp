@@ -74,10 +74,6 @@ double peak_of(const mechanics::ForcePattern& pattern, double from, double to) {
   return peak(pattern.amplitude, from, to, [&](double t) { return pattern.amplitude.at(t); });
 }
 
-bool grows(const mechanics::LoadCurve& curve, double time) {
-  return curve.slope(time) != 0 || curve.next_kink(time) < infinity;
-}
-
 double component_of(const parallel::NodeField& field, std::int32_t node, int component) {
   return field.owned()[index(node, component)];
 }
@@ -176,24 +172,12 @@ Demand LoadTerm::demand(double from, double to) const {
 
 void LoadTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
   for (const auto& pattern : context_.loads->forces)
-    loads.push_back({UnitLoad::Kind::force, [&](double time) { return pattern.amplitude.at(time); },
-                     [&](double time) { return pattern.amplitude.slope(time); },
+    loads.push_back({UnitLoad::Kind::force, &pattern.amplitude,
                      [&](std::span<double> force) {
                        for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
                          force[index(pattern.nodes[n], pattern.component)] = pattern.weight[n];
                      },
                      pattern.total_weight});
-}
-
-double LoadTerm::next_kink(double time) const {
-  double kink = infinity;
-  for (const auto& pattern : context_.loads->forces) kink = std::min(kink, pattern.amplitude.next_kink(time));
-  return kink;
-}
-
-bool LoadTerm::grows_after(double time) const {
-  return std::ranges::any_of(context_.loads->forces,
-                             [&](const auto& pattern) { return grows(pattern.amplitude, time); });
 }
 
 std::vector<parallel::NumberedRows> LoadTerm::save() const {
@@ -303,29 +287,17 @@ Demand MotionTerm::demand(double from, double to) const {
 void MotionTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
   for (const auto& motion : context_.loads->motions)
     if (!motion.never_moves())
-      loads.push_back({UnitLoad::Kind::motion, [&](double time) { return motion.displacement(time); },
-                       [&](double time) { return motion.velocity(time); },
+      loads.push_back({UnitLoad::Kind::motion, &motion.curve,
                        [&](std::span<double> displacement) {
                          for (std::size_t n = 0; n < motion.nodes.size(); ++n)
                            displacement[index(motion.nodes[n], motion.component)] = motion.factor_at(n);
-                       }});
+                       },
+                       0, motion.is_velocity});
 }
 
 void MotionTerm::mark_held(std::span<std::uint8_t> held) const {
   for (const auto& motion : context_.loads->motions)
     for (const auto node : motion.nodes) held[index(node, motion.component)] = 1;
-}
-
-double MotionTerm::next_kink(double time) const {
-  double kink = infinity;
-  for (const auto& motion : context_.loads->motions) kink = std::min(kink, motion.curve.next_kink(time));
-  return kink;
-}
-
-bool MotionTerm::grows_after(double time) const {
-  return std::ranges::any_of(context_.loads->motions, [&](const auto& motion) {
-    return grows(motion.curve, time) || (motion.is_velocity && motion.curve.at(time) != 0);
-  });
 }
 
 std::vector<parallel::NumberedRows> MotionTerm::save() const {
@@ -338,10 +310,9 @@ void MotionTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
 
 void InitialStrainTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
   for (const auto& part : body_->initial_strain().parts())
-    loads.push_back(
-        {UnitLoad::Kind::strain, [&](double time) { return part.factor.at(time); },
-         [&](double time) { return part.factor.slope(time); },
-         [&, this](std::span<double> force) { body_->force().evaluate_strains(part.strain, force); }});
+    loads.push_back({UnitLoad::Kind::strain, &part.factor, [&, this](std::span<double> force) {
+                       body_->force().evaluate_strains(part.strain, force);
+                     }});
 }
 
 }  // namespace crackle::dynamics

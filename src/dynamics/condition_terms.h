@@ -29,8 +29,6 @@ public:
                  const parallel::NodeField& displacement) override;
   Demand demand(double from, double to) const override;
   void add_unit_loads(std::vector<UnitLoad>& loads) const override;
-  double next_kink(double time) const override;
-  bool grows_after(double time) const override;
   std::vector<parallel::NumberedRows> save() const override;
   void restore(const std::vector<parallel::NumberedRows>& rows) override;
 
@@ -68,8 +66,6 @@ public:
   Demand demand(double from, double to) const override;
   void add_unit_loads(std::vector<UnitLoad>& loads) const override;
   void mark_held(std::span<std::uint8_t> held) const override;
-  double next_kink(double time) const override;
-  bool grows_after(double time) const override;
   std::vector<parallel::NumberedRows> save() const override;
   void restore(const std::vector<parallel::NumberedRows>& rows) override;
 
@@ -96,8 +92,6 @@ public:
   explicit InitialStrainTerm(const fracture::BreakableBody& body) : body_(&body) {}
 
   void add_unit_loads(std::vector<UnitLoad>& loads) const override;
-  double next_kink(double time) const override { return body_->initial_strain().next_kink(time); }
-  bool grows_after(double time) const override { return body_->initial_strain().changes_after(time); }
 
 private:
   const fracture::BreakableBody* body_;

@@ -49,12 +49,15 @@ constexpr double slight_overload = 1.2;
 constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-4, .of_displacement = 5e-3};
 
 // Where a term is not linear.
+/// Forces that strain the body less than this count as none.
+constexpr double negligible_strain = 1e-9;
 /// Largest unbalanced force in equilibrium, relative to the forces.
 constexpr double equilibrium_tolerance = 1e-8;
 constexpr int max_newton_steps = 40;
 /// An increment is straight if half-way along it the unbalanced force, relative to the forces, is at most
-/// this; or after so many halvings.
+/// this, or after so many halvings. One without an equilibrium at its end is halved so many times.
 constexpr double straightness = 0.02;
+constexpr int max_bends = 10;
 constexpr int max_halvings = 30;
 /// The largest share of the strength at a break is 1 within this, or after so many refinements.
 constexpr double break_tolerance = 1e-8;
@@ -74,7 +77,7 @@ QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double pati
       law_(context.law),
       patience_(patience),
       terms_(context_),
-      is_linear_(terms_.are_linear()),
+      is_linear_(std::ranges::all_of(terms_, [](const auto& term) { return term->is_linear(); })),
       unit_loads_(terms_.unit_loads()),
       held_(terms_.held_components(body_->subdomain())),
       solver_(*group_, body_->subdomain(), body_->operators(), body_->elasticity(), body_->edges(),
@@ -83,9 +86,10 @@ QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double pati
   const geometry::Box box = mechanics::box_of_all(*group_, body_->subdomain());
   extent_ = std::ranges::max(box.upper - box.lower);
   if (!is_linear_) {
+    negligible_force_ = negligible_strain * extent_ * bar_stiffness(*group_, *body_);
     group_->enter("static solve");
     find_equilibrium(time_);
-    terms_.rest_at(time_, displacement_);
+    come_to_rest();
     group_->enter("quasi-static loading");
     return;
   }
@@ -117,7 +121,7 @@ void QuasiStaticLoading::solve_missing_problems(const mechanics::Accuracy& accur
     const bool acts = load.kind != UnitLoad::Kind::strain || load.factor(time_) != 0 || load.rate(time_) != 0;
     if (!acts || std::exchange(is_solved_[k], std::uint8_t{1}) != 0) continue;
     std::ranges::fill(force, 0.0);
-    if (load.kind != UnitLoad::Kind::motion) load.apply(force);
+    if (load.is_force()) load.apply(force);
     solve(std::span<const double>(force).first(displacement_.owned().size()), unit_[k], accuracy);
   }
 }
@@ -143,22 +147,26 @@ void QuasiStaticLoading::superpose(std::span<double> sum, const Factor& factor) 
 
 LoadState QuasiStaticLoading::measure(const parallel::NodeField& displacement, double time) const {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement, time);
-  terms_.add_works(state.works);
+  for (const auto& term : terms_) term->add_works(state.works);
   state.records = terms_.records(time, displacement);
   state.stored = is_linear_ ? dynamics::strain_energy(state) : stored(displacement);
   return state;
+}
+
+void QuasiStaticLoading::come_to_rest() {
+  for (const auto& term : terms_) term->rest_at(time_, displacement_);
 }
 
 double QuasiStaticLoading::stored(const parallel::NodeField& displacement) const {
   return dynamics::strain_energy(*group_, *body_, displacement.local()) + terms_.stored(displacement);
 }
 
-double QuasiStaticLoading::find_imbalance(double time, std::vector<double>& force) {
+QuasiStaticLoading::Imbalance QuasiStaticLoading::find_imbalance(double time, std::vector<double>& force) {
   const std::size_t n_owned = displacement_.owned().size();
   std::vector<double> loads(force.size()), of_terms(n_owned);
   for (const UnitLoad& load : unit_loads_) {
     const double factor = load.factor(time);
-    if (load.kind == UnitLoad::Kind::motion || factor == 0) continue;
+    if (!load.is_force() || factor == 0) continue;
     std::ranges::fill(force, 0.0);
     load.apply(force);
     for (std::size_t i = 0; i < n_owned; ++i) loads[i] += factor * force[i];
@@ -173,9 +181,9 @@ double QuasiStaticLoading::find_imbalance(double time, std::vector<double>& forc
   const auto square = [&](std::span<const double> v) {
     return parallel::exact_dot(*group_, v.first(n_owned), v.first(n_owned));
   };
-  const double largest = std::max({square(loads), square(of_terms), square(force)});
+  const double forces = std::max({square(loads), square(of_terms), square(force)});
   for (std::size_t i = 0; i < n_owned; ++i) force[i] = held_[i] != 0 ? 0 : loads[i] + of_terms[i] - force[i];
-  return largest > 0 ? std::sqrt(square(force) / largest) : 0;
+  return {std::sqrt(square(force)), std::max(std::sqrt(forces), negligible_force_)};
 }
 
 void QuasiStaticLoading::find_equilibrium(double time) {
@@ -192,9 +200,11 @@ void QuasiStaticLoading::find_equilibrium(double time) {
   parallel::check_peers(*group_);
   displacement_.update_ghosts();
   take(displacement_.local(), time);
-  double last = infinity;
+  double last = infinity, forces = 0;
   for (int n = 0;; ++n) {
-    const double residual = find_imbalance(time, force);
+    const Imbalance now = find_imbalance(time, force);
+    forces = std::max(forces, now.forces);  // where it ends without any, those on the way count
+    const double residual = now.norm / forces;
     const bool is_rounding = residual <= mechanics::rounding_allowance && residual > 0.5 * last;
     if (residual <= equilibrium_tolerance || is_rounding) {
       residual_ = std::max(residual_, residual);
@@ -243,7 +253,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
       end = current();
       for (std::size_t i = 0; i < end.size(); ++i) between[i] = 0.5 * (start[i] + end[i]);
       take(between, 0.5 * (from + to));
-      is_straight = n == max_halvings || find_imbalance(time_, between) <= straightness;
+      const Imbalance half_way = find_imbalance(time_, between);
+      is_straight = n >= max_bends || half_way.norm <= straightness * half_way.forces;
     } catch (const mechanics::NoEquilibrium&) {  // on every rank
       if (n == max_halvings) throw;
       take(start, from);
@@ -284,7 +295,7 @@ void QuasiStaticLoading::combine() {
 }
 
 bool QuasiStaticLoading::grows() const {
-  return terms_.grow_after(time_);
+  return std::ranges::any_of(unit_loads_, [this](const UnitLoad& load) { return load.grows_after(time_); });
 }
 
 void QuasiStaticLoading::end_loads(const mechanics::NodesOfConditions& nodes) {
@@ -327,7 +338,7 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
     return false;
   }
   if (no_equilibrium) std::rethrow_exception(no_equilibrium);
-  terms_.rest_at(time_, displacement_);
+  come_to_rest();
   return true;
 }
 
@@ -586,7 +597,8 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
   if (on_equilibrium) on_equilibrium(state);
   std::vector<double> rate(displacement_.local().size()), last(rate.size());
   for (;;) {
-    const double kink = terms_.next_kink(time_);
+    double kink = infinity;
+    for (const UnitLoad& load : unit_loads_) kink = std::min(kink, load.curve->next_kink(time_));
     const double last_time = time_;
     std::ranges::copy(displacement_.local(), last.begin());
     if (is_linear_) {
@@ -605,7 +617,7 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
       take(last, last_time);
       return n_events_ > 0 ? QuasiStaticEnd::separated : QuasiStaticEnd::no_load;
     }
-    terms_.rest_at(time_, displacement_);
+    come_to_rest();
     LoadState reached = measure(displacement_, time_);
     account.add_static_work(state, reached);
     state = std::move(reached);

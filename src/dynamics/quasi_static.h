@@ -133,15 +133,19 @@ private:
   /// Newton's method for the equilibrium at a time, from the current displacement.
   /// @throws mechanics::NoEquilibrium on every rank
   void find_equilibrium(double time);
+  struct Imbalance {
+    double norm = 0;    ///< of the unbalanced force
+    double forces = 0;  ///< largest norm of the loads, the terms' forces and the body's, if not negligible
+  };
   /// The unbalanced force at the current displacement and a time, and the terms' stiffness there.
   /// @param force receives it, 3 n_local; zero where the displacement is prescribed
-  /// @return its norm, relative to the largest of those of the loads, the terms' forces and the body's
-  double find_imbalance(double time, std::vector<double>& force);
+  Imbalance find_imbalance(double time, std::vector<double>& force);
   /// Raises the loads by an increment along the path of equilibria, or up to a break on it.
   /// @return the tetrahedron that breaks, if any
   Critical follow_path(double until);
   /// Takes a displacement, 3 n_local, as that at a time.
   void take(std::span<const double> displacement, double time);
+  void come_to_rest();
   double stored(const parallel::NodeField& displacement) const;
   /// The loads at a displacement, with the works of all terms.
   LoadState measure(const parallel::NodeField& displacement, double time) const;
@@ -208,6 +212,7 @@ private:
   mutable std::vector<mechanics::Symmetric> means_;  // stresses around nodes there; empty: not computed yet
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
   double extent_ = 0;                 // of the body, the largest along an axis [m]
+  double negligible_force_ = 0;       // where a term is not linear [N]
   double time_ = 0;
   double increment_ = 1;  // of the load time, to be tried next where a term is not linear [s]
   double load_ = 0;       // [N]

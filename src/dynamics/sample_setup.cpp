@@ -82,10 +82,11 @@ std::vector<mechanics::NodeStiffness> SampleSetup::set_supports() {
   MotionContext context{&group, &body, &loads, nullptr};
   context.more_terms = more_terms;
   const Terms terms(context);
-  loads.supports = terms.supports();
+  for (const auto& term : terms) term->add_supports(loads.supports);
   parallel::check_peers(group);
   loads.has_supports = parallel::any_of_all(group, !loads.supports.empty());
-  return terms.stiffest();
+  const auto most = terms.stiffest(std::vector<double>(3 * subdomain.nodes.size()));
+  return {most.begin(), most.end()};
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {

@@ -44,6 +44,18 @@ std::vector<double> superposition(const std::vector<double>& factors,
 
 }  // namespace
 
+double bar_stiffness(const parallel::Communicator& group, const fracture::BreakableBody& body) {
+  const geometry::Box box = mechanics::box_of_all(group, body.subdomain());
+  const double extent = std::ranges::max(box.upper - box.lower);
+  std::vector<double> volumes;
+  for (std::size_t t = 0; t < body.operators().tetrahedra.size(); ++t)
+    if (body.subdomain().owned[t] != 0) volumes.push_back(body.operators().tetrahedra[t].volume);
+  parallel::check_peers(group);
+  const double largest = parallel::largest_of_all(
+      group, std::ranges::max(body.elasticity().values(), {}, &mechanics::IsotropicElasticity::mu).mu);
+  return largest * parallel::exact_sum(group, volumes) / (extent * extent);
+}
+
 StiffnessRatio::StiffnessRatio(const parallel::Communicator& group, const fracture::BreakableBody& body,
                                std::span<const UnitLoad> loads,
                                std::span<const mechanics::NodeStiffness> springs,
@@ -70,15 +82,7 @@ StiffnessRatio::StiffnessRatio(const parallel::Communicator& group, const fractu
       row.push_back(
           parallel::exact_dot(group, std::span<const double>(force).first(b.owned().size()), b.owned()));
   }
-  const geometry::Box box = mechanics::box_of_all(group, body.subdomain());
-  const double extent = std::ranges::max(box.upper - box.lower);
-  std::vector<double> volumes;
-  for (std::size_t t = 0; t < body.operators().tetrahedra.size(); ++t)
-    if (body.subdomain().owned[t] != 0) volumes.push_back(body.operators().tetrahedra[t].volume);
-  parallel::check_peers(group);
-  const double largest = parallel::largest_of_all(
-      group, std::ranges::max(body.elasticity().values(), {}, &mechanics::IsotropicElasticity::mu).mu);
-  bar_stiffness_ = largest * parallel::exact_sum(group, volumes) / (extent * extent);
+  bar_stiffness_ = bar_stiffness(group, body);
 }
 
 double StiffnessRatio::work(std::size_t force, std::span<const double> displacement) const {

@@ -18,6 +18,9 @@ namespace crackle::dynamics {
 /// or a beam of ten times its original length, is still a thousand times stiffer.
 inline constexpr double least_share = mechanics::rounding_allowance;
 
+/// The stiffness of a bar equivalent to the whole body, along its longest extent [N/m]. Collective.
+double bar_stiffness(const parallel::Communicator& group, const fracture::BreakableBody& body);
+
 /// The stiffness against the current loads, relative to the intact body.
 ///
 /// Forces and prescribed motions are treated separately, since they do no work on each other's displacements:

@@ -65,15 +65,26 @@ struct Demand {
   Demand& operator+=(const Demand& other);
 };
 
-/// A part of the loads on a body at rest that is proportional to a factor of time.
+/// A part of the loads on a body at rest that follows a curve.
 struct UnitLoad {
-  enum class Kind { force, motion, strain };  ///< superposed in this order
+  /// The first three are superposed in this order. Others are of terms that are not linear, which only tell
+  /// when they change.
+  enum class Kind { force, motion, strain, other };
   Kind kind = Kind::force;
-  std::function<double(double time)> factor, rate;  ///< the rate is that from this time on
+  const mechanics::LoadCurve* curve = nullptr;
   /// Turns zeros, 3 n_local, into the nodal forces at factor 1 [N], or the displacements of a motion [m]; at
   /// owned nodes.
-  std::function<void(std::span<double>)> apply;
+  std::function<void(std::span<double>)> apply = {};
   double total = 0;  ///< of the magnitudes of a force pattern's forces at factor 1, over all ranks [N]
+  bool is_integrated = false;  ///< the factor is the curve's integral from time 0
+
+  bool is_force() const { return kind == Kind::force || kind == Kind::strain; }
+  double factor(double time) const { return is_integrated ? curve->integral(time) : curve->at(time); }
+  /// From this time on.
+  double rate(double time) const { return is_integrated ? curve->at(time) : curve->slope(time); }
+  bool grows_after(double time) const {
+    return curve->slope(time) != 0 || curve->next_kink(time) < infinity || (is_integrated && rate(time) != 0);
+  }
 };
 
 /// What a term does at an owned node of a body at rest.
@@ -151,10 +162,6 @@ public:
   }
   /// Where it can hold the body in place.
   virtual void add_supports([[maybe_unused]] std::vector<mechanics::Support>& supports) const {}
-  /// First time after `time` at which a rate changes; infinity if there is none.
-  virtual double next_kink([[maybe_unused]] double time) const { return infinity; }
-  /// True if it changes after `time`.
-  virtual bool grows_after([[maybe_unused]] double time) const { return false; }
   /// The body has come to rest: the equilibria that follow, and the energies, refer to this one.
   virtual void rest_at([[maybe_unused]] double time,
                        [[maybe_unused]] const parallel::NodeField& displacement) {}

@@ -28,6 +28,21 @@ List make_terms(const MotionContext& context, const MotionState& given, std::int
   return terms;
 }
 
+/// The sums at each node, ascending.
+std::vector<NodeResponse> sums_of(std::vector<NodeResponse> all) {
+  std::vector<NodeResponse> sums;
+  std::ranges::stable_sort(all, {}, &NodeResponse::node);
+  for (const NodeResponse& one : all) {
+    if (sums.empty() || sums.back().node != one.node) {
+      sums.push_back(one);
+      continue;
+    }
+    for (std::size_t i = 0; i < 3; ++i) sums.back().force[i] += one.force[i];
+    for (std::size_t i = 0; i < 6; ++i) sums.back().stiffness[i] += one.stiffness[i];
+  }
+  return sums;
+}
+
 }  // namespace
 
 Demand& Demand::operator+=(const Demand& other) {
@@ -40,7 +55,7 @@ Demand& Demand::operator+=(const Demand& other) {
 }
 
 Terms::Terms(const MotionContext& context, const MotionState& given, std::int32_t nodes_per_block)
-    : group_(context.group), body_(context.body), terms_(make_terms(context, given, nodes_per_block)) {
+    : group_(context.group), terms_(make_terms(context, given, nodes_per_block)) {
   terms_.push_back(std::make_unique<Dampers>(context, nodes_per_block));
   const auto n_owned = context.body->subdomain().layout.n_owned;
   acts_.resize(index(std::max(1, (n_owned + nodes_per_block - 1) / nodes_per_block)));
@@ -49,7 +64,7 @@ Terms::Terms(const MotionContext& context, const MotionState& given, std::int32_
         std::ranges::any_of(terms_, [&](const auto& term) { return term->acts_on(block); }) ? 1 : 0;
 }
 
-Terms::Terms(const MotionContext& context) : group_(context.group), body_(context.body) {
+Terms::Terms(const MotionContext& context) : group_(context.group) {
   const auto& layout = context.body->subdomain().layout;
   const MotionState none{parallel::NodeField(*context.group, layout),
                          parallel::NodeField(*context.group, layout)};
@@ -121,10 +136,6 @@ Demand Terms::demand(double from, double to) const {
   return demand;
 }
 
-bool Terms::are_linear() const {
-  return std::ranges::all_of(terms_, [](const auto& term) { return term->is_linear(); });
-}
-
 std::vector<UnitLoad> Terms::unit_loads() const {
   std::vector<UnitLoad> loads;
   for (const auto& term : terms_) term->add_unit_loads(loads);
@@ -145,61 +156,16 @@ mechanics::HeldComponents Terms::held_components(const geometry::Subdomain& subd
   return held;
 }
 
-namespace {
-
-/// The sums at each node, ascending.
-std::vector<NodeResponse> sums_of(std::vector<NodeResponse> all) {
-  std::vector<NodeResponse> sums;
-  std::ranges::stable_sort(all, {}, &NodeResponse::node);
-  for (const NodeResponse& one : all) {
-    if (sums.empty() || sums.back().node != one.node) {
-      sums.push_back(one);
-      continue;
-    }
-    for (std::size_t i = 0; i < 3; ++i) sums.back().force[i] += one.force[i];
-    for (std::size_t i = 0; i < 6; ++i) sums.back().stiffness[i] += one.stiffness[i];
-  }
-  return sums;
-}
-
-}  // namespace
-
 std::vector<NodeResponse> Terms::responses(double time, std::span<const double> displacement) const {
   std::vector<NodeResponse> all;
   for (const auto& term : terms_) term->add_responses(time, displacement, all);
   return sums_of(std::move(all));
 }
 
-std::vector<mechanics::NodeStiffness> Terms::stiffest() const {
-  const std::vector<double> no_displacement(3 * body_->subdomain().nodes.size());
+std::vector<NodeResponse> Terms::stiffest(std::span<const double> no_displacement) const {
   std::vector<NodeResponse> all;
   for (const auto& term : terms_) term->add_stiffest(no_displacement, all);
-  const auto sums = sums_of(std::move(all));
-  return {sums.begin(), sums.end()};
-}
-
-std::vector<mechanics::Support> Terms::supports() const {
-  std::vector<mechanics::Support> supports;
-  for (const auto& term : terms_) term->add_supports(supports);
-  return supports;
-}
-
-double Terms::next_kink(double time) const {
-  double kink = infinity;
-  for (const auto& term : terms_) kink = std::min(kink, term->next_kink(time));
-  return kink;
-}
-
-bool Terms::grow_after(double time) const {
-  return std::ranges::any_of(terms_, [&](const auto& term) { return term->grows_after(time); });
-}
-
-void Terms::rest_at(double time, const parallel::NodeField& displacement) {
-  for (const auto& term : terms_) term->rest_at(time, displacement);
-}
-
-void Terms::add_works(std::vector<Work>& works) const {
-  for (const auto& term : terms_) term->add_works(works);
+  return sums_of(std::move(all));
 }
 
 void Terms::save(MotionCheckpoint& checkpoint) const {

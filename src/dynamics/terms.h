@@ -50,20 +50,16 @@ public:
   Demand demand(double from, double to) const;
 
   // Of a body at rest, see Term.
-  bool are_linear() const;
+  auto begin() const { return terms_.begin(); }
+  auto end() const { return terms_.end(); }
   /// By their kinds, otherwise in the order of the terms.
   std::vector<UnitLoad> unit_loads() const;
   /// 1 for each prescribed component, ghosts included. Collective.
   mechanics::HeldComponents held_components(const geometry::Subdomain& subdomain) const;
   /// The sums at each node, ascending.
   std::vector<NodeResponse> responses(double time, std::span<const double> displacement) const;
-  std::vector<mechanics::NodeStiffness> stiffest() const;
-  std::vector<mechanics::Support> supports() const;
-  double next_kink(double time) const;
-  bool grow_after(double time) const;
-  void rest_at(double time, const parallel::NodeField& displacement);
-  /// Collective.
-  void add_works(std::vector<Work>& works) const;
+  /// Likewise, of what they add at most.
+  std::vector<NodeResponse> stiffest(std::span<const double> no_displacement) const;
 
   /// Adds their state to the checkpoint. Collective.
   void save(MotionCheckpoint& checkpoint) const;
@@ -72,7 +68,6 @@ public:
 
 private:
   const parallel::Communicator* group_;
-  const fracture::BreakableBody* body_;
   std::vector<std::unique_ptr<Term>> terms_;
   std::vector<std::uint8_t> acts_;  // by block
 };

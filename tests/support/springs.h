@@ -24,6 +24,8 @@ struct SpringBed {
   double side = 1;       ///< 1: against displacements along the axis; -1: against those the other way
   double stiffness = 0;  ///< of all springs together [N/m]
   double gap = 0;        ///< [m]
+  /// In equilibrium their feet approach by this curve [m]; they must not be linear then.
+  mechanics::LoadCurve approach = {};
 };
 
 /// A contribution to the motion that the program does not know.
@@ -40,26 +42,36 @@ public:
     for (std::size_t n = 0; n < nodes().size(); ++n)
       if (block_of(nodes()[n]) == block)
         moving.kick(nodes()[n], bed_.component, substep.kick,
-                    force(n, moving.displacement(nodes()[n], bed_.component)), remainder_[n]);
+                    force(n, moving.displacement(nodes()[n], bed_.component), 0), remainder_[n]);
   }
   dynamics::Demand demand(double, double) const override { return {.holds = true}; }
   bool stores() const override { return true; }
   void add_stored(const parallel::NodeField& displacement, std::vector<double>& sum) const override {
     for (std::size_t n = 0; n < nodes().size(); ++n) {
       const double u = displacement.owned()[index(nodes()[n], bed_.component)];
-      sum.push_back(-0.5 * force(n, u) * bed_.side * (bed_.side * u - bed_.gap));
+      sum.push_back(-0.5 * force(n, u, time_) * bed_.side * (bed_.side * u - gap(time_)));
     }
   }
 
   bool is_linear() const override { return bed_.kind == SpringBed::Kind::linear; }
-  void add_responses(double, std::span<const double> displacement,
+  void add_unit_loads(std::vector<dynamics::UnitLoad>& loads) const override {
+    if (!is_linear()) loads.push_back({dynamics::UnitLoad::Kind::other, &bed_.approach});
+  }
+  void rest_at(double time, const parallel::NodeField& displacement) override {
+    time_ = time;
+    force_ = whole_force(displacement);
+  }
+  void add_works(std::vector<dynamics::Work>& works) const override {
+    works.push_back({force_, -bed_.side * bed_.approach.at(time_), true});
+  }
+  void add_responses(double time, std::span<const double> displacement,
                      std::vector<dynamics::NodeResponse>& responses) const override {
     for (std::size_t n = 0; n < nodes().size(); ++n) {
       dynamics::NodeResponse response;
       const double u = displacement[index(nodes()[n], bed_.component)];
       response.node = nodes()[n];
-      response.force[index(bed_.component)] = force(n, u);
-      response.stiffness[index(bed_.component)] = acts(u) ? stiffness(n) : 0;
+      response.force[index(bed_.component)] = force(n, u, time);
+      response.stiffness[index(bed_.component)] = acts(u, time) ? stiffness(n) : 0;
       responses.push_back(response);
     }
   }
@@ -78,11 +90,7 @@ public:
 
   void add_records(double, const parallel::NodeField& displacement,
                    std::vector<dynamics::Record>& records) const override {
-    std::vector<double> forces;
-    for (std::size_t n = 0; n < nodes().size(); ++n)
-      forces.push_back(force(n, displacement.owned()[index(nodes()[n], bed_.component)]));
-    records.push_back(
-        {"springs", "N", "force of the springs on the body", parallel::exact_sum(*context_.group, forces)});
+    records.push_back({"springs", "N", "force of the springs on the body", whole_force(displacement)});
   }
 
   std::vector<parallel::NumberedRows> save() const override {
@@ -101,16 +109,26 @@ private:
   std::int64_t number(std::size_t n) const {
     return context_.body->subdomain().layout.number[index(nodes()[n])];
   }
-  bool acts(double u) const { return bed_.kind != SpringBed::Kind::one_sided || bed_.side * u >= bed_.gap; }
+  double gap(double time) const { return bed_.gap - bed_.approach.at(time); }
+  bool acts(double u, double time) const {
+    return bed_.kind != SpringBed::Kind::one_sided || bed_.side * u >= gap(time);
+  }
   double stiffness(std::size_t n) const { return bed_.stiffness * place().share[n]; }
-  double force(std::size_t n, double u) const {
-    return acts(u) ? -stiffness(n) * bed_.side * (bed_.side * u - bed_.gap) : 0;
+  double force(std::size_t n, double u, double time) const {
+    return acts(u, time) ? -stiffness(n) * bed_.side * (bed_.side * u - gap(time)) : 0;
+  }
+  double whole_force(const parallel::NodeField& displacement) const {
+    std::vector<double> forces;
+    for (std::size_t n = 0; n < nodes().size(); ++n)
+      forces.push_back(force(n, displacement.owned()[index(nodes()[n], bed_.component)], time_));
+    return parallel::exact_sum(*context_.group, forces);
   }
 
   dynamics::MotionContext context_;
   SpringBed bed_;
   std::int32_t nodes_per_block_;
   std::vector<double> remainder_;
+  double time_ = 0, force_ = 0;  // of the last equilibrium
 };
 
 inline dynamics::MakeTerm make_springs(const SpringBed& bed) {

@@ -83,6 +83,24 @@ TEST(Increments, CloseTheEnergyAccountOfABarThatMeetsAStop) {
   EXPECT_NEAR(last.external / energy, 1, 1e-3);
 }
 
+TEST(Increments, CloseTheEnergyAccountOfABarThatADrivenStopPushes) {
+  PulledBar bar;
+  SpringBed bed = bar.bed(SpringBed::Kind::one_sided);
+  bed.gap = 2e-5;
+  bed.approach = mechanics::LoadCurve(1e-4, 0, {{0, 0}, {3, 1}, {4, 0.5}});
+  SampleControl control;
+  control.more_terms = {test::make_springs(bed)};
+  bar.parameters.boundaries[3].rate = {};
+  const auto result = run_sample(bar.self, bar.parameters, bar.parameters.output, bar.subdomain, control);
+  const HistoryRow& row = result.history.back();
+  const double u = -(5e-5 - bed.gap) / 2, energy = bar.stiffness() * u * u;
+  std::printf("external %.6g J, strain %.6g J, exactly %.6g J; springs %.6g N, exactly %.6g N\n",
+              row.energy.external, row.energy.strain, energy, row.records.at(0).value, bar.stiffness() * u);
+  EXPECT_NEAR(row.energy.strain / energy, 1, 1e-6);
+  EXPECT_NEAR(row.energy.external / energy, 1, 1e-3);
+  EXPECT_NEAR(row.records.at(0).value / (bar.stiffness() * u), 1, 1e-6);
+}
+
 TEST(Increments, LetABlockLiftFromAFoundationThatOnlyPushes) {
   // A stiff block under an eccentric force: on a length c = 3 (L / 2 - e) it presses with a triangle of
   // pressure.
