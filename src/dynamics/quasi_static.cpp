@@ -256,7 +256,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
       const Imbalance half_way = find_imbalance(time_, between);
       is_straight = n >= max_bends || half_way.norm <= straightness * half_way.forces;
     } catch (const mechanics::NoEquilibrium&) {  // on every rank
-      if (n == max_halvings) throw;
+      if (n == max_halvings || !(0.5 * (from + to) > from)) throw;
       take(start, from);
     }
     increment_ = (n == 0 ? 2 : 1) * (to - from);
@@ -270,8 +270,9 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
     Critical next = first_to_break(to, between);
     if (next.number < 0) {
       take(end, to);
-      // Where a tetrahedron has reached its strength at the end, it is the one, within rounding.
-      return n == 0 ? next : most_loaded();
+      // At the end of a refined interval a tetrahedron may have reached its strength.
+      const Critical most = most_loaded();
+      return n > 0 && most.value >= 1 - break_tolerance ? most : next;
     }
     // Every third step halves the interval, so that it shrinks whatever the path.
     const double after = n % 3 == 2 ? 0.5 * (to - from) : next.value;
@@ -280,7 +281,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
     find_equilibrium(time_);
     const double share = most_loaded().value;
     if (std::abs(share - 1) <= break_tolerance || n == max_refinements) {
-      increment_ = std::max(2 * (time_ - from), least_growth * increment_);
+      increment_ =
+          std::max({2 * (time_ - from), least_growth * increment_, least_growth * break_tolerance * time_});
       return next;
     }
     (share < 1 ? start : end) = current();

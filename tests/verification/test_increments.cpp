@@ -10,11 +10,14 @@
 #include "support/box_mesh.h"
 #include "support/springs.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
+#include <stdexcept>
+#include <vector>
 
 namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
@@ -168,6 +171,31 @@ TEST(Increments, BreakWhatTheClosedFormBreaks) {
   EXPECT_LT(closed.energy_error, 1e-6);
   EXPECT_LT(increments.energy_error, 1e-6);
   EXPECT_NE(spring_bar(SpringBed::Kind::linear, 1).first_break_load, closed.first_break_load);
+}
+
+/// A force that turns round with the displacement, so that no iteration finds its equilibrium.
+class Flipping final : public Term {
+public:
+  bool is_linear() const override { return false; }
+  void add_responses(double, std::span<const double> displacement,
+                     std::vector<NodeResponse>& responses) const override {
+    NodeResponse response;
+    response.node = static_cast<std::int32_t>(displacement.size() / 3) - 1;
+    response.force[2] = displacement.back() > 0 ? -1 : 1;
+    responses.push_back(response);
+  }
+};
+
+TEST(Increments, SayWhereTheyFindNoEquilibrium) {
+  PulledBar bar;
+  SampleControl control;
+  control.more_terms = {
+      [](const MotionContext&, const MotionState&, std::int32_t) { return std::make_unique<Flipping>(); }};
+  const auto run = [&] {
+    run_sample(bar.self, bar.parameters, bar.parameters.output, bar.subdomain, control);
+  };
+  EXPECT_THAT(run, testing::ThrowsMessage<std::runtime_error>(
+                       testing::HasSubstr("no equilibrium at t = 0 s: after 40 steps of Newton's method")));
 }
 
 TEST(Foundation, OfLinearSpringsHoldsABodyInEquilibriumAndMotion) {
