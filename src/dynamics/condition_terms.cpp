@@ -180,6 +180,11 @@ void LoadTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
                      pattern.total_weight});
 }
 
+void LoadTerm::measure(double time, const parallel::NodeField& displacement, const parallel::NodeField*,
+                       LoadState& state) const {
+  measure_forces(*context_.group, *context_.loads, displacement, time, state);
+}
+
 std::vector<parallel::NumberedRows> LoadTerm::save() const {
   auto remainders = zero_at_nodes(context_.loads->forces);
   for (const auto& block : blocks_)
@@ -300,6 +305,11 @@ void MotionTerm::mark_held(std::span<std::uint8_t> held) const {
     for (const auto node : motion.nodes) held[index(node, motion.component)] = 1;
 }
 
+void MotionTerm::measure(double time, const parallel::NodeField& displacement, const parallel::NodeField*,
+                         LoadState& state) const {
+  measure_motions(*context_.group, *context_.body, *context_.loads, displacement, time, state);
+}
+
 std::vector<parallel::NumberedRows> MotionTerm::save() const {
   return gather_at_nodes(context_, context_.loads->motions, work_);
 }
@@ -313,6 +323,11 @@ void InitialStrainTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
     loads.push_back({UnitLoad::Kind::strain, &part.factor, [&, this](std::span<double> force) {
                        body_->force().evaluate_strains(part.strain, force);
                      }});
+}
+
+void InitialStrainTerm::measure(double, const parallel::NodeField& displacement, const parallel::NodeField*,
+                                LoadState& state) const {
+  measure_initial_strain(*context_.group, *body_, displacement, state);
 }
 
 }  // namespace crackle::dynamics

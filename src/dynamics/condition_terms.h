@@ -29,6 +29,8 @@ public:
                  const parallel::NodeField& displacement) override;
   Demand demand(double from, double to) const override;
   void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
+               LoadState& state) const override;
   std::vector<parallel::NumberedRows> save() const override;
   void restore(const std::vector<parallel::NumberedRows>& rows) override;
 
@@ -65,6 +67,8 @@ public:
   void add_supplied(double time, const MotionState& state, std::vector<double>& sum) const override;
   Demand demand(double from, double to) const override;
   void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
+               LoadState& state) const override;
   void mark_held(std::span<std::uint8_t> held) const override;
   std::vector<parallel::NumberedRows> save() const override;
   void restore(const std::vector<parallel::NumberedRows>& rows) override;
@@ -88,12 +92,15 @@ private:
 /// The initial strain of a body at rest. In motion it is constant, and part of the body's internal force.
 class InitialStrainTerm final : public Term {
 public:
-  /// @param body must outlive the object
-  explicit InitialStrainTerm(const fracture::BreakableBody& body) : body_(&body) {}
+  /// The context's members must outlive the object.
+  explicit InitialStrainTerm(const MotionContext& context) : context_(context), body_(context.body) {}
 
   void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
+               LoadState& state) const override;
 
 private:
+  MotionContext context_;
   const fracture::BreakableBody* body_;
 };
 

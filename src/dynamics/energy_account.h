@@ -22,25 +22,50 @@ struct Work {
   bool is_driven = false;  ///< the displacement is prescribed, rather than the force
 };
 
-/// The loads on a body at one moment.
-struct LoadState {
-  std::vector<double> amplitude = {};  ///< per force pattern [N or Pa]
-  std::vector<double> position = {};  ///< conjugate displacement: sum of weight times displacement [m or m^3]
-  std::vector<double> reaction = {};  ///< resultant force exerted by each prescribed motion [N]
-  std::vector<double> travel = {};    ///< displacement of each prescribed motion, at factor 1 [m]
-  std::vector<Vector> absorbed = {};  ///< force exerted by each absorbing face; empty at rest [N]
-  /// Of each force pattern, each prescribed motion (its factors included), each part of the initial strain
-  /// (at rest only: in motion it is constant), and of other terms.
-  std::vector<Work> works = {};
-  std::vector<Record> records = {};  ///< of terms; set in equilibrium only
-  double stored = 0;                 ///< in the body and its terms; set in equilibrium only [J]
+/// What a condition of the input does at one moment.
+struct ConditionState {
+  Vector applied{};       ///< force of its load on the body [N]
+  Vector reaction{};      ///< that of its motion or absorbing face; the latter in motion only [N]
+  Vector displacement{};  ///< prescribed at factor 1, or the mean over the load, weighted with a factor [m]
+  double amplitude = 0;   ///< of its load; the same in all components of a pressure [N or Pa]
+  Vector position{};      ///< sums of the load's weights times displacements [m or m^3]
+
+  /// On the body; a component has a load or a reaction [N].
+  Vector force() const {
+    Vector sum = applied;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (reaction[i] != 0) sum[i] += reaction[i];
+    return sum;
+  }
 };
 
-/// Collective; bitwise equal for any number of ranks.
-/// @param velocity of the motion, or nullptr in equilibrium
+/// The loads on a body at one moment, as its terms measure them.
+struct LoadState {
+  std::vector<ConditionState> conditions = {};
+  std::vector<Work> works = {};
+  std::vector<Record> records = {};
+  double stored = 0;  ///< in the body and its terms; set in equilibrium only [J]
+};
+
+/// Adds the forces that the loads apply at a time, without their works. Local.
+void apply_loads(const mechanics::Conditions& loads, double time, LoadState& state);
+/// Adds the loads, or the prescribed motions, with their works. Collective; bitwise equal for any number of
+/// ranks.
+void measure_forces(const parallel::Communicator& group, const mechanics::Conditions& loads,
+                    const parallel::NodeField& displacement, double time, LoadState& state);
+void measure_motions(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                     const mechanics::Conditions& loads, const parallel::NodeField& displacement, double time,
+                     LoadState& state);
+/// Both.
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::Conditions& loads, const parallel::NodeField& displacement,
-                        double time, const parallel::NodeField* velocity = nullptr);
+                        double time);
+/// Adds the works of the initial strain at its time. Likewise.
+void measure_initial_strain(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                            const parallel::NodeField& displacement, LoadState& state);
+/// Adds the forces of absorbing faces. Likewise.
+void measure_absorbers(const parallel::Communicator& group, const mechanics::Conditions& loads,
+                       const parallel::NodeField& velocity, LoadState& state);
 
 /// Strain energy of an equilibrium that is linear in its loads and its initial strain [J].
 double strain_energy(const LoadState& state);

@@ -196,8 +196,8 @@ public:
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
-  std::vector<Record> records(double time, const MotionState& state) const override {
-    return terms_.records(time, state.displacement);
+  LoadState measure(double time, const MotionState& state) const override {
+    return terms_.measure(time, state.displacement, &state.velocity);
   }
 
   std::optional<std::string> failure() const override {

@@ -80,10 +80,10 @@ public:
   /// Dissipated by the terms since the start [J]. Collective.
   virtual double dissipated_energy() const { return 0; }
 
-  /// What the terms record. Collective.
+  /// The loads, and what else the terms measure. Collective; bitwise equal for any number of ranks if the
+  /// state is.
   /// @param state as currently returned by read()
-  virtual std::vector<Record> records([[maybe_unused]] double time,
-                                      [[maybe_unused]] const MotionState& state) const {
+  virtual LoadState measure([[maybe_unused]] double time, [[maybe_unused]] const MotionState& state) const {
     return {};
   }
 

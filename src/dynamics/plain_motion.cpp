@@ -217,8 +217,8 @@ public:
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
-  std::vector<Record> records(double time, const MotionState& state) const override {
-    return terms_.records(time, state.displacement);
+  LoadState measure(double time, const MotionState& state) const override {
+    return terms_.measure(time, state.displacement, &state.velocity);
   }
   std::int64_t n_forces() const override { return n_forces_; }
 

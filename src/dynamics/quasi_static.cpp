@@ -146,9 +146,7 @@ void QuasiStaticLoading::superpose(std::span<double> sum, const Factor& factor) 
 }
 
 LoadState QuasiStaticLoading::measure(const parallel::NodeField& displacement, double time) const {
-  LoadState state = measure_loads(*group_, *body_, *loads_, displacement, time);
-  for (const auto& term : terms_) term->add_works(state.works);
-  state.records = terms_.records(time, displacement);
+  LoadState state = terms_.measure(time, displacement, nullptr);
   state.stored = is_linear_ ? dynamics::strain_energy(state) : stored(displacement);
   return state;
 }

@@ -331,8 +331,11 @@ private:
     // Applied forces are known analytically; only reactions must be recorded.
     if (result_.load_is_reaction && !has_broken()) {
       options.on_first_break = [&](double time, const MotionState& now) {
-        LoadState loads = measure_loads(group_, body_, loads_, now.displacement, time, &now.velocity);
-        std::ranges::fill(loads.amplitude, 0.0);
+        LoadState loads = motion->measure(time, now);
+        for (ConditionState& condition : loads.conditions) {
+          condition.applied = {};
+          condition.amplitude = 0;
+        }
         checkpoints_.first_break_reaction = machine_load(loads_, loads).force;
       };
     }
@@ -341,7 +344,7 @@ private:
     options.on_history = [&, number, load_time](const EnergyRow& row, const MotionState& now,
                                                 bool is_output) {
       history_.record_motion(number, load_time, row, now.displacement, now.velocity,
-                             motion->records(load_time + row.time, now), is_output);
+                             motion->measure(load_time + row.time, now), is_output);
     };
     options.on_failure = [&](PhaseResult partial) {
       result_.energy = std::move(partial.energy);
@@ -425,10 +428,7 @@ private:
   /// The machine's load without reactions [N].
   double applied_load(double time) const {
     LoadState state;
-    for (const auto& pattern : loads_.forces) state.amplitude.push_back(pattern.amplitude.at(time));
-    state.position.resize(loads_.forces.size());
-    state.reaction.resize(loads_.motions.size());
-    state.travel.resize(loads_.motions.size());
+    apply_loads(whole_loads_, time, state);
     return machine_load(whole_loads_, state).force;
   }
 

@@ -94,7 +94,7 @@ struct NodeResponse : mechanics::NodeStiffness {  ///< by which the force falls 
 
 /// A contribution to the equation of motion besides the stiffness of the body. An object serves one dynamic
 /// phase, or the equilibria of a sample; nodes are the owned ones of this rank, in consecutive blocks. Local
-/// unless stated otherwise.
+/// unless stated otherwise. It leaves out components that a motion prescribes: it would act on the drive.
 ///
 /// In each stage of a step the hooks of all terms are called block by block, term by term: before and after
 /// the kick by the internal force, and after the drift. In equilibrium, a linear term has loads that factors
@@ -165,13 +165,12 @@ public:
   /// The body has come to rest: the equilibria that follow, and the energies, refer to this one.
   virtual void rest_at([[maybe_unused]] double time,
                        [[maybe_unused]] const parallel::NodeField& displacement) {}
-  /// Adds what has done work since the equilibrium before, such as a driven tool. Collective.
-  virtual void add_works([[maybe_unused]] std::vector<Work>& works) const {}
-
-  /// Adds what it records over time, always the same quantities: equal on every rank. Collective.
-  virtual void add_records([[maybe_unused]] double time,
-                           [[maybe_unused]] const parallel::NodeField& displacement,
-                           [[maybe_unused]] std::vector<Record>& records) const {}
+  /// Adds its loads at a time, the works that they do, and what else is to be recorded, always the same
+  /// quantities: equal on every rank. Collective.
+  /// @param velocity of a moving body; nullptr at rest
+  virtual void measure([[maybe_unused]] double time, [[maybe_unused]] const parallel::NodeField& displacement,
+                       [[maybe_unused]] const parallel::NodeField* velocity,
+                       [[maybe_unused]] LoadState& state) const {}
 
   /// The state that restore() needs, gathered on the root. Collective.
   virtual std::vector<parallel::NumberedRows> save() const { return {}; }

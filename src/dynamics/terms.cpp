@@ -22,9 +22,9 @@ using List = std::vector<std::unique_ptr<Term>>;
 
 List make_terms(const MotionContext& context, const MotionState& given, std::int32_t nodes_per_block) {
   List terms;
-  terms.push_back(std::make_unique<MotionTerm>(context, given, nodes_per_block));
   terms.push_back(std::make_unique<LoadTerm>(context, nodes_per_block));
   for (const MakeTerm& make : context.more_terms) terms.push_back(make(context, given, nodes_per_block));
+  terms.push_back(std::make_unique<MotionTerm>(context, given, nodes_per_block));
   return terms;
 }
 
@@ -69,7 +69,7 @@ Terms::Terms(const MotionContext& context) : group_(context.group) {
   const MotionState none{parallel::NodeField(*context.group, layout),
                          parallel::NodeField(*context.group, layout)};
   terms_ = make_terms(context, none, std::max(1, layout.n_owned));
-  terms_.push_back(std::make_unique<InitialStrainTerm>(*context.body));
+  terms_.push_back(std::make_unique<InitialStrainTerm>(context));
 }
 
 void Terms::prescribe(double time, MotionState& state) const {
@@ -124,10 +124,11 @@ double Terms::stored(const parallel::NodeField& displacement) const {
   return parallel::exact_sum(*group_, sum);
 }
 
-std::vector<Record> Terms::records(double time, const parallel::NodeField& displacement) const {
-  std::vector<Record> records;
-  for (const auto& term : terms_) term->add_records(time, displacement, records);
-  return records;
+LoadState Terms::measure(double time, const parallel::NodeField& displacement,
+                         const parallel::NodeField* velocity) const {
+  LoadState state;
+  for (const auto& term : terms_) term->measure(time, displacement, velocity, state);
+  return state;
 }
 
 Demand Terms::demand(double from, double to) const {

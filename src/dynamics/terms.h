@@ -14,7 +14,7 @@
 namespace crackle::dynamics {
 
 /// All terms of one dynamic phase, and their sums. Calls are passed on in a fixed order, in which prescribed
-/// motions come first: their components are not kicked, and damping follows the drive.
+/// motions undo what others do to their components, and damping follows the drive.
 class Terms {
 public:
   /// Those of the context. Local. The context's members must outlive the object.
@@ -43,8 +43,9 @@ public:
   double dissipated() const;
   double stored(const parallel::NodeField& displacement) const;
 
-  /// Collective.
-  std::vector<Record> records(double time, const parallel::NodeField& displacement) const;
+  /// What all terms measure, see Term. Collective.
+  LoadState measure(double time, const parallel::NodeField& displacement,
+                    const parallel::NodeField* velocity) const;
 
   /// Of all terms together. Collective.
   Demand demand(double from, double to) const;

@@ -57,13 +57,7 @@ public:
   void add_unit_loads(std::vector<dynamics::UnitLoad>& loads) const override {
     if (!is_linear()) loads.push_back({dynamics::UnitLoad::Kind::other, &bed_.approach});
   }
-  void rest_at(double time, const parallel::NodeField& displacement) override {
-    time_ = time;
-    force_ = whole_force(displacement);
-  }
-  void add_works(std::vector<dynamics::Work>& works) const override {
-    works.push_back({force_, -bed_.side * bed_.approach.at(time_), true});
-  }
+  void rest_at(double time, const parallel::NodeField&) override { time_ = time; }
   void add_responses(double time, std::span<const double> displacement,
                      std::vector<dynamics::NodeResponse>& responses) const override {
     for (std::size_t n = 0; n < nodes().size(); ++n) {
@@ -88,9 +82,15 @@ public:
       supports.push_back({node, static_cast<std::uint8_t>(1 << bed_.component)});
   }
 
-  void add_records(double, const parallel::NodeField& displacement,
-                   std::vector<dynamics::Record>& records) const override {
-    records.push_back({"springs", "N", "force of the springs on the body", whole_force(displacement)});
+  void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
+               dynamics::LoadState& state) const override {
+    const double at = velocity == nullptr ? time : 0;
+    std::vector<double> forces;
+    for (std::size_t n = 0; n < nodes().size(); ++n)
+      forces.push_back(force(n, displacement.owned()[index(nodes()[n], bed_.component)], at));
+    const double whole = parallel::exact_sum(*context_.group, forces);
+    if (velocity == nullptr) state.works.push_back({whole, -bed_.side * bed_.approach.at(at), true});
+    state.records.push_back({"springs", "N", "force of the springs on the body", whole});
   }
 
   std::vector<parallel::NumberedRows> save() const override {
@@ -117,18 +117,12 @@ private:
   double force(std::size_t n, double u, double time) const {
     return acts(u, time) ? -stiffness(n) * bed_.side * (bed_.side * u - gap(time)) : 0;
   }
-  double whole_force(const parallel::NodeField& displacement) const {
-    std::vector<double> forces;
-    for (std::size_t n = 0; n < nodes().size(); ++n)
-      forces.push_back(force(n, displacement.owned()[index(nodes()[n], bed_.component)], time_));
-    return parallel::exact_sum(*context_.group, forces);
-  }
 
   dynamics::MotionContext context_;
   SpringBed bed_;
   std::int32_t nodes_per_block_;
   std::vector<double> remainder_;
-  double time_ = 0, force_ = 0;  // of the last equilibrium
+  double time_ = 0;  // of the last equilibrium
 };
 
 inline dynamics::MakeTerm make_springs(const SpringBed& bed) {

@@ -109,7 +109,7 @@ TEST(BodyForce, StretchesAHangingBarByItsWeight) {
                       strain_energy(state));
           EXPECT_NEAR(strain / energy, 1, 0.005);
           EXPECT_NEAR(strain_energy(state) / strain, 1, 1e-6);
-          EXPECT_NEAR(state.reaction[2] / -weight, 1, 1e-6) << "the support carries the weight";
+          EXPECT_NEAR(state.conditions[2].reaction[2] / -weight, 1, 1e-6) << "the support carries the weight";
         });
   }
 }
@@ -368,10 +368,11 @@ TEST(Factor, OfADisplacementTurnsAnEndAndDoesItsWork) {
                          0.002 * height * length;
     std::printf(
         "turned end: strain energy %.5g J, exactly %.5g J (%.3f), half the work %.5g J; reaction %.2g N\n",
-        strain, exact, strain / exact, 0.5 * turning.force * turning.displacement, state.reaction[3]);
+        strain, exact, strain / exact, 0.5 * turning.force * turning.displacement,
+        state.conditions[3].reaction[2]);
     EXPECT_NEAR(strain / exact, 1, 0.05);
     EXPECT_NEAR(0.5 * turning.force * turning.displacement / strain, 1, 1e-6);
-    EXPECT_LT(std::abs(state.reaction[3]), 0.01 * turning.force);
+    EXPECT_LT(std::abs(state.conditions[3].reaction[2]), 0.01 * turning.force);
   });
 }
 
