@@ -25,9 +25,13 @@ void for_each_field(std::derived_from<MotionCheckpoint> auto& motion, const auto
   visit(motion.nodes, motion.has_force, motion.terms, motion.n_steps, motion.n_forces);
 }
 
+void for_each_field(std::derived_from<Record> auto& record, const auto& visit) {
+  visit(record.name, record.unit, record.meaning, record.value);
+}
+
 void for_each_field(std::derived_from<HistoryRow> auto& row, const auto& visit) {
   visit(row.load_time, row.phase, row.energy, row.load, row.load_displacement, row.force, row.displacement,
-        row.probes, row.is_output);
+        row.probes, row.records, row.is_output);
 }
 
 void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit) {

@@ -127,15 +127,16 @@ void LoadTerm::add_supplied(double time, const MotionState& state, std::vector<d
     for (const double work : works) sum.push_back(-work);
 }
 
-void LoadTerm::end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) {
+void LoadTerm::end_loads(double time, const mechanics::NodesOfConditions& nodes,
+                         const parallel::NodeField& displacement) {
   for (std::size_t k = 0; k < rate_work_.size(); ++k) {
     const auto& pattern = context_.loads->forces[k];
     const double amplitude = pattern.amplitude.at(time);
     for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
       if (pattern.does_work_at(n) &&
           std::ranges::binary_search(nodes[index(pattern.condition)], pattern.nodes[n]))
-        rate_work_[k][n] -= amplitude * pattern.weight[n] *
-                            component_of(state.displacement, pattern.nodes[n], pattern.component);
+        rate_work_[k][n] -=
+            amplitude * pattern.weight[n] * component_of(displacement, pattern.nodes[n], pattern.component);
   }
 }
 
@@ -167,6 +168,21 @@ Demand LoadTerm::demand(double from, double to) const {
   parallel::check_peers(*context_.group);
   demand.stress = parallel::largest_of_all(*context_.group, demand.stress);
   return demand;
+}
+
+void LoadTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
+  for (const auto& pattern : context_.loads->forces)
+    loads.push_back({UnitLoad::Kind::force, &pattern.amplitude,
+                     [&](std::span<double> force) {
+                       for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
+                         force[index(pattern.nodes[n], pattern.component)] = pattern.weight[n];
+                     },
+                     pattern.total_weight});
+}
+
+void LoadTerm::measure(double time, const parallel::NodeField& displacement, const parallel::NodeField*,
+                       LoadState& state) const {
+  measure_forces(*context_.group, *context_.loads, displacement, time, state);
 }
 
 std::vector<parallel::NumberedRows> LoadTerm::save() const {
@@ -273,12 +289,45 @@ Demand MotionTerm::demand(double from, double to) const {
   return demand;
 }
 
+void MotionTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
+  for (const auto& motion : context_.loads->motions)
+    if (!motion.never_moves())
+      loads.push_back({UnitLoad::Kind::motion, &motion.curve,
+                       [&](std::span<double> displacement) {
+                         for (std::size_t n = 0; n < motion.nodes.size(); ++n)
+                           displacement[index(motion.nodes[n], motion.component)] = motion.factor_at(n);
+                       },
+                       0, motion.is_velocity});
+}
+
+void MotionTerm::mark_held(std::span<std::uint8_t> held) const {
+  for (const auto& motion : context_.loads->motions)
+    for (const auto node : motion.nodes) held[index(node, motion.component)] = 1;
+}
+
+void MotionTerm::measure(double time, const parallel::NodeField& displacement, const parallel::NodeField*,
+                         LoadState& state) const {
+  measure_motions(*context_.group, *context_.body, *context_.loads, displacement, time, state);
+}
+
 std::vector<parallel::NumberedRows> MotionTerm::save() const {
   return gather_at_nodes(context_, context_.loads->motions, work_);
 }
 
 void MotionTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
   take_out(context_, context_.loads->motions, rows, 0, work_);
+}
+
+void InitialStrainTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
+  for (const auto& part : body_->initial_strain().parts())
+    loads.push_back({UnitLoad::Kind::strain, &part.factor, [&, this](std::span<double> force) {
+                       body_->force().evaluate_strains(part.strain, force);
+                     }});
+}
+
+void InitialStrainTerm::measure(double, const parallel::NodeField& displacement, const parallel::NodeField*,
+                                LoadState& state) const {
+  measure_initial_strain(*context_.group, *body_, displacement, state);
 }
 
 }  // namespace crackle::dynamics

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -24,8 +25,12 @@ public:
   bool acts_on(std::size_t block) const override { return !blocks_[block].empty(); }
   void after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) override;
   void add_supplied(double time, const MotionState& state, std::vector<double>& sum) const override;
-  void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override;
+  void end_loads(double time, const mechanics::NodesOfConditions& nodes,
+                 const parallel::NodeField& displacement) override;
   Demand demand(double from, double to) const override;
+  void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
+               LoadState& state) const override;
   std::vector<parallel::NumberedRows> save() const override;
   void restore(const std::vector<parallel::NumberedRows>& rows) override;
 
@@ -61,6 +66,10 @@ public:
   void move_against(const mechanics::StepSpan& step, const Resistance& resistance) override;
   void add_supplied(double time, const MotionState& state, std::vector<double>& sum) const override;
   Demand demand(double from, double to) const override;
+  void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
+               LoadState& state) const override;
+  void mark_held(std::span<std::uint8_t> held) const override;
   std::vector<parallel::NumberedRows> save() const override;
   void restore(const std::vector<parallel::NumberedRows>& rows) override;
 
@@ -78,6 +87,21 @@ private:
   std::vector<std::vector<Entry>> blocks_;
   std::vector<std::vector<double>> work_;  // by motion and node: of the internal force
   std::vector<double> start_;              // kinetic energy in the given state
+};
+
+/// The initial strain of a body at rest. In motion it is constant, and part of the body's internal force.
+class InitialStrainTerm final : public Term {
+public:
+  /// The context's members must outlive the object.
+  explicit InitialStrainTerm(const MotionContext& context) : context_(context), body_(context.body) {}
+
+  void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
+               LoadState& state) const override;
+
+private:
+  MotionContext context_;
+  const fracture::BreakableBody* body_;
 };
 
 }  // namespace crackle::dynamics

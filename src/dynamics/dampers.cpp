@@ -133,6 +133,11 @@ void Dampers::add_dissipated(std::vector<double>& sum) const {
   for (const Memory& memory : memory_) sum.push_back(memory.dissipated);
 }
 
+void Dampers::measure(double, const parallel::NodeField&, const parallel::NodeField* velocity,
+                      LoadState& state) const {
+  if (velocity != nullptr) measure_absorbers(*context_.group, *context_.loads, *velocity, state);
+}
+
 std::vector<parallel::NumberedRows> Dampers::save() const {
   parallel::NumberedRows local;
   local.width = 4;

@@ -30,6 +30,8 @@ public:
   /// Applies the viscous forces for the duration of the step. Those on driven components act on their drives.
   void end_step(const mechanics::StepSpan& step, MovingNodes& nodes, const Drives& drives) override;
   void add_dissipated(std::vector<double>& sum) const override;
+  void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
+               LoadState& state) const override;
   bool dissipates() const override { return act() || context_.bulk_viscosity.acts(); }
   std::vector<parallel::NumberedRows> save() const override;
   void restore(const std::vector<parallel::NumberedRows>& rows) override;

@@ -17,42 +17,50 @@ namespace {
 
 using Addends = std::vector<std::vector<double>>;  // of each sum
 
-/// Adds the terms of the force of an absorbing face on the body [N], three sums.
-void add_dashpot_force(const mechanics::Absorber& absorber, std::span<const double> velocity,
-                       Addends& terms) {
-  const std::size_t first_sum = terms.size();
-  terms.resize(first_sum + 3);
-  for (std::size_t n = 0; n < absorber.nodes.size(); ++n) {
-    const auto first = index(absorber.nodes[n], 0);
-    const Vector force =
-        mechanics::apply(absorber.impedance[n], {velocity[first], velocity[first + 1], velocity[first + 2]});
-    for (std::size_t c = 0; c < 3; ++c) terms[first_sum + c].push_back(-force[c]);
+double work_between(const Work& from, const Work& to) {
+  return 0.5 * (from.force + to.force) * (to.displacement - from.displacement);
+}
+
+}  // namespace
+
+void apply_loads(const mechanics::Conditions& loads, double time, LoadState& state) {
+  state.conditions.resize(loads.conditions.size());
+  for (const auto& pattern : loads.forces) {
+    ConditionState& condition = state.conditions[index(pattern.condition)];
+    condition.amplitude = pattern.amplitude.at(time);
+    condition.applied[index(pattern.component)] = condition.amplitude * pattern.acting_resultant();
   }
 }
 
-/// Adds the terms of the conjugates of the factors of the initial strain, a sum for each of its parts.
-void add_initial_force(const fracture::BreakableBody& body, std::span<const double> displacement,
-                       Addends& terms) {
-  const mechanics::InitialStrain& initial = body.initial_strain();
-  const std::size_t first_sum = terms.size();
-  terms.resize(first_sum + initial.parts().size());
-  for (std::int32_t t = 0; !initial.is_none() && t < body.subdomain().n_tetrahedra(); ++t) {
-    if (body.subdomain().owned[index(t)] == 0) continue;
-    const auto sigma = body.residual_stiffness().stress(t, body.strain(t, displacement));
-    const double volume = body.operators().tetrahedra[index(t)].volume;
-    for (std::size_t k = 0; k < initial.parts().size(); ++k)
-      terms[first_sum + k].push_back(-volume *
-                                     mechanics::contract(sigma, initial.parts()[k].strain[index(t)]));
+void measure_forces(const parallel::Communicator& group, const mechanics::Conditions& loads,
+                    const parallel::NodeField& displacement, double time, LoadState& state) {
+  Addends terms;
+  for (const auto& pattern : loads.forces) {
+    auto& sum = terms.emplace_back();
+    for (std::size_t i = 0; i < pattern.nodes.size(); ++i)
+      sum.push_back(pattern.weight[i] * displacement.local()[index(pattern.nodes[i], pattern.component)]);
+  }
+  const auto sums = parallel::exact_sums(group, terms);
+  apply_loads(loads, time, state);
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    const auto& pattern = loads.forces[k];
+    const auto c = index(pattern.component);
+    ConditionState& condition = state.conditions[index(pattern.condition)];
+    condition.position[c] = sums[k];
+    if (pattern.acting_weight() != 0) condition.displacement[c] = sums[k] / pattern.acting_weight();
+    state.works.push_back({pattern.amplitude.at(time), sums[k]});
   }
 }
 
-/// Adds the terms of the reaction of each driven component, and of its conjugate where that differs.
-void add_reactions(const fracture::BreakableBody& body, const mechanics::Conditions& loads, double time,
-                   const parallel::NodeField& displacement, Addends& terms) {
+void measure_motions(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                     const mechanics::Conditions& loads, const parallel::NodeField& displacement, double time,
+                     LoadState& state) {
+  state.conditions.resize(loads.conditions.size());
   if (loads.motions.empty()) return;
   std::vector<double> force(displacement.local().size()), external(displacement.owned().size());
   body.force().evaluate(loads.constrained_tetrahedra, displacement.local(), force);
   loads.add_forces(time, external);
+  Addends terms;  // of each reaction, and of its conjugate where that differs
   for (const auto& motion : loads.motions) {
     std::vector<double> reaction;
     for (const auto node : motion.nodes) {
@@ -64,56 +72,72 @@ void add_reactions(const fracture::BreakableBody& body, const mechanics::Conditi
     for (std::size_t i = 0; i < reaction.size(); ++i) reaction[i] *= motion.factor_at(i);
     terms.push_back(std::move(reaction));
   }
+  const auto sums = parallel::exact_sums(group, terms);
+  auto next = sums.begin();
+  for (const auto& motion : loads.motions) {
+    ConditionState& condition = state.conditions[index(motion.condition)];
+    const double reaction = *next++, travel = motion.displacement(time);
+    condition.reaction[index(motion.component)] = reaction;
+    condition.displacement[index(motion.component)] = travel;
+    state.works.push_back({motion.has_factor ? *next++ : reaction, travel, true});
+  }
 }
-
-}  // namespace
 
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::Conditions& loads, const parallel::NodeField& displacement,
-                        double time, const parallel::NodeField* velocity) {
-  const auto u = displacement.local();
-  Addends terms;
-  for (const auto& pattern : loads.forces) {
-    auto& sum = terms.emplace_back();
-    for (std::size_t i = 0; i < pattern.nodes.size(); ++i)
-      sum.push_back(pattern.weight[i] * u[index(pattern.nodes[i], pattern.component)]);
-  }
-  add_reactions(body, loads, time, displacement, terms);
-  if (velocity == nullptr)
-    add_initial_force(body, u, terms);
-  else
-    for (const auto& absorber : loads.absorbers) add_dashpot_force(absorber, velocity->owned(), terms);
-
-  const auto sums = parallel::exact_sums(group, terms);
-  auto next = sums.begin();
+                        double time) {
   LoadState state;
-  for (const auto& pattern : loads.forces) {
-    state.amplitude.push_back(pattern.amplitude.at(time));
-    state.position.push_back(*next++);
-  }
-  for (const auto& motion : loads.motions) {
-    state.reaction.push_back(*next++);
-    state.conjugate.push_back(motion.has_factor ? *next++ : state.reaction.back());
-    state.travel.push_back(motion.displacement(time));
-  }
-  if (velocity == nullptr)
-    for (const auto& part : body.initial_strain().parts()) {
-      state.initial_factor.push_back(part.factor.at(body.initial_strain().time()));
-      state.initial_force.push_back(*next++);
-    }
-  else
-    for (std::size_t a = 0; a < loads.absorbers.size(); ++a, next += 3)
-      state.absorbed.push_back({next[0], next[1], next[2]});
+  measure_forces(group, loads, displacement, time, state);
+  measure_motions(group, body, loads, displacement, time, state);
   return state;
+}
+
+void measure_initial_strain(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                            const parallel::NodeField& displacement, LoadState& state) {
+  const mechanics::InitialStrain& initial = body.initial_strain();
+  if (initial.is_none()) return;
+  Addends terms(initial.parts().size());  // of the conjugate of each part's factor
+  for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
+    if (body.subdomain().owned[index(t)] == 0) continue;
+    const auto sigma = body.residual_stiffness().stress(t, body.strain(t, displacement.local()));
+    const double volume = body.operators().tetrahedra[index(t)].volume;
+    for (std::size_t k = 0; k < terms.size(); ++k)
+      terms[k].push_back(-volume * mechanics::contract(sigma, initial.parts()[k].strain[index(t)]));
+  }
+  const auto sums = parallel::exact_sums(group, terms);
+  for (std::size_t k = 0; k < sums.size(); ++k)
+    state.works.push_back({sums[k], initial.parts()[k].factor.at(initial.time())});
+}
+
+void measure_absorbers(const parallel::Communicator& group, const mechanics::Conditions& loads,
+                       const parallel::NodeField& velocity, LoadState& state) {
+  if (loads.absorbers.empty()) return;
+  const auto v = velocity.owned();
+  Addends terms(3 * loads.absorbers.size());
+  for (std::size_t a = 0; a < loads.absorbers.size(); ++a)
+    for (std::size_t n = 0; n < loads.absorbers[a].nodes.size(); ++n) {
+      const auto first = index(loads.absorbers[a].nodes[n], 0);
+      const Vector force =
+          mechanics::apply(loads.absorbers[a].impedance[n], {v[first], v[first + 1], v[first + 2]});
+      for (std::size_t c = 0; c < 3; ++c) terms[3 * a + c].push_back(-force[c]);
+    }
+  const auto sums = parallel::exact_sums(group, terms);
+  for (std::size_t k = 0; k < sums.size(); ++k)
+    state.conditions[index(loads.absorbers[k / 3].condition)].reaction[k % 3] = sums[k];
 }
 
 double strain_energy(const LoadState& state) {
   double twice = 0;
-  for (std::size_t k = 0; k < state.amplitude.size(); ++k) twice += state.amplitude[k] * state.position[k];
-  for (std::size_t k = 0; k < state.initial_factor.size(); ++k)
-    twice += state.initial_factor[k] * state.initial_force[k];
-  for (std::size_t m = 0; m < state.conjugate.size(); ++m) twice += state.conjugate[m] * state.travel[m];
+  for (const bool is_driven : {false, true})
+    for (const Work& work : state.works)
+      if (work.is_driven == is_driven) twice += work.force * work.displacement;
   return twice / 2;
+}
+
+double static_work(const LoadState& from, const LoadState& to) {
+  double sum = 0;
+  for (std::size_t k = 0; k < from.works.size(); ++k) sum += work_between(from.works[k], to.works[k]);
+  return sum;
 }
 
 double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
@@ -122,28 +146,18 @@ double strain_energy(const parallel::Communicator& group, const fracture::Breaka
 }
 
 double change_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                     std::span<const double> change) {
-  return parallel::exact_sum(group, body.change_energies(change));
+                     std::span<const mechanics::NodeStiffness> springs, std::span<const double> change) {
+  std::vector<double> energies = body.change_energies(change);
+  for (const auto& spring : springs) {
+    const Vector force = spring.force(change);
+    for (std::size_t i = 0; i < 3; ++i)
+      energies.push_back(0.5 * change[index(spring.node, 0) + i] * force[i]);
+  }
+  return parallel::exact_sum(group, energies);
 }
 
 void EnergyAccount::add_static_work(const LoadState& from, const LoadState& to) {
-  for (std::size_t k = 0; k < from.amplitude.size(); ++k) {
-    external_ += 0.5 * (from.amplitude[k] + to.amplitude[k]) * (to.position[k] - from.position[k]);
-  }
-  for (std::size_t m = 0; m < from.conjugate.size(); ++m) {
-    external_ += 0.5 * (from.conjugate[m] + to.conjugate[m]) * (to.travel[m] - from.travel[m]);
-  }
-  for (std::size_t k = 0; k < from.initial_factor.size(); ++k) {
-    external_ +=
-        0.5 * (from.initial_force[k] + to.initial_force[k]) * (to.initial_factor[k] - from.initial_factor[k]);
-  }
-}
-
-void EnergyAccount::add_relaxation(double kinetic, const parallel::NodeField& before,
-                                   const parallel::NodeField& after) {
-  std::vector<double> difference(before.local().size());
-  for (std::size_t i = 0; i < difference.size(); ++i) difference[i] = before.local()[i] - after.local()[i];
-  dissipated_ += kinetic + change_energy(*group_, *body_, difference);
+  for (std::size_t k = 0; k < from.works.size(); ++k) external_ += work_between(from.works[k], to.works[k]);
 }
 
 EnergyRow EnergyAccount::row(double time, const Measured& measured) const {

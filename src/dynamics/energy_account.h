@@ -15,37 +15,74 @@
 
 namespace crackle::dynamics {
 
-/// Quantities needed for the work of the loads, at one moment of quasi-static loading.
-struct LoadState {
-  std::vector<double> amplitude = {};  ///< per force pattern [N or Pa]
-  std::vector<double> position = {};  ///< conjugate displacement: sum of weight times displacement [m or m^3]
-  std::vector<double> reaction = {};  ///< resultant force exerted by each prescribed motion [N]
-  std::vector<double> travel = {};    ///< displacement of each prescribed motion, at factor 1 [m]
-  std::vector<Vector> absorbed = {};  ///< force exerted by each absorbing face; empty at rest [N]
-  // For each part of the initial strain; empty in motion, during which it is constant.
-  std::vector<double> initial_factor = {};
-  std::vector<double> initial_force = {};  ///< conjugate to the factor: energy per factor [J]
-  std::vector<double> conjugate =
-      {};  ///< force conjugate to each travel: the reactions times their factors [N]
+/// A force and the displacement on which it does work, or other quantities whose product is a work [J].
+struct Work {
+  double force = 0;
+  double displacement = 0;
+  bool is_driven = false;  ///< the displacement is prescribed, rather than the force
 };
 
-/// Collective; bitwise equal for any number of ranks.
-/// @param velocity of the motion, or nullptr in equilibrium
+/// What a condition of the input does at one moment.
+struct ConditionState {
+  Vector applied{};       ///< force of its load on the body [N]
+  Vector reaction{};      ///< that of its motion or absorbing face; the latter in motion only [N]
+  Vector displacement{};  ///< prescribed at factor 1, or the mean over the load, weighted with a factor [m]
+  double amplitude = 0;   ///< of its load; the same in all components of a pressure [N or Pa]
+  Vector position{};      ///< sums of the load's weights times displacements [m or m^3]
+
+  /// On the body; a component has a load or a reaction [N].
+  Vector force() const {
+    Vector sum = applied;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (reaction[i] != 0) sum[i] += reaction[i];
+    return sum;
+  }
+};
+
+/// The loads on a body at one moment, as its terms measure them.
+struct LoadState {
+  std::vector<ConditionState> conditions = {};
+  std::vector<Work> works = {};
+  std::vector<Record> records = {};
+  double stored = 0;  ///< in the body and its terms; set in equilibrium only [J]
+};
+
+/// Adds the forces that the loads apply at a time, without their works. Local.
+void apply_loads(const mechanics::Conditions& loads, double time, LoadState& state);
+/// Adds the loads, or the prescribed motions, with their works. Collective; bitwise equal for any number of
+/// ranks.
+void measure_forces(const parallel::Communicator& group, const mechanics::Conditions& loads,
+                    const parallel::NodeField& displacement, double time, LoadState& state);
+void measure_motions(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                     const mechanics::Conditions& loads, const parallel::NodeField& displacement, double time,
+                     LoadState& state);
+/// Both.
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::Conditions& loads, const parallel::NodeField& displacement,
-                        double time, const parallel::NodeField* velocity = nullptr);
+                        double time);
+/// Adds the works of the initial strain at its time. Likewise.
+void measure_initial_strain(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                            const parallel::NodeField& displacement, LoadState& state);
+/// Adds the forces of absorbing faces. Likewise.
+void measure_absorbers(const parallel::Communicator& group, const mechanics::Conditions& loads,
+                       const parallel::NodeField& velocity, LoadState& state);
 
 /// Strain energy of an equilibrium that is linear in its loads and its initial strain [J].
 double strain_energy(const LoadState& state);
+
+/// Work between two equilibria; exact if loads, stiffness and hence displacements change linearly between
+/// them, or if only the stiffness changes under constant loads [J].
+double static_work(const LoadState& from, const LoadState& to);
 
 /// From the strains of all tetrahedra [J]. Collective; bitwise equal for any number of ranks.
 /// @param displacement 3 n_local
 double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
                      std::span<const double> displacement);
 
-/// Half the work of the stiffness on a change of displacement, whatever the initial strain [J]. Likewise.
+/// Half the work of the stiffness, with that of springs, on a change of displacement, whatever the initial
+/// strain [J]. Likewise.
 double change_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                     std::span<const double> change);
+                     std::span<const mechanics::NodeStiffness> springs, std::span<const double> change);
 
 /// The energy balance of a body, starting from its state without loads and initial strain: external work =
 /// kinetic + strain + released + dissipated. What changes the initial strain, such as heat, does external
@@ -55,8 +92,7 @@ public:
   EnergyAccount(const parallel::Communicator& group, const fracture::BreakableBody& body)
       : group_(&group), body_(&body) {}
 
-  /// Work between two equilibria; exact if loads, stiffness and hence displacements change linearly between
-  /// them, or if only the stiffness changes under constant loads.
+  /// Adds the static_work().
   void add_static_work(const LoadState& from, const LoadState& to);
   /// Adds a completed dynamic phase, or displacements prescribed instantaneously.
   void add_phase(double external_work, double dissipated) {
@@ -64,9 +100,8 @@ public:
     dissipated_ += dissipated;
   }
 
-  /// The body came to rest: the kinetic energy, and the potential energy between `before` and the equilibrium
-  /// `after`, 1/2 d K d with their difference d, are counted as dissipated.
-  void add_relaxation(double kinetic, const parallel::NodeField& before, const parallel::NodeField& after);
+  /// The body came to rest, at the cost of this energy [J].
+  void add_relaxation(double lost) { dissipated_ += lost; }
 
   /// Quantities that the account cannot compute itself [J].
   struct Measured {

@@ -227,7 +227,7 @@ RestOutlook rest_outlook(const input::Model& model, const geometry::Realization&
   if (!solves || may_break || !setup.free_motions().empty()) return outlook;
   try {
     EnergyAccount account(self, setup.body);
-    QuasiStaticLoading loading(self, setup.body, setup.loads, setup.law,
+    QuasiStaticLoading loading(setup.motion_context(),
                                arrest_window(model.time, model.specimen.size, setup.waves));
     loading.load_at_start(account);
     outlook.equilibrium = first_break(loading, setup.loads, account);

@@ -181,10 +181,10 @@ public:
     const auto& body = *context_.body;
     if (!body.initial_strain().is_none())
       return dynamics::strain_energy(*context_.group, body, state.displacement.local()) +
-             terms_.stored(state);
+             terms_.stored(state.displacement);
     const double of_others = parallel::exact_sum(*context_.group, single_energies());
     return energy_quantum() * parallel::integer_sum(*context_.group, screening_.energy(force_.nodes())) +
-           of_others + terms_.stored(state);
+           of_others + terms_.stored(state.displacement);
   }
 
   double external_work(double time, const MotionState& state) const override {
@@ -192,10 +192,13 @@ public:
   }
 
   void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override {
-    terms_.end_loads(time, nodes, state);
+    terms_.end_loads(time, nodes, state.displacement);
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
+  LoadState measure(double time, const MotionState& state) const override {
+    return terms_.measure(time, state.displacement, &state.velocity);
+  }
 
   std::optional<std::string> failure() const override {
     const auto message = [&](const char* what, double quantum, const char* unit) {

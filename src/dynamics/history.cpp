@@ -145,20 +145,20 @@ void HistoryRecorder::record_equilibrium(double load_time, const LoadState& load
                                          const parallel::NodeField& displacement) {
   HistoryRow row;
   row.load_time = load_time;
-  row.energy = account_->row(0, {.strain = strain_energy(loads)});
+  row.energy = account_->row(0, {.strain = loads.stored});
   add(std::move(row), loads, displacement, nullptr);
 }
 
 void HistoryRecorder::record_motion(std::int32_t phase, double load_time, const EnergyRow& energy,
                                     const parallel::NodeField& displacement,
-                                    const parallel::NodeField& velocity, bool is_output) {
+                                    const parallel::NodeField& velocity, const LoadState& loads,
+                                    bool is_output) {
   HistoryRow row;
   row.is_output = is_output;
   row.load_time = load_time + energy.time;
   row.phase = phase;
   row.energy = energy;
-  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement, row.load_time, &velocity);
-  add(std::move(row), state, displacement, &velocity);
+  add(std::move(row), loads, displacement, &velocity);
 }
 
 std::vector<HistoryRow> HistoryRecorder::rows_of_phase(std::int32_t phase) const {
@@ -173,18 +173,8 @@ void HistoryRecorder::add(HistoryRow row, const LoadState& state, const parallel
   const Load load = machine_load(*loads_, state);
   row.load = load.force;
   row.load_displacement = load.displacement;
-  row.force.resize(loads_->conditions.size());
-  for (std::size_t k = 0; k < loads_->forces.size(); ++k) {
-    const auto& pattern = loads_->forces[k];
-    row.force[index(pattern.condition)][index(pattern.component)] =
-        state.amplitude[k] * pattern.acting_resultant();
-  }
-  for (std::size_t m = 0; m < loads_->motions.size(); ++m) {
-    const auto& motion = loads_->motions[m];
-    row.force[index(motion.condition)][index(motion.component)] = state.reaction[m];
-  }
-  for (std::size_t a = 0; a < state.absorbed.size(); ++a)
-    row.force[index(loads_->absorbers[a].condition)] = state.absorbed[a];
+  for (const ConditionState& condition : state.conditions) row.force.push_back(condition.force());
+  row.records = state.records;
   row.displacement = mean_displacements(*group_, loads_->conditions, displacement.local());
   row.probes = probes_.read(displacement, velocity);
   rows_.push_back(std::move(row));

@@ -63,10 +63,11 @@ public:
   /// @param load_time at the start of the phase [s]
   /// @param energy at that moment
   /// @param displacement with current ghosts
+  /// @param loads of all terms
   /// @param is_output as in HistoryRow
   void record_motion(std::int32_t phase, double load_time, const EnergyRow& energy,
                      const parallel::NodeField& displacement, const parallel::NodeField& velocity,
-                     bool is_output);
+                     const LoadState& loads, bool is_output);
 
   /// Continues after rows of an earlier run. Local.
   void append(std::span<const HistoryRow> rows) { rows_.insert(rows_.end(), rows.begin(), rows.end()); }

@@ -60,6 +60,8 @@ std::vector<OnPiece> pieces_of_rank(const mechanics::Conditions& loads,
   }
   for (const auto& motion : loads.motions)
     for (const auto node : motion.nodes) on_piece(any_condition, node).constrained |= 1 << motion.component;
+  for (const auto& support : loads.supports)
+    on_piece(any_condition, support.node).constrained |= support.components;
   for (const auto& absorber : loads.absorbers)
     for (const auto node : absorber.nodes) on_piece(any_condition, node).constrained = 7;
   std::vector<OnPiece> list;
@@ -142,10 +144,12 @@ Pieces bearing_face_pieces(const parallel::Communicator& group, const fracture::
     for (std::size_t t = 0; t < tetrahedra.size(); ++t)
       if (counted[t] != 0 && labels[t] >= 0)
         pieces[labels[t]][0] += std::llrint(tetrahedra[t].volume * scale);
-    for (const auto& motion : loads.motions)
-      for (const auto node : motion.nodes)
-        for (const auto t : around[node])
-          if (labels[index(t)] >= 0) pieces[labels[index(t)]][1] = 1;
+    const auto support = [&](std::int32_t node) {
+      for (const auto t : around[node])
+        if (labels[index(t)] >= 0) pieces[labels[index(t)]][1] = 1;
+    };
+    for (const auto& motion : loads.motions) std::ranges::for_each(motion.nodes, support);
+    for (const auto& one : loads.supports) support(one.node);
     std::vector<std::int64_t> flat;
     for (const auto& [label, piece] : pieces) flat.insert(flat.end(), {label, piece[0], piece[1]});
     return flat;

@@ -15,39 +15,19 @@ namespace {
 /// body breaks.
 constexpr double peak_share = 0.999;
 
-Load load_of_pressure(const mechanics::GoverningCondition& governing, const mechanics::Conditions& loads,
-                      const LoadState& state) {
-  Load load;
-  const double sign = governing.direction[0] < 0 ? -1 : 1;
-  const double area = governing.area * loads.conditions[index(governing.condition)].acting_share;
-  if (area == 0) return load;
-  for (std::size_t k = 0; k < loads.forces.size(); ++k) {
-    if (loads.forces[k].condition != governing.condition) continue;
-    load.force = sign * state.amplitude[k] * area;  // equal for all components
-    load.displacement += sign * state.position[k] / area;
-  }
-  return load;
-}
-
 Load load_of_condition(const mechanics::GoverningCondition& governing, const mechanics::Conditions& loads,
                        const LoadState& state) {
-  if (governing.area > 0) return load_of_pressure(governing, loads, state);
-  Vector force{}, displacement{};
-  for (std::size_t k = 0; k < loads.forces.size(); ++k) {
-    const auto& pattern = loads.forces[k];
-    if (pattern.condition != governing.condition) continue;
-    if (pattern.acting_weight() == 0) continue;
-    force[index(pattern.component)] = state.amplitude[k] * pattern.acting_resultant();
-    displacement[index(pattern.component)] = state.position[k] / pattern.acting_weight();
+  const ConditionState& condition = state.conditions[index(governing.condition)];
+  if (governing.area > 0) {  // a pressure
+    const double sign = governing.direction[0] < 0 ? -1 : 1;
+    const double area = governing.area * loads.conditions[index(governing.condition)].acting_share;
+    Load load;
+    if (area == 0) return load;
+    load.force = sign * condition.amplitude * area;
+    for (const double position : condition.position) load.displacement += sign * position / area;
+    return load;
   }
-  for (std::size_t m = 0; m < loads.motions.size(); ++m) {
-    const auto& motion = loads.motions[m];
-    if (motion.condition != governing.condition) continue;
-    force[index(motion.component)] = state.reaction[m];
-    displacement[index(motion.component)] = state.travel[m];
-  }
-  for (std::size_t a = 0; a < loads.absorbers.size() && a < state.absorbed.size(); ++a)
-    if (loads.absorbers[a].condition == governing.condition) force = state.absorbed[a];
+  const Vector force = condition.force(), &displacement = condition.displacement;
   // A pressure from all sides has no direction.
   if (governing.direction == Vector{}) return {norm(force), norm(displacement)};
   return {dot(force, governing.direction), dot(displacement, governing.direction)};
@@ -78,10 +58,13 @@ Load machine_load(const mechanics::Conditions& loads, const LoadState& state) {
 
 double largest_load(const mechanics::Conditions& loads, const LoadState& state) {
   double largest = 0;
-  for (std::size_t k = 0; k < loads.forces.size(); ++k)
-    largest = std::max(largest, std::abs(state.amplitude[k]) * loads.forces[k].acting_weight());
-  for (std::size_t m = 0; m < loads.motions.size(); ++m)
-    if (!loads.motions[m].is_fixed) largest = std::max(largest, std::abs(state.reaction[m]));
+  for (std::size_t c = 0; c < state.conditions.size(); ++c) {
+    const bool is_fixed = std::ranges::any_of(loads.motions, [&](const mechanics::PrescribedMotion& motion) {
+      return motion.is_fixed && index(motion.condition) == c;
+    });
+    for (const double component : state.conditions[c].force())
+      if (!is_fixed) largest = std::max(largest, std::abs(component));
+  }
   return largest;
 }
 

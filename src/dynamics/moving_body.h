@@ -80,6 +80,13 @@ public:
   /// Dissipated by the terms since the start [J]. Collective.
   virtual double dissipated_energy() const { return 0; }
 
+  /// The loads, and what else the terms measure. Collective; bitwise equal for any number of ranks if the
+  /// state is.
+  /// @param state as currently returned by read()
+  virtual LoadState measure([[maybe_unused]] double time, [[maybe_unused]] const MotionState& state) const {
+    return {};
+  }
+
   /// Why the state on this rank is no longer valid, for example a number out of range; empty if it is valid.
   virtual std::optional<std::string> failure() const { return {}; }
 
@@ -99,7 +106,9 @@ public:
 
 struct MotionContext;
 
-/// Makes a term for one dynamic phase, from the state at its start.
+/// Makes a term for one dynamic phase, from the state at its start, or for the equilibria of a sample, from
+/// that without displacements. Collective.
+/// @param context without a law while the set-up asks for stiffness and supports
 /// @param nodes_per_block of the implementation
 using MakeTerm = std::function<std::unique_ptr<Term>(const MotionContext& context, const MotionState& given,
                                                      std::int32_t nodes_per_block)>;

@@ -206,17 +206,20 @@ public:
 
   double strain_energy(const MotionState& state) const override {
     return dynamics::strain_energy(*context_.group, *context_.body, state.displacement.local()) +
-           terms_.stored(state);
+           terms_.stored(state.displacement);
   }
 
   double external_work(double time, const MotionState& state) const override {
     return terms_.supplied(time, state);
   }
   void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override {
-    terms_.end_loads(time, nodes, state);
+    terms_.end_loads(time, nodes, state.displacement);
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
+  LoadState measure(double time, const MotionState& state) const override {
+    return terms_.measure(time, state.displacement, &state.velocity);
+  }
   std::int64_t n_forces() const override { return n_forces_; }
 
   std::optional<std::string> failure() const override {

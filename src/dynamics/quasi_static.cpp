@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/quasi_static.h"
 
+#include "common/failure.h"
 #include "common/index.h"
 #include "dynamics/machine_load.h"
 #include "dynamics/separation.h"
@@ -10,6 +11,7 @@
 #include "mechanics/node_cells.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 #include "parallel/ghost_exchange.h"
 
 #include "loose_loads.h"
@@ -46,83 +48,81 @@ constexpr double slight_overload = 1.2;
 /// than the spread of loads that soften at the same time, in a twentieth of the iterations.
 constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-4, .of_displacement = 5e-3};
 
-mechanics::HeldComponents constrained_components(const parallel::Communicator& group,
-                                                 const geometry::Subdomain& subdomain,
-                                                 const mechanics::Conditions& loads) {
-  using OfNode = std::array<std::uint8_t, 3>;
-  std::vector<OfNode> marks(subdomain.nodes.size());
-  for (const auto& motion : loads.motions) {
-    for (const auto node : motion.nodes) {
-      marks[index(node)][index(motion.component)] = 1;
-    }
-  }
-  parallel::GhostExchange<OfNode> exchange(group, subdomain.layout);
-  parallel::check_peers(group);
-  exchange.update(marks);
-  mechanics::HeldComponents constrained;
-  constrained.reserve(3 * marks.size());
-  for (const OfNode& mark : marks) constrained.insert(constrained.end(), mark.begin(), mark.end());
-  return constrained;
-}
+// Where a term is not linear.
+/// Forces that strain the body less than this count as none.
+constexpr double negligible_strain = 1e-9;
+/// Largest unbalanced force in equilibrium, relative to the forces.
+constexpr double equilibrium_tolerance = 1e-8;
+constexpr int max_newton_steps = 40;
+/// An increment is straight if half-way along it the unbalanced force, relative to the forces, is at most
+/// this, or after so many halvings. One without an equilibrium at its end is halved so many times.
+constexpr double straightness = 0.02;
+constexpr int max_bends = 10;
+constexpr int max_halvings = 30;
+/// The largest share of the strength at a break is 1 within this, or after so many refinements.
+constexpr double break_tolerance = 1e-8;
+constexpr int max_refinements = 60;
+/// An increment is at least this share of the one before.
+constexpr double least_growth = 1e-3;
 
 }  // namespace
 
-QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                                       const mechanics::Conditions& loads, fracture::FractureLaw& law,
-                                       double patience, mechanics::Conditions* ending_loads)
-    : group_(&group),
-      body_(&body),
-      loads_(&loads),
+QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double patience,
+                                       mechanics::Conditions* ending_loads)
+    : context_(context),
+      group_(context.group),
+      body_(context.body),
+      loads_(context.loads),
       ending_loads_(ending_loads),
-      law_(&law),
+      law_(context.law),
       patience_(patience),
-      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(),
-              body.residual_stiffness(), constrained_components(group, body.subdomain(), loads)),
-      displacement_(group, body.subdomain().layout) {
-  const geometry::Box box = mechanics::box_of_all(group, body.subdomain());
+      terms_(context_),
+      is_linear_(std::ranges::all_of(terms_, [](const auto& term) { return term->is_linear(); })),
+      unit_loads_(terms_.unit_loads()),
+      held_(terms_.held_components(body_->subdomain())),
+      solver_(*group_, body_->subdomain(), body_->operators(), body_->elasticity(), body_->edges(),
+              body_->residual_stiffness(), held_),
+      displacement_(*group_, body_->subdomain().layout) {
+  const geometry::Box box = mechanics::box_of_all(*group_, body_->subdomain());
   extent_ = std::ranges::max(box.upper - box.lower);
-  for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain().layout);
-  for (const auto& motion : loads.motions) {
-    if (motion.never_moves()) continue;
-    auto& unit = unit_.emplace_back(group, body.subdomain().layout);
-    for (std::size_t i = 0; i < motion.nodes.size(); ++i)
-      unit.local()[index(motion.nodes[i], motion.component)] = motion.factor_at(i);
+  if (!is_linear_) {
+    negligible_force_ = negligible_strain * extent_ * bar_stiffness(*group_, *body_);
+    group_->enter("static solve");
+    find_equilibrium(time_);
+    come_to_rest();
+    group_->enter("quasi-static loading");
+    return;
   }
-  for (std::size_t k = 0; k < body.initial_strain().parts().size(); ++k)
-    initial_unit_.emplace_back(group, body.subdomain().layout);
-  group.enter("static solve");
+  for (const UnitLoad& load : unit_loads_) {
+    auto& unit = unit_.emplace_back(*group_, body_->subdomain().layout);
+    if (load.kind == UnitLoad::Kind::motion) load.apply(unit.local());
+  }
+  for (const NodeResponse& response : terms_.responses(time_, displacement_.local()))
+    springs_.push_back(response);
+  solver_.set_node_stiffness(springs_);
+  group_->enter("static solve");
   solve_unit_problems({});
-  group.enter("quasi-static loading");
-  stiffness_ratio_ = std::make_unique<const StiffnessRatio>(group, body, loads, unit_);
+  group_->enter("quasi-static loading");
+  stiffness_ratio_ = std::make_unique<const StiffnessRatio>(*group_, *body_, unit_loads_, springs_, unit_);
   combine();
 }
 
 QuasiStaticLoading::~QuasiStaticLoading() = default;
 
 void QuasiStaticLoading::solve_unit_problems(const mechanics::Accuracy& accuracy) {
-  std::vector<double> force(displacement_.owned().size());
-  for (std::size_t k = 0; k < unit_.size(); ++k) {
-    std::ranges::fill(force, 0.0);
-    if (k < loads_->forces.size()) {
-      const auto& pattern = loads_->forces[k];
-      for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
-        force[index(pattern.nodes[n], pattern.component)] = pattern.weight[n];
-      }
-    }
-    solve(force, unit_[k], accuracy);
-  }
-  is_solved_.assign(initial_unit_.size(), 0);
-  solve_initial_problems(accuracy);
+  is_solved_.assign(unit_loads_.size(), 0);
+  solve_missing_problems(accuracy);
 }
 
-void QuasiStaticLoading::solve_initial_problems(const mechanics::Accuracy& accuracy) {
+void QuasiStaticLoading::solve_missing_problems(const mechanics::Accuracy& accuracy) {
   std::vector<double> force(displacement_.local().size());
-  for (std::size_t k = 0; k < initial_unit_.size(); ++k) {
-    const auto& part = body_->initial_strain().parts()[k];
-    const bool acts = part.factor.at(time_) != 0 || part.factor.slope(time_) != 0;
+  for (std::size_t k = 0; k < unit_loads_.size(); ++k) {
+    const UnitLoad& load = unit_loads_[k];
+    const bool acts = load.kind != UnitLoad::Kind::strain || load.factor(time_) != 0 || load.rate(time_) != 0;
     if (!acts || std::exchange(is_solved_[k], std::uint8_t{1}) != 0) continue;
-    body_->force().evaluate_strains(part.strain, force);
-    solve(std::span<const double>(force).first(displacement_.owned().size()), initial_unit_[k], accuracy);
+    std::ranges::fill(force, 0.0);
+    if (load.is_force()) load.apply(force);
+    solve(std::span<const double>(force).first(displacement_.owned().size()), unit_[k], accuracy);
   }
 }
 
@@ -133,35 +133,174 @@ void QuasiStaticLoading::solve(std::span<const double> force, parallel::NodeFiel
   ++n_solves_;
 }
 
-template <class ForceFactor, class MotionFactor>
-void QuasiStaticLoading::superpose(std::span<double> sum, ForceFactor&& of_force,
-                                   MotionFactor&& of_motion) const {
+template <class Factor>
+void QuasiStaticLoading::superpose(std::span<double> sum, const Factor& factor) const {
   std::ranges::fill(sum, 0.0);
-  const auto add = [&](double factor, const parallel::NodeField& unit) {
-    const auto u = unit.local();
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += factor * u[i];
-  };
-  std::size_t k = 0;
-  for (const auto& pattern : loads_->forces) add(of_force(pattern.amplitude), unit_[k++]);
-  for (const auto& motion : loads_->motions) {
-    if (!motion.never_moves()) add(of_motion(motion), unit_[k++]);
+  for (std::size_t k = 0; k < unit_loads_.size(); ++k) {
+    const double times = factor(unit_loads_[k]);
+    // The parts of the initial strain that do not act now need not be solved for.
+    if (unit_loads_[k].kind == UnitLoad::Kind::strain && times == 0) continue;
+    const auto u = unit_[k].local();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += times * u[i];
   }
-  // The parts that do not act now need not be solved for.
-  for (k = 0; k < initial_unit_.size(); ++k)
-    if (const double factor = of_force(body_->initial_strain().parts()[k].factor); factor != 0)
-      add(factor, initial_unit_[k]);
+}
+
+LoadState QuasiStaticLoading::measure(const parallel::NodeField& displacement, double time) const {
+  LoadState state = terms_.measure(time, displacement, nullptr);
+  state.stored = is_linear_ ? dynamics::strain_energy(state) : stored(displacement);
+  return state;
+}
+
+void QuasiStaticLoading::come_to_rest() {
+  for (const auto& term : terms_) term->rest_at(time_, displacement_);
+}
+
+double QuasiStaticLoading::stored(const parallel::NodeField& displacement) const {
+  return dynamics::strain_energy(*group_, *body_, displacement.local()) + terms_.stored(displacement);
+}
+
+QuasiStaticLoading::Imbalance QuasiStaticLoading::find_imbalance(double time, std::vector<double>& force) {
+  const std::size_t n_owned = displacement_.owned().size();
+  std::vector<double> loads(force.size()), of_terms(n_owned);
+  for (const UnitLoad& load : unit_loads_) {
+    const double factor = load.factor(time);
+    if (!load.is_force() || factor == 0) continue;
+    std::ranges::fill(force, 0.0);
+    load.apply(force);
+    for (std::size_t i = 0; i < n_owned; ++i) loads[i] += factor * force[i];
+  }
+  springs_.clear();
+  for (const NodeResponse& response : terms_.responses(time, displacement_.local())) {
+    springs_.push_back(response);
+    for (std::size_t i = 0; i < 3; ++i) of_terms[index(response.node, 0) + i] = response.force[i];
+  }
+  const mechanics::InternalForce of_displacement(body_->operators(), body_->residual_stiffness());
+  of_displacement.evaluate(displacement_.local(), force);
+  const auto square = [&](std::span<const double> v) {
+    return parallel::exact_dot(*group_, v.first(n_owned), v.first(n_owned));
+  };
+  const double forces = std::max({square(loads), square(of_terms), square(force)});
+  for (std::size_t i = 0; i < n_owned; ++i) force[i] = held_[i] != 0 ? 0 : loads[i] + of_terms[i] - force[i];
+  return {std::sqrt(square(force)), std::max(std::sqrt(forces), negligible_force_)};
+}
+
+void QuasiStaticLoading::find_equilibrium(double time) {
+  std::vector<double> force(displacement_.local().size()), held(force.size());
+  for (const UnitLoad& load : unit_loads_) {
+    if (load.kind != UnitLoad::Kind::motion) continue;
+    std::ranges::fill(force, 0.0);
+    load.apply(force);
+    for (std::size_t i = 0; i < force.size(); ++i) held[i] += load.factor(time) * force[i];
+  }
+  const auto u = displacement_.owned();
+  for (std::size_t i = 0; i < u.size(); ++i)
+    if (held_[i] != 0) u[i] = held[i];
+  parallel::check_peers(*group_);
+  displacement_.update_ghosts();
+  take(displacement_.local(), time);
+  double last = infinity, forces = 0;
+  for (int n = 0;; ++n) {
+    const Imbalance now = find_imbalance(time, force);
+    forces = std::max(forces, now.forces);  // where it ends without any, those on the way count
+    const double residual = now.norm / forces;
+    const bool is_rounding = residual <= mechanics::rounding_allowance && residual > 0.5 * last;
+    if (residual <= equilibrium_tolerance || is_rounding) {
+      residual_ = std::max(residual_, residual);
+      return;
+    }
+    if (n == max_newton_steps)
+      fail<mechanics::NoEquilibrium>(
+          "no equilibrium at t = {:.6g} s: after {} steps of Newton's method the residual is still {:.1e} of "
+          "the forces",
+          time, n, residual);
+    last = residual;
+    parallel::NodeField change(*group_, body_->subdomain().layout);
+    solver_.set_node_stiffness(springs_);
+    std::exception_ptr no_equilibrium;
+    try {
+      solve(std::span<const double>(force).first(u.size()), change, {});
+    } catch (const mechanics::NoEquilibrium&) {
+      no_equilibrium = std::current_exception();  // on every rank; how far the body moves may tell why
+    }
+    for (std::size_t i = 0; i < displacement_.local().size(); ++i)
+      displacement_.local()[i] += change.local()[i];
+    if (no_equilibrium) std::rethrow_exception(no_equilibrium);
+  }
+}
+
+void QuasiStaticLoading::take(std::span<const double> displacement, double time) {
+  if (displacement.data() != displacement_.local().data())
+    std::ranges::copy(displacement, displacement_.local().begin());
+  time_ = time;
+  body_->set_time(time);
+  means_.clear();
+}
+
+QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
+  const auto current = [&] {
+    const auto u = std::as_const(displacement_).local();
+    return std::vector<double>(u.begin(), u.end());
+  };
+  std::vector<double> start = current(), end, between(start.size());
+  double from = time_, to = std::min(until, from + increment_);
+  group_->enter("static solve");
+  for (int n = 0;; ++n) {
+    bool is_straight = false;
+    try {
+      find_equilibrium(to);
+      end = current();
+      for (std::size_t i = 0; i < end.size(); ++i) between[i] = 0.5 * (start[i] + end[i]);
+      take(between, 0.5 * (from + to));
+      const Imbalance half_way = find_imbalance(time_, between);
+      is_straight = n >= max_bends || half_way.norm <= straightness * half_way.forces;
+    } catch (const mechanics::NoEquilibrium&) {  // on every rank
+      if (n == max_halvings || !(0.5 * (from + to) > from)) throw;
+      take(start, from);
+    }
+    increment_ = (n == 0 ? 2 : 1) * (to - from);
+    if (is_straight) break;
+    to = 0.5 * (from + to);
+  }
+  group_->enter("quasi-static loading");
+  for (int n = 0;; ++n) {
+    for (std::size_t i = 0; i < end.size(); ++i) between[i] = (end[i] - start[i]) / (to - from);
+    take(start, from);
+    Critical next = first_to_break(to, between);
+    if (next.number < 0) {
+      take(end, to);
+      // At the end of a refined interval a tetrahedron may have reached its strength.
+      const Critical most = most_loaded();
+      return n > 0 && most.value >= 1 - break_tolerance ? most : next;
+    }
+    // Every third step halves the interval, so that it shrinks whatever the path.
+    const double after = n % 3 == 2 ? 0.5 * (to - from) : next.value;
+    for (std::size_t i = 0; i < end.size(); ++i) between[i] = start[i] + after * between[i];
+    take(between, from + after);
+    find_equilibrium(time_);
+    const double share = most_loaded().value;
+    if (std::abs(share - 1) <= break_tolerance || n == max_refinements) {
+      increment_ =
+          std::max({2 * (time_ - from), least_growth * increment_, least_growth * break_tolerance * time_});
+      return next;
+    }
+    (share < 1 ? start : end) = current();
+    (share < 1 ? from : to) = time_;
+  }
 }
 
 void QuasiStaticLoading::combine() {
-  superpose(
-      displacement_.local(), [this](const auto& amplitude) { return amplitude.at(time_); },
-      [this](const auto& motion) { return motion.displacement(time_); });
+  superpose(displacement_.local(), [this](const UnitLoad& load) { return load.factor(time_); });
   body_->set_time(time_);
   means_.clear();
 }
 
 bool QuasiStaticLoading::grows() const {
-  return loads_->grows_after(time_) || body_->initial_strain().changes_after(time_);
+  return std::ranges::any_of(unit_loads_, [this](const UnitLoad& load) { return load.grows_after(time_); });
+}
+
+void QuasiStaticLoading::end_loads(const mechanics::NodesOfConditions& nodes) {
+  terms_.end_loads(time_, nodes, displacement_);
+  ending_loads_->end_loads(*group_, nodes);
 }
 
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
@@ -173,10 +312,8 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   if (may_separate) {
     const auto labels = fracture::piece_labels(*group_, *body_);
     if (ending_loads_ != nullptr) {
-      if (const auto nodes = nodes_of_loose_pieces(*group_, *body_, *loads_, labels))
-        ending_loads_->end_loads(*group_, *nodes);
-      if (const auto nodes = nodes_of_falling_splinters(*group_, *body_, *loads_))
-        ending_loads_->end_loads(*group_, *nodes);
+      if (const auto nodes = nodes_of_loose_pieces(*group_, *body_, *loads_, labels)) end_loads(*nodes);
+      if (const auto nodes = nodes_of_falling_splinters(*group_, *body_, *loads_)) end_loads(*nodes);
     }
     if (!loads_are_supported(*group_, *body_, *loads_, labels)) return false;
   }
@@ -186,18 +323,22 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   group_->enter("static solve");
   std::exception_ptr no_equilibrium;
   try {
-    solve_unit_problems(body_->softens() ? softening_accuracy : mechanics::Accuracy{});
+    if (is_linear_)
+      solve_unit_problems(body_->softens() ? softening_accuracy : mechanics::Accuracy{});
+    else
+      find_equilibrium(time_);
   } catch (const mechanics::NoEquilibrium&) {
     no_equilibrium = std::current_exception();  // on every rank
   }
   group_->enter("quasi-static loading");
-  combine();
+  if (is_linear_) combine();
   if (carries_nothing(!no_equilibrium)) {
     displacement_.assign(last);
     residual_ = residual;  // of a solution that is discarded
     return false;
   }
   if (no_equilibrium) std::rethrow_exception(no_equilibrium);
+  come_to_rest();
   return true;
 }
 
@@ -207,7 +348,8 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   const bool is_known = std::ranges::none_of(displacement_.owned(), [](double u) { return std::isnan(u); });
   parallel::check_peers(*group_);
   if (parallel::any_of_all(*group_, !is_known)) return false;
-  const double share = stiffness_ratio_->at(time_, unit_);
+  // Without unit solutions the displacement tells.
+  const double share = is_linear_ ? stiffness_ratio_->at(time_, unit_) : 0.5 * weak_share;
   if (share < least_share || (share < weak_share && is_far(displacement_))) return true;
   // Without an equilibrium, hinges keep the body together but allow it to move.
   return !is_equilibrium && !loads_are_supported_by_faces(*group_, *body_, *loads_);
@@ -285,12 +427,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
   return agree(best, false);
 }
 
-QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) const {
-  // The rate of displacement, constant up to `until`.
-  std::vector<double> rate(displacement_.local().size());
-  superpose(
-      rate, [this](const auto& amplitude) { return amplitude.slope(time_); },
-      [this](const auto& motion) { return motion.velocity(time_); });
+QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until,
+                                                                std::span<const double> rate) const {
   fracture::FirstCrossing first(law_->stress(), until - time_);
   const auto u = displacement_.local();
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
@@ -363,6 +501,16 @@ double QuasiStaticLoading::time_to_break(std::int32_t tetrahedron, double load) 
   return parallel::all_reduce(*group_, time, MPI_MIN);
 }
 
+double QuasiStaticLoading::relaxation(const parallel::NodeField& before) const {
+  if (!is_linear_)
+    return stored(before) - stored(displacement_) +
+           static_work(measure(before, time_), measure(displacement_, time_));
+  std::vector<double> difference(before.local().size());
+  for (std::size_t i = 0; i < difference.size(); ++i)
+    difference[i] = before.local()[i] - displacement_.local()[i];
+  return change_energy(*group_, *body_, springs_, difference);
+}
+
 double QuasiStaticLoading::stress_share() const {
   const Critical most = most_loaded();
   return most.number < 0 ? 0 : std::max(0.0, most.value);
@@ -386,29 +534,25 @@ double QuasiStaticLoading::strained_share(double limit) const {
 
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
   // The initial loads, and the initial strain, are taken to have grown from zero.
-  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
-  const auto nothing = [](const std::vector<double>& like) { return std::vector<double>(like.size(), 0.0); };
-  account.add_static_work({.amplitude = nothing(state.amplitude),
-                           .position = nothing(state.position),
-                           .travel = nothing(state.travel),
-                           .initial_factor = nothing(state.initial_factor),
-                           .initial_force = nothing(state.initial_force),
-                           .conjugate = nothing(state.conjugate)},
-                          state);
+  const LoadState state = measure(displacement_, time_);
+  if (is_linear_)
+    account.add_static_work({.works = std::vector<Work>(state.works.size())}, state);
+  else
+    account.add_phase(state.stored, 0);
   load_ = machine_load(*loads_, state).force;
 }
 
 void QuasiStaticLoading::refuse_overload() const {
   const Critical most = most_loaded();
   if (most.number < 0 || most.value <= 1) return;
-  if (!body_->initial_strain().is_none())
+  if (std::ranges::count(unit_loads_, UnitLoad::Kind::strain, &UnitLoad::kind) > 0)
     throw parallel::AgreedError(
         0, fmt::format("at time 0 the initial stress, with the loads then, is {:.4g} times the strength of a "
                        "tetrahedron; lower it, or set time.start = \"equilibrium\" to start the dynamic "
                        "phase at time 0",
                        most.value));
   // The largest load of any condition; the machine's may be smaller.
-  const double load = largest_load(*loads_, measure_loads(*group_, *body_, *loads_, displacement_, time_));
+  const double load = largest_load(*loads_, measure(displacement_, time_));
   throw parallel::AgreedError(
       0,
       fmt::format("the load at time 0, {:.6g} N, exceeds that of the first break, {:.6g} N; lower the loads "
@@ -418,7 +562,7 @@ void QuasiStaticLoading::refuse_overload() const {
 
 QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account, const std::function<bool()>& must_suspend,
                                            const OnEquilibrium& on_equilibrium) {
-  LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+  LoadState state = measure(displacement_, time_);
   for (;;) {
     if (must_suspend) {
       const bool is_requested = must_suspend();
@@ -451,25 +595,37 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
                                                               const OnEquilibrium& on_equilibrium,
                                                               LoadState& state, Critical& next) {
   if (on_equilibrium) on_equilibrium(state);
+  std::vector<double> rate(displacement_.local().size()), last(rate.size());
   for (;;) {
-    const double kink = std::min(loads_->next_kink(time_), body_->initial_strain().next_kink(time_));
-    next = first_to_break(kink);
-    if (next.number < 0 && (std::isinf(kink) || !grows())) return QuasiStaticEnd::no_load;
+    double kink = infinity;
+    for (const UnitLoad& load : unit_loads_) kink = std::min(kink, load.curve->next_kink(time_));
     const double last_time = time_;
-    time_ = next.number < 0 ? kink : time_ + next.value;
-    combine();
-    if (n_events_ > 0 && is_far(displacement_) && stiffness_ratio_->at(time_, unit_) < weak_share) {
-      time_ = last_time;
+    std::ranges::copy(displacement_.local(), last.begin());
+    if (is_linear_) {
+      superpose(rate, [this](const UnitLoad& load) { return load.rate(time_); });
+      next = first_to_break(kink, rate);
+      if (next.number < 0 && (std::isinf(kink) || !grows())) return QuasiStaticEnd::no_load;
+      time_ = next.number < 0 ? kink : time_ + next.value;
       combine();
-      return QuasiStaticEnd::separated;
+    } else {
+      if (!grows()) return QuasiStaticEnd::no_load;
+      next = follow_path(kink);
     }
-    LoadState reached = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+    const bool may_be_mechanism = !is_linear_ || n_events_ > 0;
+    if (may_be_mechanism && is_far(displacement_) &&
+        (!is_linear_ || stiffness_ratio_->at(time_, unit_) < weak_share)) {
+      take(last, last_time);
+      return n_events_ > 0 ? QuasiStaticEnd::separated : QuasiStaticEnd::no_load;
+    }
+    come_to_rest();
+    LoadState reached = measure(displacement_, time_);
     account.add_static_work(state, reached);
     state = std::move(reached);
     if (on_equilibrium) on_equilibrium(state);
     if (next.number >= 0) return {};
+    if (!is_linear_) continue;
     group_->enter("static solve");
-    solve_initial_problems({});
+    solve_missing_problems({});
     group_->enter("quasi-static loading");
   }
 }
@@ -494,10 +650,10 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
   const bool has_lost_bridges =
       parallel::any_of_all(*group_, std::ssize(body_->bridge_releases()) > n_bridges);
   if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return false;
-  account.add_relaxation(0, before, displacement_);
-  LoadState relaxed = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+  account.add_relaxation(relaxation(before));
+  LoadState relaxed = measure(displacement_, time_);
   // At constant load only the loads on fragments that have not come loose still do work.
-  state = measure_loads(*group_, *body_, *loads_, before, time_);
+  state = measure(before, time_);
   account.add_static_work(state, relaxed);
   state = std::move(relaxed);
   return true;
@@ -505,18 +661,16 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
 
 bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::NodeField& displacement,
                                 EnergyAccount& account) {
-  if (!body_->initial_strain().is_none()) {
-    // In motion it was constant.
-    const LoadState held = measure_loads(*group_, *body_, *loads_, displacement, time);
-    body_->set_time(time);
-    account.add_static_work(held, measure_loads(*group_, *body_, *loads_, displacement, time));
-  }
+  // In motion the initial strain was constant.
+  const LoadState held = measure(displacement, time);
+  body_->set_time(time);
+  account.add_static_work(held, measure(displacement, time));
   time_ = time;
   if (!update_after_breaks(true)) return false;
-  account.add_relaxation(kinetic, displacement, displacement_);
+  account.add_relaxation(kinetic + relaxation(displacement));
   // Counts only loads that still act.
-  const LoadState before = measure_loads(*group_, *body_, *loads_, displacement, time);
-  account.add_static_work(before, measure_loads(*group_, *body_, *loads_, displacement_, time));
+  const LoadState before = measure(displacement, time);
+  account.add_static_work(before, measure(displacement_, time));
   return true;
 }
 

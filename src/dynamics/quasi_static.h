@@ -3,6 +3,8 @@
 
 #include "common/real.h"
 #include "dynamics/energy_account.h"
+#include "dynamics/moving_body.h"
+#include "dynamics/terms.h"
 #include "fracture/breakable_body.h"
 #include "fracture/fracture_law.h"
 #include "mechanics/conditions.h"
@@ -30,18 +32,22 @@ enum class QuasiStaticEnd {
 };
 
 /// Event-driven quasi-static loading. Between breaks the equilibrium is linear in the loads: one unit
-/// solution per force pattern, per prescribed motion and per part of the initial strain, scaled by its curve.
-/// Under a slow ramp the Tuler-Butcher overshoot is negligible, so a tetrahedron breaks when its largest
-/// principal stress reaches the strength.
+/// solution per unit load of the terms, scaled by its factor. If a term is not linear, the loads grow in
+/// increments over which the body moves nearly straight, each to an equilibrium by Newton's method, and up to
+/// the break on the way. Under a slow ramp the Tuler-Butcher overshoot
+/// is negligible, so a tetrahedron breaks when its largest principal stress reaches the strength.
 class QuasiStaticLoading {
 public:
-  /// Solves for the intact body. Collective. The references must outlive the object.
+  /// Solves for the intact body. Collective. The context's members must outlive the object.
   /// @param patience a tetrahedron over the limit that would take longer than this to break in dynamics [s]
   ///   is released quasi-statically, as a dynamic phase would arrest before its first break
   /// @param ending_loads the loads, which end on fragments that come loose; nullptr: they continue
-  QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                     const mechanics::Conditions& loads, fracture::FractureLaw& law, double patience,
+  QuasiStaticLoading(const MotionContext& context, double patience,
                      mechanics::Conditions* ending_loads = nullptr);
+  /// Without any terms beside the conditions.
+  QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
+                     const mechanics::Conditions& loads, fracture::FractureLaw& law, double patience)
+      : QuasiStaticLoading(MotionContext{&group, &body, &loads, &law}, patience) {}
   ~QuasiStaticLoading();
 
   /// Adds the loads and the initial strain at time 0 to the energy account. Collective; call once, first.
@@ -74,6 +80,9 @@ public:
   /// new breaks: solves for the equilibrium and updates the energy account. Collective.
   /// @return false when the body no longer carries any load
   bool resume(double time, double kinetic, const parallel::NodeField& displacement, EnergyAccount& account);
+
+  /// Of the equilibrium, with what the terms store [J]. Collective.
+  double strain_energy() const { return stored(displacement_); }
 
   double time() const { return time_; }
   /// True if a load, a motion or the initial strain changes from now on.
@@ -113,16 +122,39 @@ private:
   /// @return false when the body no longer carries any load
   bool break_and_relax(EnergyAccount& account, const Critical& next, LoadState& state);
   void solve_unit_problems(const mechanics::Accuracy& accuracy);
-  /// Solves for the parts of the initial strain that act or change now and are not solved for yet: of a
-  /// history that is a sum of many, few do.
-  void solve_initial_problems(const mechanics::Accuracy& accuracy);
+  /// Solves the problems that are not solved yet; of the parts of the initial strain those that act or change
+  /// now: of a history that is a sum of many, few do.
+  void solve_missing_problems(const mechanics::Accuracy& accuracy);
   void solve(std::span<const double> force, parallel::NodeField& displacement,
              const mechanics::Accuracy& accuracy);
-  /// Superposition of the unit solutions, scaled by their load curves.
-  template <class ForceFactor, class MotionFactor>
-  void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
+  /// Superposition of the unit solutions, each times a factor of its load.
+  template <class Factor>
+  void superpose(std::span<double> sum, const Factor& factor) const;
+  /// Newton's method for the equilibrium at a time, from the current displacement.
+  /// @throws mechanics::NoEquilibrium on every rank
+  void find_equilibrium(double time);
+  struct Imbalance {
+    double norm = 0;    ///< of the unbalanced force
+    double forces = 0;  ///< largest norm of the loads, the terms' forces and the body's, if not negligible
+  };
+  /// The unbalanced force at the current displacement and a time, and the terms' stiffness there.
+  /// @param force receives it, 3 n_local; zero where the displacement is prescribed
+  Imbalance find_imbalance(double time, std::vector<double>& force);
+  /// Raises the loads by an increment along the path of equilibria, or up to a break on it.
+  /// @return the tetrahedron that breaks, if any
+  Critical follow_path(double until);
+  /// Takes a displacement, 3 n_local, as that at a time.
+  void take(std::span<const double> displacement, double time);
+  void come_to_rest();
+  double stored(const parallel::NodeField& displacement) const;
+  /// The loads at a displacement, with the works of all terms.
+  LoadState measure(const parallel::NodeField& displacement, double time) const;
+  /// The potential energy that the body loses, at constant loads, between a displacement and its equilibrium
+  /// [J]. Collective.
+  double relaxation(const parallel::NodeField& before) const;
   /// Takes displacement and initial strain at time_.
   void combine();
+  void end_loads(const mechanics::NodesOfConditions& nodes);
   /// Solves for the new equilibrium. @return false when the body no longer carries any load
   /// @param may_separate tetrahedra or bridges broke, rather than only softened
   bool update_after_breaks(bool may_separate);
@@ -144,8 +176,8 @@ private:
     for (std::size_t corner = 0; corner < 4; ++corner)
       if (const auto patch = law_->means()->patch(tetrahedron, corner); patch >= 0) visit(index(patch));
   }
-  /// The next tetrahedron to reach its strength under increasing loads.
-  Critical first_to_break(double until) const;
+  /// The next tetrahedron to reach its strength while the displacement changes at a rate, 3 n_local.
+  Critical first_to_break(double until, std::span<const double> rate) const;
   /// Local number of the tetrahedron that breaks there, or -1: the critical one itself, or the one selected
   /// by its ball.
   std::int32_t breaking(const Critical& critical) const;
@@ -160,23 +192,30 @@ private:
   std::int32_t place_of(std::int32_t tetrahedron) const;
   Critical agree(Critical local, bool smallest) const;
 
+  MotionContext context_;
   const parallel::Communicator* group_;
   fracture::BreakableBody* body_;
   const mechanics::Conditions* loads_;
   mechanics::Conditions* ending_loads_;
   fracture::FractureLaw* law_;
   double patience_;
+  Terms terms_;
+  bool is_linear_;
+  std::vector<UnitLoad> unit_loads_;
+  mechanics::HeldComponents held_;
   mechanics::StaticSolver solver_;
-  std::vector<parallel::NodeField> unit_;          // for each force pattern, then for each driven motion
-  std::vector<parallel::NodeField> initial_unit_;  // for each part of the initial strain
-  std::vector<std::uint8_t> is_solved_;            // of these, with the current stiffness
+  std::vector<mechanics::NodeStiffness> springs_;  // of the terms
+  std::vector<parallel::NodeField> unit_;          // solution for each unit load
+  std::vector<std::uint8_t> is_solved_;            // with the current stiffness
   std::unique_ptr<const StiffnessRatio> stiffness_ratio_;
   parallel::NodeField displacement_;                 // equilibrium at time_
   mutable std::vector<mechanics::Symmetric> means_;  // stresses around nodes there; empty: not computed yet
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
   double extent_ = 0;                 // of the body, the largest along an axis [m]
+  double negligible_force_ = 0;       // where a term is not linear [N]
   double time_ = 0;
-  double load_ = 0;  // [N]
+  double increment_ = 1;  // of the load time, to be tried next where a term is not linear [s]
+  double load_ = 0;       // [N]
   double load_at_first_break_ = not_a_number;
   double overload_ = 0, onset_delay_ = 0;
   double residual_ = 0;

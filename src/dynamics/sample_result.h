@@ -34,6 +34,13 @@ struct ProbeValue {
   bool operator==(const ProbeValue&) const = default;
 };
 
+/// What a contribution to the motion records at one moment.
+struct Record {
+  std::string name, unit, meaning;  ///< the name is unique among a sample's
+  double value = 0;
+  bool operator==(const Record&) const = default;
+};
+
 /// One entry of a sample's history: an equilibrium of quasi-static loading, or a moment of a dynamic phase.
 struct HistoryRow {
   double load_time = 0;              ///< of the load curves [s]
@@ -44,6 +51,7 @@ struct HistoryRow {
   std::vector<Vector> force;         ///< exerted on the body by each boundary condition [N]
   std::vector<Vector> displacement;  ///< mean of each condition's nodes [m]
   std::vector<ProbeValue> probes;    ///< in the order of the input
+  std::vector<Record> records = {};  ///< of terms (term.h); the same quantities in every row
   bool is_output = true;             ///< false: measured for the machine's results only
   bool operator==(const HistoryRow&) const = default;
 };

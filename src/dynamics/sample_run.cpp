@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -110,7 +111,7 @@ public:
         output_(output),
         subdomain_(subdomain),
         control_(control),
-        setup_(group, model, subdomain, control.sample),
+        setup_(group, model, subdomain, control.sample, control.more_terms),
         checkpoints_(setup_, control, from),
         account_(group, body_),
         history_(group, body_, loads_, account_, output.probes),
@@ -161,7 +162,8 @@ private:
     set_initial_velocity(context_, model_.initial_velocities(), state);
     parallel::check_peers(group_);
     state.displacement.update_ghosts();
-    const double strain = strain_energy(group_, body_, state.displacement.local());
+    const double strain =
+        strain_energy(group_, body_, state.displacement.local()) + Terms(context_).stored(state.displacement);
     account_.add_phase(strain + kinetic_energy(context_, state), 0);
     say("dynamic phase 1 starts from rest");
     const PhaseResult phase = move(0, {}, state);
@@ -177,7 +179,7 @@ private:
     Stopwatch watch;
     group_.enter("quasi-static loading");
     setup_.refuse_free_body();
-    QuasiStaticLoading loading(group_, body_, loads_, setup_.law, patience, &loads_);
+    QuasiStaticLoading loading(context_, patience, &loads_);
     release_freed_memory();
     loading.load_at_start(account_);
     bool is_at_limit = model_.time.start == input::Start::equilibrium;
@@ -257,8 +259,7 @@ private:
                           ? Outcome::separated
                           : Outcome::arrested;
     if (result_.energy.empty())
-      result_.energy.push_back(
-          account_.row(0, {.strain = strain_energy(group_, body_, loading.displacement().local())}));
+      result_.energy.push_back(account_.row(0, {.strain = loading.strain_energy()}));
   }
 
   /// True if anything has broken.
@@ -279,13 +280,14 @@ private:
     const std::int64_t number = ++result_.counts.dynamic_phases;
     if (const EndedPhase* ended = checkpoints_.ended(number, load_time)) return replay(*ended, state);
     Stopwatch watch;
-    PhaseOptions options = phase_options(load_time, arrest_window);
+    std::unique_ptr<MovingBody> motion;
+    PhaseOptions options = phase_options(load_time, arrest_window, motion);
     const double duration = setup_.grid.duration();
     PhaseProgress progress(
         control_, number, duration,
         options.from != nullptr ? static_cast<double>(options.from->running->step) * setup_.grid.step : 0);
     if (group_.is_root()) options.on_row = [&](const EnergyRow& row) { progress.report(row); };
-    const auto motion = make_motion(context_, model_.time, load_time, duration, state);
+    motion = make_motion(context_, model_.time, load_time, duration, state);
     const ReleasesSince releases(body_);
     PhaseResult phase =
         run_explicit_phase(context_, *motion, setup_.splitting, account_, load_time, options, state);
@@ -300,7 +302,9 @@ private:
     return phase;
   }
 
-  PhaseOptions phase_options(double load_time, std::optional<double> arrest_window) {
+  /// @param motion of the phase, when it is called back
+  PhaseOptions phase_options(double load_time, std::optional<double> arrest_window,
+                             const std::unique_ptr<MovingBody>& motion) {
     const std::int64_t number = result_.counts.dynamic_phases;
     PhaseOptions options{.grid = setup_.grid,
                          .arrest_window = arrest_window,
@@ -327,8 +331,11 @@ private:
     // Applied forces are known analytically; only reactions must be recorded.
     if (result_.load_is_reaction && !has_broken()) {
       options.on_first_break = [&](double time, const MotionState& now) {
-        LoadState loads = measure_loads(group_, body_, loads_, now.displacement, time, &now.velocity);
-        std::ranges::fill(loads.amplitude, 0.0);
+        LoadState loads = motion->measure(time, now);
+        for (ConditionState& condition : loads.conditions) {
+          condition.applied = {};
+          condition.amplitude = 0;
+        }
         checkpoints_.first_break_reaction = machine_load(loads_, loads).force;
       };
     }
@@ -336,7 +343,8 @@ private:
     for (double& kink : options.kinks) kink -= load_time;
     options.on_history = [&, number, load_time](const EnergyRow& row, const MotionState& now,
                                                 bool is_output) {
-      history_.record_motion(number, load_time, row, now.displacement, now.velocity, is_output);
+      history_.record_motion(number, load_time, row, now.displacement, now.velocity,
+                             motion->measure(load_time + row.time, now), is_output);
     };
     options.on_failure = [&](PhaseResult partial) {
       result_.energy = std::move(partial.energy);
@@ -420,10 +428,7 @@ private:
   /// The machine's load without reactions [N].
   double applied_load(double time) const {
     LoadState state;
-    for (const auto& pattern : loads_.forces) state.amplitude.push_back(pattern.amplitude.at(time));
-    state.position.resize(loads_.forces.size());
-    state.reaction.resize(loads_.motions.size());
-    state.travel.resize(loads_.motions.size());
+    apply_loads(whole_loads_, time, state);
     return machine_load(whole_loads_, state).force;
   }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/real.h"
+#include "dynamics/moving_body.h"
 #include "dynamics/sample_result.h"
 #include "fracture/material_field.h"
 #include "geometry/subdomain.h"
@@ -37,6 +38,7 @@ struct SampleControl {
   /// Receives the partial results of a failing sample, before the failure is thrown; given on every rank or
   /// on none.
   std::function<void(SampleResult partial)> failed = {};
+  std::vector<MakeTerm> more_terms = {};  ///< contributions to the motion, and to equilibria
 };
 
 /// Time without a break after which a dynamic phase counts as arrested [s]: from the input, or the time that

@@ -7,10 +7,14 @@
 #include "geometry/mother_points.h"
 #include "mechanics/rigid_motion.h"
 #include "parallel/agreement.h"
+#include "parallel/collectives.h"
+
+#include "terms.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <utility>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -48,7 +52,7 @@ std::vector<fracture::SquareEnd> crack_ends(const input::Model& model) {
 }  // namespace
 
 SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model& input,
-                         const geometry::Subdomain& part, std::uint64_t sample)
+                         const geometry::Subdomain& part, std::uint64_t sample, std::vector<MakeTerm> terms)
     : group(ranks),
       model(input),
       subdomain(part),
@@ -56,9 +60,10 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
            input.fracture.contact),
       waves(fracture::slowest_waves(ranks, input, body)),
       loads(all_loads(ranks, input, body)),
+      more_terms(std::move(terms)),
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(dynamics::stable_step(ranks, input.time.integrator, input.bulk_viscosity(), part,
-                                        body.operators(), body.material(), body.force())),
+                                        body.operators(), body.material(), body.force(), set_supports())),
       grid(choose_time_grid(input.time, stable_step)),
       law(ranks, input, sample, body, {grid.step, stable_step},
           {.ends = parallel::agree(ranks, [&] { return crack_ends(input); })}) {
@@ -69,7 +74,20 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
 }
 
 MotionContext SampleSetup::motion_context() {
-  return {&group, &body, &loads, &law, model.damping_rate(), model.stress_varies(), model.bulk_viscosity()};
+  return {&group,    &body, &loads, &law, model.damping_rate(), model.stress_varies(), model.bulk_viscosity(),
+          more_terms};
+}
+
+std::vector<mechanics::NodeStiffness> SampleSetup::set_supports() {
+  if (more_terms.empty()) return {};
+  MotionContext context{&group, &body, &loads, nullptr};
+  context.more_terms = more_terms;
+  const Terms terms(context);
+  for (const auto& term : terms) term->add_supports(loads.supports);
+  parallel::check_peers(group);
+  loads.has_supports = parallel::any_of_all(group, !loads.supports.empty());
+  const auto most = terms.stiffest(std::vector<double>(3 * subdomain.nodes.size()));
+  return {most.begin(), most.end()};
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {

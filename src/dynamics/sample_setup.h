@@ -23,10 +23,11 @@ namespace crackle::dynamics {
 struct SampleSetup {
   /// Collective. The references must outlive the object.
   /// @param sample its number, on which the material's random field depends
+  /// @param terms beside those of the input
   /// @throws std::runtime_error when a boundary condition selects no part of the mesh, the input's time step
   ///   exceeds the stable one, or the damping is too strong for the time step
   SampleSetup(const parallel::Communicator& group, const input::Model& model,
-              const geometry::Subdomain& subdomain, std::uint64_t sample);
+              const geometry::Subdomain& subdomain, std::uint64_t sample, std::vector<MakeTerm> terms = {});
 
   /// The unconstrained rigid-body motions, such as "turn about x". Collective.
   std::vector<std::string> free_motions() const;
@@ -44,10 +45,15 @@ struct SampleSetup {
   fracture::BreakableBody body;
   fracture::BodyWaves waves;
   mechanics::Conditions loads;
+  std::vector<MakeTerm> more_terms;
   const Splitting& splitting;
   double stable_step;  ///< [s]
   TimeGrid grid;
   fracture::FractureLaw law;
+
+private:
+  /// Lets the other terms hold the body. @return their stiffness. Collective.
+  std::vector<mechanics::NodeStiffness> set_supports();
 };
 
 }  // namespace crackle::dynamics

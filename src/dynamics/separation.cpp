@@ -20,12 +20,13 @@ namespace {
 
 using Pieces = std::set<std::int64_t>;
 
-/// The pieces on which each condition acts: force patterns first, then prescribed motions. Collective.
+/// The pieces on which each condition acts: force patterns first, then prescribed motions, then all other
+/// supports together. Collective.
 /// @param pieces_at calls its second argument with the label of every piece at an owned node
 template <class PiecesAt>
 std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
                                          const mechanics::Conditions& loads, const PiecesAt& pieces_at) {
-  const std::size_t n_conditions = loads.forces.size() + loads.motions.size();
+  const std::size_t n_conditions = loads.forces.size() + loads.motions.size() + 1;
   // There are few pieces, but each label is known only on the ranks with its nodes, so gather them.
   const auto mine = parallel::agree(group, [&] {
     std::set<std::pair<std::int64_t, std::int64_t>> found;
@@ -38,6 +39,7 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
         if (loads.forces[k].weight[i] != 0) add(k, loads.forces[k].nodes[i]);
     for (std::size_t k = 0; k < loads.motions.size(); ++k)
       for (const auto node : loads.motions[k].nodes) add(loads.forces.size() + k, node);
+    for (const auto& support : loads.supports) add(n_conditions - 1, support.node);
     std::vector<std::int64_t> flat;
     for (const auto& [condition, piece] : found) flat.insert(flat.end(), {condition, piece});
     return flat;
@@ -72,6 +74,7 @@ std::vector<Pieces> face_pieces_of_conditions(const parallel::Communicator& grou
     };
     mark(loads.forces);
     mark(loads.motions);
+    for (const auto& support : loads.supports) has_condition[index(support.node)] = 1;
     for (std::size_t t = 0; t < labels.size(); ++t)
       for (const auto node : body.subdomain().tetrahedra[t])
         if (has_condition[index(node)] != 0 && labels[t] >= 0) at[node].push_back(labels[t]);
@@ -96,7 +99,7 @@ bool act_apart(const mechanics::Conditions& loads, const std::vector<Pieces>& co
   const auto is_body_force = [&](std::size_t k) {
     return k < loads.forces.size() && loads.forces[k].is_body_force;
   };
-  for (std::size_t a = 0; a < conditions.size(); ++a)
+  for (std::size_t a = 0; a + 1 < conditions.size(); ++a)
     for (std::size_t b = 0; b < a; ++b)
       // The components of a load that has ended everywhere act on no piece at all; body forces act on all
       // pieces.
@@ -113,7 +116,8 @@ bool are_supported(const mechanics::Conditions& loads, const std::vector<Pieces>
   Pieces supported;
   for (std::size_t m = 0; m < loads.motions.size(); ++m)
     if (loads.motions[m].is_fixed || !any_fixed) supported.merge(Pieces(conditions[loads.forces.size() + m]));
-  for (std::size_t k = 0; k < conditions.size(); ++k) {
+  supported.merge(Pieces(conditions.back()));
+  for (std::size_t k = 0; k + 1 < conditions.size(); ++k) {
     const bool on_all = k < loads.forces.size() && loads.forces[k].is_body_force;
     if (on_all ? !std::ranges::includes(supported, conditions[k])
                : !have_common_piece(conditions[k], supported))
@@ -206,13 +210,13 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
 
 bool loads_are_supported(const parallel::Communicator& group, const fracture::BreakableBody& body,
                          const mechanics::Conditions& loads, const std::vector<std::int64_t>& labels) {
-  if (loads.motions.empty()) return !is_separated(group, body, loads, labels);
+  if (loads.motions.empty() && !loads.has_supports) return !is_separated(group, body, loads, labels);
   return are_supported(loads, pieces_of_conditions(group, loads, labels));
 }
 
 bool loads_are_supported_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
                                   const mechanics::Conditions& loads) {
-  if (loads.motions.empty()) return !is_separated(group, body, loads);
+  if (loads.motions.empty() && !loads.has_supports) return !is_separated(group, body, loads);
   return are_supported(loads, face_pieces_of_conditions(group, body, loads));
 }
 

@@ -103,8 +103,12 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
 double stable_step(const parallel::Communicator& group, input::Integrator integrator,
                    const input::BulkViscosity& bulk, const geometry::Subdomain& subdomain,
                    const mechanics::PdsOperators& operators, const mechanics::MaterialField& material,
-                   const mechanics::InternalForce& force) {
-  const double frequency = largest_frequency(group, subdomain, operators, force);
+                   const mechanics::InternalForce& force, std::span<const mechanics::NodeStiffness> springs) {
+  const auto stiffness = [&](std::span<const double> displacement, std::span<double> internal) {
+    force.evaluate(displacement, internal);
+    mechanics::add_forces(springs, displacement, internal);
+  };
+  const double frequency = largest_frequency_of(group, subdomain, operators, stiffness);
   const double undamped = splitting(integrator).stability_limit / frequency;
   if (!bulk.acts()) return undamped;
   // With the rate of the last step, Verlet's scheme M (u+ - 2 u + u-) + dt^2 K u + dt C (u - u-) = 0 is
@@ -114,7 +118,7 @@ double stable_step(const parallel::Communicator& group, input::Integrator integr
   const ViscousForce viscosity(subdomain, operators, material, bulk);
   const auto frequency_for = [&](double step) {
     return largest_frequency_of(group, subdomain, operators, [&](auto displacement, auto internal) {
-      force.evaluate(displacement, internal);
+      stiffness(displacement, internal);
       viscosity.add_largest(2 / step, displacement, internal);
     });
   };

@@ -5,8 +5,11 @@
 #include "geometry/subdomain.h"
 #include "input/model.h"
 #include "mechanics/internal_force.h"
+#include "mechanics/node_stiffness.h"
 #include "mechanics/operators.h"
 #include "parallel/communicator.h"
+
+#include <span>
 
 namespace crackle::dynamics {
 
@@ -16,12 +19,13 @@ namespace crackle::dynamics {
 double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                          const mechanics::PdsOperators& operators, const mechanics::InternalForce& force);
 
-/// Largest stable time step of an integrator on the intact body, with its bulk viscosity [s].
+/// Largest stable time step of an integrator on the intact body, with its bulk viscosity and springs [s].
 /// Collective, as above.
 double stable_step(const parallel::Communicator& group, input::Integrator integrator,
                    const input::BulkViscosity& bulk, const geometry::Subdomain& subdomain,
                    const mechanics::PdsOperators& operators, const mechanics::MaterialField& material,
-                   const mechanics::InternalForce& force);
+                   const mechanics::InternalForce& force,
+                   std::span<const mechanics::NodeStiffness> springs = {});
 
 /// The same on a realization. Not collective (runs on one rank).
 double stable_step(const input::Model& model, const geometry::Realization& realization);

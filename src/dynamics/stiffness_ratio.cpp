@@ -22,24 +22,13 @@ bool are_zero(const std::vector<double>& factors) {
   return std::ranges::all_of(factors, [](double factor) { return factor == 0; });
 }
 
-std::vector<double> force_factors(const mechanics::Conditions& loads, double time) {
+/// Of the loads at a time; their rates if they are all zero.
+std::vector<double> factors_at(std::span<const UnitLoad> loads, double time) {
   std::vector<double> factors;
-  for (const auto& pattern : loads.forces) factors.push_back(pattern.amplitude.at(time));
+  for (const UnitLoad& load : loads) factors.push_back(load.factor(time));
   if (!are_zero(factors)) return factors;
   factors.clear();
-  for (const auto& pattern : loads.forces) factors.push_back(pattern.amplitude.slope(time));
-  return factors;
-}
-
-std::vector<double> motion_factors(const mechanics::Conditions& loads, double time) {
-  std::vector<double> factors;
-  const auto of_all = [&](const auto& value) {
-    factors.clear();
-    for (const auto& motion : loads.motions)
-      if (!motion.never_moves()) factors.push_back(value(motion));
-  };
-  of_all([time](const auto& motion) { return motion.displacement(time); });
-  if (are_zero(factors)) of_all([time](const auto& motion) { return motion.velocity(time); });
+  for (const UnitLoad& load : loads) factors.push_back(load.rate(time));
   return factors;
 }
 
@@ -55,25 +44,7 @@ std::vector<double> superposition(const std::vector<double>& factors,
 
 }  // namespace
 
-StiffnessRatio::StiffnessRatio(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                               const mechanics::Conditions& loads, std::span<const parallel::NodeField> unit)
-    : group_(&group), body_(&body), loads_(&loads) {
-  const std::size_t n_forces = loads.forces.size();
-  const auto motions = unit.subspan(n_forces);
-  for (std::size_t k = 0; k < n_forces; ++k) {
-    auto& row = compliance_.emplace_back();
-    for (const auto& u : unit.first(n_forces)) row.push_back(work(k, {u.local().begin(), u.local().end()}));
-  }
-  const mechanics::InternalForce of_displacement(body.operators(), body.residual_stiffness());
-  std::vector<double> force;
-  for (const auto& a : motions) {
-    force.assign(a.local().size(), 0);
-    of_displacement.evaluate(a.local(), force);
-    auto& row = stiffness_.emplace_back();
-    for (const auto& b : motions)
-      row.push_back(
-          parallel::exact_dot(group, std::span<const double>(force).first(b.owned().size()), b.owned()));
-  }
+double bar_stiffness(const parallel::Communicator& group, const fracture::BreakableBody& body) {
   const geometry::Box box = mechanics::box_of_all(group, body.subdomain());
   const double extent = std::ranges::max(box.upper - box.lower);
   std::vector<double> volumes;
@@ -82,14 +53,43 @@ StiffnessRatio::StiffnessRatio(const parallel::Communicator& group, const fractu
   parallel::check_peers(group);
   const double largest = parallel::largest_of_all(
       group, std::ranges::max(body.elasticity().values(), {}, &mechanics::IsotropicElasticity::mu).mu);
-  bar_stiffness_ = largest * parallel::exact_sum(group, volumes) / (extent * extent);
+  return largest * parallel::exact_sum(group, volumes) / (extent * extent);
 }
 
-double StiffnessRatio::work(std::size_t pattern, const std::vector<double>& displacement) const {
-  const auto& force = loads_->forces[pattern];
-  std::vector<double> terms;
-  for (std::size_t n = 0; n < force.nodes.size(); ++n)
-    terms.push_back(force.weight[n] * displacement[index(force.nodes[n], force.component)]);
+StiffnessRatio::StiffnessRatio(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                               std::span<const UnitLoad> loads,
+                               std::span<const mechanics::NodeStiffness> springs,
+                               std::span<const parallel::NodeField> unit)
+    : group_(&group), body_(&body), springs_(springs.begin(), springs.end()) {
+  const auto count = [&](UnitLoad::Kind kind) {
+    return static_cast<std::size_t>(std::ranges::count(loads, kind, &UnitLoad::kind));
+  };
+  forces_ = loads.first(count(UnitLoad::Kind::force));
+  motions_ = loads.subspan(forces_.size(), count(UnitLoad::Kind::motion));
+  const auto motions = unit.subspan(forces_.size(), motions_.size());
+  for (std::size_t k = 0; k < forces_.size(); ++k) {
+    auto& row = compliance_.emplace_back();
+    for (const auto& u : unit.first(forces_.size())) row.push_back(work(k, u.local()));
+  }
+  const mechanics::InternalForce of_displacement(body.operators(), body.residual_stiffness());
+  std::vector<double> force;
+  for (const auto& a : motions) {
+    force.assign(a.local().size(), 0);
+    of_displacement.evaluate(a.local(), force);
+    mechanics::add_forces(springs_, a.local(), force);
+    auto& row = stiffness_.emplace_back();
+    for (const auto& b : motions)
+      row.push_back(
+          parallel::exact_dot(group, std::span<const double>(force).first(b.owned().size()), b.owned()));
+  }
+  bar_stiffness_ = bar_stiffness(group, body);
+}
+
+double StiffnessRatio::work(std::size_t force, std::span<const double> displacement) const {
+  std::vector<double> of_nodes(displacement.size()), terms;
+  forces_[force].apply(of_nodes);
+  for (std::size_t i = 0; i < of_nodes.size(); ++i)
+    if (of_nodes[i] != 0) terms.push_back(of_nodes[i] * displacement[i]);
   return parallel::exact_sum(*group_, terms);
 }
 
@@ -104,7 +104,7 @@ double StiffnessRatio::share_of_forces(const std::vector<double>& factors,
                                        std::span<const parallel::NodeField> unit) const {
   double squares = 0;
   for (std::size_t k = 0; k < factors.size(); ++k) {
-    const double force = factors[k] * loads_->forces[k].total_weight;
+    const double force = factors[k] * forces_[k].total;
     squares += force * force;
   }
   const double before = intact(compliance_, factors);
@@ -112,7 +112,7 @@ double StiffnessRatio::share_of_forces(const std::vector<double>& factors,
   const std::vector<double> u = superposition(factors, unit);
   double done = 0;
   for (std::size_t k = 0; k < factors.size(); ++k) done += factors[k] * work(k, u);
-  const double stored = 2 * change_energy(*group_, *body_, u);
+  const double stored = 2 * change_energy(*group_, *body_, springs_, u);
   return before * stored < done * done ? before * stored / (done * done) : 1;
 }
 
@@ -122,15 +122,14 @@ double StiffnessRatio::share_of_motions(const std::vector<double>& factors,
   for (const double factor : factors) squares += factor * factor;
   const double before = intact(stiffness_, factors);
   if (!(before > rigid * squares * bar_stiffness_)) return 1;
-  return std::min(1.0, 2 * change_energy(*group_, *body_, superposition(factors, unit)) / before);
+  return std::min(1.0, 2 * change_energy(*group_, *body_, springs_, superposition(factors, unit)) / before);
 }
 
 double StiffnessRatio::at(double time, std::span<const parallel::NodeField> unit) const {
-  const std::size_t n_forces = loads_->forces.size();
-  const std::vector<double> forces = force_factors(*loads_, time), motions = motion_factors(*loads_, time);
+  const std::vector<double> forces = factors_at(forces_, time), motions = factors_at(motions_, time);
   double share = 1;
-  if (!are_zero(forces)) share = share_of_forces(forces, unit.first(n_forces));
-  if (!are_zero(motions)) share = std::min(share, share_of_motions(motions, unit.subspan(n_forces)));
+  if (!are_zero(forces)) share = share_of_forces(forces, unit.first(forces_.size()));
+  if (!are_zero(motions)) share = std::min(share, share_of_motions(motions, unit.subspan(forces_.size())));
   return share;
 }
 

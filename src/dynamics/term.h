@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "common/real.h"
 #include "common/vector.h"
+#include "dynamics/energy_account.h"
 #include "dynamics/integrator.h"
 #include "mechanics/conditions.h"
+#include "mechanics/node_stiffness.h"
 #include "parallel/communicator.h"
 #include "parallel/node_field.h"
 #include "parallel/numbered_rows.h"
@@ -62,11 +65,40 @@ struct Demand {
   Demand& operator+=(const Demand& other);
 };
 
+/// A part of the loads on a body at rest that follows a curve.
+struct UnitLoad {
+  /// The first three are superposed in this order. Others are of terms that are not linear, which only tell
+  /// when they change.
+  enum class Kind { force, motion, strain, other };
+  Kind kind = Kind::force;
+  const mechanics::LoadCurve* curve = nullptr;
+  /// Turns zeros, 3 n_local, into the nodal forces at factor 1 [N], or the displacements of a motion [m]; at
+  /// owned nodes.
+  std::function<void(std::span<double>)> apply = {};
+  double total = 0;  ///< of the magnitudes of a force pattern's forces at factor 1, over all ranks [N]
+  bool is_integrated = false;  ///< the factor is the curve's integral from time 0
+
+  bool is_force() const { return kind == Kind::force || kind == Kind::strain; }
+  double factor(double time) const { return is_integrated ? curve->integral(time) : curve->at(time); }
+  /// From this time on.
+  double rate(double time) const { return is_integrated ? curve->at(time) : curve->slope(time); }
+  bool grows_after(double time) const {
+    return curve->slope(time) != 0 || curve->next_kink(time) < infinity || (is_integrated && rate(time) != 0);
+  }
+};
+
+/// What a term does at an owned node of a body at rest.
+struct NodeResponse : mechanics::NodeStiffness {  ///< by which the force falls with the displacement [N/m]
+  Vector force{};                                 ///< on the body [N]
+};
+
 /// A contribution to the equation of motion besides the stiffness of the body. An object serves one dynamic
-/// phase; nodes are the owned ones of this rank, in consecutive blocks. Local unless stated otherwise.
+/// phase, or the equilibria of a sample; nodes are the owned ones of this rank, in consecutive blocks. Local
+/// unless stated otherwise. It leaves out components that a motion prescribes: it would act on the drive.
 ///
 /// In each stage of a step the hooks of all terms are called block by block, term by term: before and after
-/// the kick by the internal force, and after the drift.
+/// the kick by the internal force, and after the drift. In equilibrium, a linear term has loads that factors
+/// of time scale, and a constant stiffness; with any other, loads grow in increments.
 class Term {
 public:
   virtual ~Term() = default;
@@ -98,7 +130,7 @@ public:
                             [[maybe_unused]] std::vector<double>& sum) const {}
   virtual void add_dissipated([[maybe_unused]] std::vector<double>& sum) const {}
   /// The energy that it stores now, such as that of a spring [J].
-  virtual void add_stored([[maybe_unused]] const MotionState& state,
+  virtual void add_stored([[maybe_unused]] const parallel::NodeField& displacement,
                           [[maybe_unused]] std::vector<double>& sum) const {}
   /// True if it may do so; equal on every rank.
   virtual bool dissipates() const { return false; }
@@ -107,10 +139,38 @@ public:
   /// Loads are about to end at these nodes; the work done so far is kept.
   virtual void end_loads([[maybe_unused]] double time,
                          [[maybe_unused]] const mechanics::NodesOfConditions& nodes,
-                         [[maybe_unused]] const MotionState& state) {}
+                         [[maybe_unused]] const parallel::NodeField& displacement) {}
 
   /// Between two times of the load curves [s]. Collective.
   virtual Demand demand([[maybe_unused]] double from, [[maybe_unused]] double to) const { return {}; }
+
+  /// False if its response to a displacement is not linear; equal on every rank.
+  virtual bool is_linear() const { return true; }
+  virtual void add_unit_loads([[maybe_unused]] std::vector<UnitLoad>& loads) const {}
+  /// Marks the displacement components that it prescribes with 1. @param held 3 n_owned or more
+  virtual void mark_held([[maybe_unused]] std::span<std::uint8_t> held) const {}
+  /// Adds its response at the nodes where it acts. That of a linear term is a stiffness, the same at any time
+  /// and displacement.
+  /// @param displacement of a body at rest, 3 n_local
+  virtual void add_responses([[maybe_unused]] double time,
+                             [[maybe_unused]] std::span<const double> displacement,
+                             [[maybe_unused]] std::vector<NodeResponse>& responses) const {}
+  /// Adds the largest stiffness that it may ever have, to which the time step is fitted; that of responses if
+  /// it is linear.
+  virtual void add_stiffest(std::span<const double> no_displacement, std::vector<NodeResponse>& most) const {
+    add_responses(0, no_displacement, most);
+  }
+  /// Where it can hold the body in place.
+  virtual void add_supports([[maybe_unused]] std::vector<mechanics::Support>& supports) const {}
+  /// The body has come to rest: the equilibria that follow, and the energies, refer to this one.
+  virtual void rest_at([[maybe_unused]] double time,
+                       [[maybe_unused]] const parallel::NodeField& displacement) {}
+  /// Adds its loads at a time, the works that they do, and what else is to be recorded, always the same
+  /// quantities: equal on every rank. Collective.
+  /// @param velocity of a moving body; nullptr at rest
+  virtual void measure([[maybe_unused]] double time, [[maybe_unused]] const parallel::NodeField& displacement,
+                       [[maybe_unused]] const parallel::NodeField* velocity,
+                       [[maybe_unused]] LoadState& state) const {}
 
   /// The state that restore() needs, gathered on the root. Collective.
   virtual std::vector<parallel::NumberedRows> save() const { return {}; }

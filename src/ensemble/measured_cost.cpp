@@ -45,8 +45,7 @@ public:
     setup_.refuse_free_body();
     const ThreadClock first;
     dynamics::QuasiStaticLoading loading(
-        self_, setup_.body, setup_.loads, setup_.law,
-        dynamics::arrest_window(model_.time, model_.specimen.size, setup_.waves));
+        setup_.motion_context(), dynamics::arrest_window(model_.time, model_.specimen.size, setup_.waves));
     cost.first_solve = first.seconds();
     loading.load_at_start(account_);
     if (!setup_.body.initial_strain().is_none())

@@ -51,6 +51,7 @@
 /// | /history/condition_on, condition_kind | c | the input's boundary conditions, then its body forces |
 /// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |
 /// | /history/probes/NAME/at | 3 | place of the probe |
+/// | /history/terms/NAME | h | see dynamics::Record |
 /// | attribute rayleigh_speed [m/s] of /history | | of the material in which the cracks ran |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |

@@ -97,6 +97,17 @@ void write_probes(hid_t history, const std::vector<input::Probe>& probes,
   }
 }
 
+/// Writes a dataset for each quantity that terms record, by its name.
+void write_records(hid_t history, const std::vector<HistoryRow>& rows) {
+  const hdf5::Handle group = hdf5::create_group(history, "terms");
+  for (std::size_t k = 0; k < rows.front().records.size(); ++k) {
+    const auto& [name, unit, meaning, first] = rows.front().records[k];
+    write_column<double>(
+        group, name, rows, [&](const HistoryRow& row) { return row.records.at(k).value; }, unit, meaning);
+  }
+  hdf5::label_datasets(group, {"moment"});
+}
+
 void write_cracks(hid_t group, const cracks::CrackHistory& cracks, std::size_t n_rows) {
   const auto write = [&](const char* name, const std::vector<double>& values, const char* units,
                          const char* meaning) {
@@ -159,6 +170,7 @@ void write_history(hid_t file, const input::Model& model, const std::vector<inpu
   hdf5::write_attribute(group, "separated_at", separated_at);
   hdf5::write_attribute(group, "rayleigh_speed", cracks.rayleigh_speed);
   if (!probes.empty()) write_probes(group, probes, rows);
+  if (!rows.empty() && !rows.front().records.empty()) write_records(group, rows);
 }
 
 }  // namespace crackle::io

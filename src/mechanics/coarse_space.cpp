@@ -164,11 +164,15 @@ void CoarseSpace::order_nodes() {
 }
 
 void CoarseSpace::factorize(const PdsOperators& operators, const ElasticityField& elasticity,
-                            const ResidualStiffness& residual_stiffness) {
+                            const ResidualStiffness& residual_stiffness,
+                            std::span<const NodeStiffness> springs) {
   // A tetrahedron's coarse entries are bounded by its stiffness bound times the motions, which are of order
   // 1.
+  double bound = stiffness_bound(operators, elasticity);
+  for (const NodeStiffness& spring : springs)
+    bound = std::max(bound, spring.stiffness[0] + spring.stiffness[1] + spring.stiffness[2]);
   parallel::check_peers(*group_);
-  const double stiffest = parallel::largest_of_all(*group_, stiffness_bound(operators, elasticity));
+  const double stiffest = parallel::largest_of_all(*group_, bound);
   const double scale = std::ldexp(1.0, matrix_digits - std::ilogb(stiffest));
 
   BlockSums mine(cells_.size());
@@ -216,6 +220,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const ElasticityField
           kernels_->add_energies(&stress[6 * p], &strain[6 * q],
                                  mine.at(corners.cells[p], corners.cells[q]).data());
   }
+  for (const NodeStiffness& spring : springs) add_spring(spring, scale, mine);
   const BlockSums sums = group_->size() > 1 ? sum_of_all(*group_, mine, cells_.size()) : std::move(mine);
 
   std::vector<PlacedBlock> blocks;
@@ -233,6 +238,33 @@ void CoarseSpace::factorize(const PdsOperators& operators, const ElasticityField
   for (std::int32_t c = 0; c < cells_.size(); ++c)
     blocks.push_back({c, c, Block::Identity() * (regularization * largest_entry)});
   factors_.factorize(blocks);
+}
+
+template <class BlockSums>
+void CoarseSpace::add_spring(const NodeStiffness& spring, double scale, BlockSums& sums) const {
+  const auto node = index(spring.node);
+  const auto& shares = cells_.shares[node];
+  std::array<std::array<Vector, n_motions>, n_shares> moved{};  // the node, by the motions of its cells
+  for (std::size_t s = 0; s < n_shares; ++s) {
+    const auto c = index(shares.cell[s]);
+    const Vector arm = (1 / cells_.extent[c]) * (subdomain_->nodes[node] - cells_.centre[c]);
+    for (std::size_t m = 0; m < n_motions; ++m) {
+      Vector axis{};
+      axis[m % 3] = shares.weight[s] / whole;
+      moved[s][m] = m < 3 ? axis : cross(axis, arm);
+      for (std::size_t i = 0; i < 3; ++i)
+        if (constrained_[3 * node + i] != 0) moved[s][m][i] = 0;
+    }
+  }
+  for (std::size_t p = 0; p < n_shares; ++p)
+    for (std::size_t q = 0; q < n_shares; ++q) {
+      if (shares.weight[p] == 0 || shares.weight[q] == 0 || shares.cell[q] > shares.cell[p]) continue;
+      auto& block = sums.at(shares.cell[p], shares.cell[q]);
+      for (std::size_t m = 0; m < n_motions; ++m)
+        for (std::size_t n = 0; n < n_motions; ++n)
+          block[m].value[lane_of(n)] +=
+              std::llrint(scale * dot(mechanics::apply(spring.stiffness, moved[p][m]), moved[q][n]));
+    }
 }
 
 void CoarseSpace::find_motions(std::span<const float> residual) {

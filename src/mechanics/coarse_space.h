@@ -4,6 +4,7 @@
 #include "geometry/subdomain.h"
 #include "mechanics/edges.h"
 #include "mechanics/elasticity.h"
+#include "mechanics/node_stiffness.h"
 #include "mechanics/operators.h"
 #include "mechanics/residual_stiffness.h"
 #include "parallel/communicator.h"
@@ -31,8 +32,9 @@ public:
               std::span<const std::uint8_t> constrained);
 
   /// Assembles and factorizes the coarse matrix A of the current stiffness. Collective.
+  /// @param springs that hold owned nodes besides
   void factorize(const PdsOperators& operators, const ElasticityField& elasticity,
-                 const ResidualStiffness& residual_stiffness);
+                 const ResidualStiffness& residual_stiffness, std::span<const NodeStiffness> springs = {});
 
   /// result = B residual + R A^-1 R^T residual, with R the displacements of the nodes in the cells' motions.
   /// Collective; does not allocate.
@@ -50,6 +52,8 @@ public:
 
 private:
   void order_nodes();
+  template <class BlockSums>
+  void add_spring(const NodeStiffness& spring, double scale, BlockSums& sums) const;
   kernels::NodesInCells nodes() const { return {groups_.data(), groups_.size(), nodes_.data()}; }
   void find_motions(std::span<const float> residual);
 

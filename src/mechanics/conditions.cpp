@@ -2,7 +2,6 @@
 #include "mechanics/conditions.h"
 
 #include "common/index.h"
-#include "common/real.h"
 #include "geometry/body.h"
 #include "geometry/condition_region.h"
 #include "parallel/agreement.h"
@@ -81,23 +80,6 @@ void leave_out_prescribed(const std::vector<PrescribedMotion>& motions, std::vec
 double PrescribedMotion::velocity(double time, const StepSpan& step) const {
   return curve.has_kink(step) ? (displacement(step.end) - displacement(step.begin)) / (step.end - step.begin)
                               : velocity(time);
-}
-
-double Conditions::next_kink(double time) const {
-  double kink = infinity;
-  for (const auto& force : forces) kink = std::min(kink, force.amplitude.next_kink(time));
-  for (const auto& motion : motions) kink = std::min(kink, motion.curve.next_kink(time));
-  return kink;
-}
-
-bool Conditions::grows_after(double time) const {
-  const auto grows = [time](const LoadCurve& curve) {
-    return curve.slope(time) != 0 || curve.next_kink(time) < infinity;
-  };
-  return std::ranges::any_of(forces, [&](const auto& force) { return grows(force.amplitude); }) ||
-         std::ranges::any_of(motions, [&](const auto& motion) {
-           return grows(motion.curve) || (motion.is_velocity && motion.curve.at(time) != 0);
-         });
 }
 
 void Conditions::end_loads(const parallel::Communicator& group, const NodesOfConditions& nodes) {

@@ -6,6 +6,7 @@
 #include "mechanics/elasticity.h"
 #include "mechanics/governing_condition.h"
 #include "mechanics/load_curve.h"
+#include "mechanics/node_stiffness.h"
 #include "mechanics/operators.h"
 #include "mechanics/tensor.h"
 #include "parallel/communicator.h"
@@ -98,11 +99,9 @@ struct Conditions {
   /// Local tetrahedra, ascending, that touch a node with a prescribed motion; needed for reactions.
   std::vector<std::int32_t> constrained_tetrahedra = {};
   std::vector<GoverningCondition> governing = {};
+  std::vector<Support> supports = {};  ///< by anything else that holds the body
+  bool has_supports = false;           ///< on any rank
 
-  /// First time after `time` at which the slope of any load curve changes; infinity if there is none.
-  double next_kink(double time) const;
-  /// True if any load or motion changes after `time`.
-  bool grows_after(double time) const;
   /// Permanently ends the loads of conditions at some of their nodes. Collective.
   void end_loads(const parallel::Communicator& group, const NodesOfConditions& nodes);
   /// Adds the nodal forces at `time` to `force` (3 n_owned).

@@ -33,16 +33,4 @@ void InitialStrain::set_time(double time) {
   }
 }
 
-double InitialStrain::next_kink(double time) const {
-  double kink = infinity;
-  for (const Part& part : parts_) kink = std::min(kink, part.factor.next_kink(time));
-  return kink;
-}
-
-bool InitialStrain::changes_after(double time) const {
-  return std::ranges::any_of(parts_, [time](const Part& part) {
-    return part.factor.slope(time) != 0 || part.factor.next_kink(time) < infinity;
-  });
-}
-
 }  // namespace crackle::mechanics

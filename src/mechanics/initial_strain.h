@@ -41,11 +41,6 @@ public:
     return is_none() ? rate : difference(rate, rate_[index(tetrahedron)]);
   }
 
-  /// First time after `time` at which the rate changes; infinity if there is none.
-  double next_kink(double time) const;
-  /// True if it changes after `time`.
-  bool changes_after(double time) const;
-
 private:
   static Symmetric difference(const Symmetric& a, const Symmetric& b) {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4], a[5] - b[5]};

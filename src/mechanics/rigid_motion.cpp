@@ -31,6 +31,9 @@ double sum_over_constrained(const parallel::Communicator& group, const Condition
   std::vector<double> terms;
   for (const auto& motion : loads.motions)
     for (const auto node : motion.nodes) terms.push_back(term(node, motion.component));
+  for (const Support& support : loads.supports)
+    for (int c = 0; c < 3; ++c)
+      if ((support.components >> c & 1) != 0) terms.push_back(term(support.node, c));
   return parallel::exact_sum(group, terms);
 }
 

@@ -4,6 +4,7 @@
 #include "common/failure.h"
 #include "common/index.h"
 #include "parallel/agreement.h"
+#include "parallel/collectives.h"
 #include "parallel/ghost_exchange.h"
 #include "parallel/reproducible.h"
 
@@ -97,6 +98,19 @@ public:
         if (node < subdomain_->layout.n_owned) update_block(node);
   }
 
+  void set_node_stiffness(std::span<const NodeStiffness> nodes) {
+    parallel::check_peers(*group_);
+    if (!parallel::any_of_all(*group_, !std::ranges::equal(nodes, springs_))) return;
+    const auto before = std::exchange(springs_, {nodes.begin(), nodes.end()});
+    has_springs_ = parallel::any_of_all(*group_, !springs_.empty());
+    stretch_.resize(3 * springs_.size());
+    spring_force_.resize(stretch_.size());
+    if (node_to_cell_.offset.empty()) node_to_cell_ = node_tetrahedra(*subdomain_);
+    for (const auto* list : {&before, &std::as_const(springs_)})
+      for (const NodeStiffness& one : *list) update_block(one.node);
+    coarse_is_current_ = false;
+  }
+
   double residual() const { return final_residual_; }
 
   void rest() {
@@ -185,6 +199,7 @@ private:
     } catch (const std::runtime_error& error) {  // thrown on every rank
       fail<NoEquilibrium>("static equilibrium: {}", error.what());
     }
+    add_forces(springs_, displacement.local(), product_result_);
     const double twice_energy =
         parallel::reproducible_dot(group_->get(), std::as_const(displacement).owned(), product_result_);
     energy_norm_ = std::sqrt(std::max(0.0, twice_energy));
@@ -200,12 +215,13 @@ private:
 
   void refresh_coarse() {
     if (coarse_is_current_) return;
-    coarse_.factorize(*operators_, *elasticity_, *residual_stiffness_);
+    coarse_.factorize(*operators_, *elasticity_, *residual_stiffness_, springs_);
     coarse_is_current_ = true;
     fresh_iterations_ = 0;
   }
 
-  /// Sums the diagonal block of a node over its tetrahedra's residual stiffness, in ascending order.
+  /// Sums the diagonal block of a node over its tetrahedra's residual stiffness, in ascending order, and its
+  /// own stiffness.
   void update_block(std::int32_t node) {
     Symmetric k{};
     for (const auto number : node_to_cell_[node]) {
@@ -231,6 +247,9 @@ private:
       k[4] += mean * (g[0] * g[2]);
       k[5] += mean * (g[0] * g[1]);
     }
+    if (const auto own = std::ranges::lower_bound(springs_, node, {}, &NodeStiffness::node);
+        own != springs_.end() && own->node == node)
+      for (std::size_t i = 0; i < k.size(); ++i) k[i] += own->stiffness[i];
     const Symmetric inverse = inverse_on_free(k, &constrained_[3 * index(node)]);
     std::ranges::transform(inverse, inverse_block_[coarse_.position(node)].begin(),
                            [](double x) { return static_cast<float>(x); });
@@ -243,9 +262,25 @@ private:
 
   double multiply(std::span<float> image) {
     ghosts_.update(direction_);
-    const double curvature = fast_product_.apply({direction_.data()->data(), 3 * direction_.size()}, image);
+    double curvature = fast_product_.apply({direction_.data()->data(), 3 * direction_.size()}, image);
+    if (has_springs_) curvature += add_spring_forces(image);
     for (const auto i : constrained_components_) image[i] = 0;
     return curvature;
+  }
+
+  /// @return direction . force of all ranks
+  double add_spring_forces(std::span<float> image) {
+    for (std::size_t n = 0; n < springs_.size(); ++n) {
+      const auto first = index(springs_[n].node, 0);
+      const Vector force = springs_[n].force(std::span<const float>(direction()));
+      for (std::size_t i = 0; i < 3; ++i) {
+        stretch_[3 * n + i] = direction()[first + i];
+        spring_force_[3 * n + i] = static_cast<float>(force[i]);
+        image[first + i] += spring_force_[3 * n + i];
+      }
+    }
+    return parallel::reproducible_dot(group_->get(), std::span<const float>(stretch_),
+                                      std::span<const float>(spring_force_));
   }
 
   double precondition(std::span<const float> residual, std::span<float> result) {
@@ -266,6 +301,9 @@ private:
   CoarseSpace coarse_;
   std::vector<std::array<float, 6>> inverse_block_;  // of the owned nodes, in the order of the coarse space
   std::vector<std::size_t> constrained_components_;  // of owned nodes
+  std::vector<NodeStiffness> springs_;
+  bool has_springs_ = false;                   // on any rank
+  std::vector<float> stretch_, spring_force_;  // of their nodes, in a direction
   std::vector<double> product_result_;
   double energy_norm_ = 0;  // of the displacement to which the residual belongs
   double unit_ = 1;         // of residual and correction
@@ -293,6 +331,10 @@ StaticSolver::~StaticSolver() = default;
 
 void StaticSolver::release(std::span<const std::int32_t> tetrahedra) {
   problem_->release(tetrahedra);
+}
+
+void StaticSolver::set_node_stiffness(std::span<const NodeStiffness> nodes) {
+  problem_->set_node_stiffness(nodes);
 }
 
 void StaticSolver::rest() {

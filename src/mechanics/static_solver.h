@@ -5,6 +5,7 @@
 #include "geometry/subdomain.h"
 #include "mechanics/edges.h"
 #include "mechanics/elasticity.h"
+#include "mechanics/node_stiffness.h"
 #include "mechanics/operators.h"
 #include "parallel/communicator.h"
 #include "parallel/node_field.h"
@@ -60,6 +61,10 @@ public:
   /// Updates the stiffness of tetrahedra that carry less load. Local; every rank names the local tetrahedra
   /// it holds.
   void release(std::span<const std::int32_t> tetrahedra);
+
+  /// Replaces the stiffness that holds nodes besides the body's own; none at first. Collective.
+  /// @param nodes at most one entry per owned node, ascending
+  void set_node_stiffness(std::span<const NodeStiffness> nodes);
 
   /// Frees most of the memory until the next solve, which computes the coefficients again. Local.
   void rest();

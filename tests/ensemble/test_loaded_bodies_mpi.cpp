@@ -8,6 +8,7 @@
 #include "support/box_mesh.h"
 #include "support/group.h"
 #include "support/same_result.h"
+#include "support/springs.h"
 #include "two_pieces.h"
 
 #include <gtest/gtest.h>
@@ -204,12 +205,47 @@ struct Case {
   std::array<int, 3> cells;
   std::function<void(const SampleResult&)> expect;
   std::function<bool(const geometry::Point&)> removed = [](const geometry::Point&) { return false; };
+  std::vector<MakeTerm> terms = {};
 };
 
 /// The finger is 1 mm wide on a neck of one cell; both it and the bar end in the loaded face.
 bool is_beside_finger(const geometry::Point& p) {
   if (p[2] < 0.008 || p[1] < 0.004) return false;
   return p[1] < 0.005 || (p[2] < 0.009 && p[0] > 0.001);
+}
+
+/// The bar with a finger, along springs on one side.
+Case spring_case(const char* name, test::SpringBed::Kind kind) {
+  test::SpringBed bed{.kind = kind, .condition = 2, .component = 1, .stiffness = 1e7};
+  if (kind == test::SpringBed::Kind::one_sided) bed.gap = 1e-6;
+  auto parameters = bar_with_finger();
+  parameters.boundaries.push_back(test::boundary(Face::y_min, BoundaryKind::force, {}, {}, {0, 1e-3, 0}));
+  return {name,
+          parameters,
+          {3, 6, 12},
+          [](const SampleResult& result) {
+            expect_more_than_the_finger(result);
+            EXPECT_GE(result.counts.dynamic_phases, 2);
+            EXPECT_NE(result.history[1].records.at(0).value, 0);
+          },
+          is_beside_finger,
+          {test::make_springs(bed)}};
+}
+
+/// Torn in two along springs, which hold what is left only sideways.
+Case torn_case() {
+  Case torn = spring_case("TornAlongSprings", test::SpringBed::Kind::in_increments);
+  const auto springs = torn.parameters.boundaries.back();
+  torn.parameters = test::pulled_bar(test::brittle({0.002, 0.004, 0.012}));
+  torn.parameters.boundaries.push_back(springs);
+  torn.cells = {2, 4, 10};
+  torn.removed = [](const geometry::Point&) { return false; };
+  torn.expect = [](const SampleResult& result) {
+    EXPECT_EQ(result.outcome, Outcome::separated);
+    EXPECT_EQ(result.counts.dynamic_phases, 1);
+    EXPECT_LT(result.energy_error, 1e-4);
+  };
+  return torn;
 }
 
 std::vector<Case> cases() {
@@ -226,24 +262,30 @@ std::vector<Case> cases() {
            expect_no_work_on_fragments},
           {"PreCracked", pre_cracked_bar(Release::element), {6, 12, 24}, expect_weakened},
           {"PreCrackedByFacets", pre_cracked_bar(Release::facet), {6, 12, 24}, expect_weakened},
-          {"Finger", bar_with_finger(), {3, 6, 12}, expect_more_than_the_finger, is_beside_finger}};
+          {"Finger", bar_with_finger(), {3, 6, 12}, expect_more_than_the_finger, is_beside_finger},
+          spring_case("OnSprings", test::SpringBed::Kind::linear),
+          spring_case("OnSpringsInIncrements", test::SpringBed::Kind::in_increments),
+          spring_case("AgainstAStop", test::SpringBed::Kind::one_sided),
+          torn_case()};
 }
 
 class LoadedBody : public testing::TestWithParam<Case> {};
 
 TEST_P(LoadedBody, HasTheBitsOfOneRankAlsoAfterAnInterruption) {
-  const auto& [name, parameters, cells, expect, removed] = GetParam();
+  const auto& [name, parameters, cells, expect, removed, terms] = GetParam();
+  SampleControl control;
+  control.more_terms = terms;
   auto mesh = test::make_box(
       {.size = parameters.specimen.size, .cells = cells, .disturbance = 0.2, .removed = removed});
   mesh.pre_crack = geometry::pre_crack_cuts(mesh, parameters.specimen.cracks, {{}, parameters.specimen.size});
   const parallel::Communicator world(test::group()), self(MPI_COMM_SELF);
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
-  const auto pieces = in_two_pieces(world, parameters, parameters.output, part);
+  const auto pieces = in_two_pieces(world, parameters, parameters.output, part, control);
   const auto together =
-      world.size() > 1 ? run_sample(world, parameters, parameters.output, part) : SampleResult{};
+      world.size() > 1 ? run_sample(world, parameters, parameters.output, part, control) : SampleResult{};
   if (!world.is_root()) return;
-  const auto& alone =
-      test::reference([&] { return run_sample(self, parameters, parameters.output, test::whole(mesh)); });
+  const auto& alone = test::reference(
+      [&] { return run_sample(self, parameters, parameters.output, test::whole(mesh), control); });
   std::printf("%s: %s after %zu breaks in %lld dynamic phases, energy error %.1e\n", name.c_str(),
               to_string(alone.outcome).c_str(), alone.breaks.size(),
               static_cast<long long>(alone.counts.dynamic_phases), alone.energy_error);

@@ -226,7 +226,8 @@ TEST_F(SampleFile, HoldsTheHistory) {
                               .load_displacement = x / 8,
                               .force = {{0, 0, -x}, {0, 0, x}},
                               .displacement = {{}, {0, 0, x / 8}},
-                              .probes = {{{1, 2, 3}, {x, 0, 0}, {0, 0, x, 0, 0, 0}}}});
+                              .probes = {{{1, 2, 3}, {x, 0, 0}, {0, 0, x, 0, 0, 0}}},
+                              .records = {{"springs", "N", "force of springs", x / 4}}});
   }
   result.loads = {7, 0, 5};
   crack_history = cracks::crack_history(mesh.body(), surface, result,
@@ -255,6 +256,7 @@ TEST_F(SampleFile, HoldsTheHistory) {
   EXPECT_EQ(hdf5::read_texts(group, "condition_on"), (std::vector<std::string>{"z-min", "z-max"}));
   EXPECT_EQ(numbers("probes/gauge/stress", {3, 6}).at(14), 2);
   EXPECT_EQ(numbers("probes/gauge/at", {3}), (std::vector<double>{1, 2, 3}));
+  EXPECT_EQ(numbers("terms/springs", {3}), (std::vector<double>{0, 0.25, 0.5}));
   EXPECT_EQ(numbers("crack_area", {3, 2}).at(4), summary.crack_area);
   EXPECT_TRUE(fs::exists(file));
 }

@@ -109,7 +109,7 @@ TEST(BodyForce, StretchesAHangingBarByItsWeight) {
                       strain_energy(state));
           EXPECT_NEAR(strain / energy, 1, 0.005);
           EXPECT_NEAR(strain_energy(state) / strain, 1, 1e-6);
-          EXPECT_NEAR(state.reaction[2] / -weight, 1, 1e-6) << "the support carries the weight";
+          EXPECT_NEAR(state.conditions[2].reaction[2] / -weight, 1, 1e-6) << "the support carries the weight";
         });
   }
 }
@@ -362,15 +362,17 @@ TEST(Factor, OfADisplacementTurnsAnEndAndDoesItsWork) {
                            const parallel::NodeField& u) {
     const LoadState state = measure_loads(strip.self, body, loads, u, 0);
     const double strain = strain_energy(strip.self, body, u.local());
+    const Work& turning = state.works[loads.forces.size() + 3];
     // Stress E u / L at the edges; energy sigma^2 / (6 E) per volume.
     const double exact = strip.parameters.materials[0].youngs_modulus * std::pow(end / length, 2) / 6 *
                          0.002 * height * length;
     std::printf(
         "turned end: strain energy %.5g J, exactly %.5g J (%.3f), half the work %.5g J; reaction %.2g N\n",
-        strain, exact, strain / exact, 0.5 * state.conjugate[3] * state.travel[3], state.reaction[3]);
+        strain, exact, strain / exact, 0.5 * turning.force * turning.displacement,
+        state.conditions[3].reaction[2]);
     EXPECT_NEAR(strain / exact, 1, 0.05);
-    EXPECT_NEAR(0.5 * state.conjugate[3] * state.travel[3] / strain, 1, 1e-6);
-    EXPECT_LT(std::abs(state.reaction[3]), 0.01 * state.conjugate[3]);
+    EXPECT_NEAR(0.5 * turning.force * turning.displacement / strain, 1, 1e-6);
+    EXPECT_LT(std::abs(state.conditions[3].reaction[2]), 0.01 * turning.force);
   });
 }
 

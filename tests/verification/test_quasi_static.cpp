@@ -221,7 +221,7 @@ protected:
     auto law = test::tuler_butcher(parameters_.fracture, subdomain_);
     const QuasiStaticLoading loading(self_, body_, loads_, law, 1e-5);
     iterations_ = loading.n_iterations();
-    return measure_loads(self_, body_, loads_, loading.displacement(), 0).position.back();
+    return measure_loads(self_, body_, loads_, loading.displacement(), 0).conditions.back().position[2];
   }
 
   parallel::Communicator self_{MPI_COMM_SELF};

@@ -41,8 +41,8 @@ public:
   }
   Demand demand(double, double) const override { return {.velocity = 20}; }
   bool stores() const override { return true; }
-  void add_stored(const MotionState& state, std::vector<double>& sum) const override {
-    const auto u = state.displacement.owned();
+  void add_stored(const parallel::NodeField& displacement, std::vector<double>& sum) const override {
+    const auto u = displacement.owned();
     for (std::size_t i = 0; i < u.size(); ++i)
       sum.push_back(0.5 * stiffness(static_cast<std::int32_t>(i / 3)) * u[i] * u[i]);
   }
