@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands.h"
 #include "common/failure.h"
+#include "common/packing.h"
 #include "common/printable.h"
 #include "common/regular_file.h"
 #include "common/whole_number.h"
 #include "geometry/mesh_statistics.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
+#include "solid/solid.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -34,6 +36,30 @@ void notify(const std::string& line) {
   fmt::print(stderr, "{}\n", printable(line));
 }
 
+namespace {
+
+/// The content of a solid's file and what it was read with; empty without a solid.
+std::vector<std::byte> packed_solid(const std::shared_ptr<const solid::Solid>& solid) {
+  Packer packer;
+  if (!solid) return packer.bytes();
+  packer.put(solid->content);
+  packer.put(solid->extension);
+  packer.put(solid->unit);
+  packer.put(solid->metres);
+  return packer.bytes();
+}
+
+std::shared_ptr<const solid::Solid> unpacked_solid(const std::vector<std::byte>& packed) {
+  if (packed.empty()) return nullptr;
+  Unpacker unpacker(packed);
+  auto content = unpacker.get<std::string>();
+  const auto extension = unpacker.get<std::string>(), unit = unpacker.get<std::string>();
+  const auto metres = unpacker.get<double>();
+  return std::make_shared<const solid::Solid>(solid::read_solid(std::move(content), extension, unit, metres));
+}
+
+}  // namespace
+
 input::Parameters share_input(const parallel::Communicator& world, const std::filesystem::path& name,
                               const std::function<input::Parameters()>& read) {
   input::Parameters parameters;
@@ -41,11 +67,14 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
   const bool is_root = world.is_root();
   const bool has_points = is_root && parameters.mesh.points;
   const std::string text = parallel::share(world, parameters.text);
-  const std::string points =
-      parallel::share(world, has_points ? parameters.mesh.points->string() : std::string());
-  const std::string digest = parallel::share(world, parameters.mesh.points_digest);
+  input::GivenFiles files;
+  files.points = parallel::share(world, has_points ? parameters.mesh.points->string() : std::string());
+  files.points_digest = parallel::share(world, parameters.mesh.points_digest);
+  const auto packed = parallel::share(world, packed_solid(parameters.specimen.solid));
   return parallel::agree(world, [&] {
-    return is_root ? std::move(parameters) : input::parse(text, name, {.path = points, .digest = digest});
+    if (is_root) return std::move(parameters);
+    files.known_solid = unpacked_solid(packed);
+    return input::parse(text, name, files);
   });
 }
 
@@ -67,9 +96,9 @@ auto with_input_errors(Read&& read) {
 }  // namespace
 
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
-                             const input::PointsFile& points) {
+                             const input::GivenFiles& files) {
   return with_input_errors(
-      [&] { return share_input(world, file, [&] { return input::read(file, points); }); });
+      [&] { return share_input(world, file, [&] { return input::read(file, files); }); });
 }
 
 input::Parameters read_given_input(const parallel::Communicator& world, const std::filesystem::path& file) {

@@ -72,7 +72,7 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
 /// Reads the input file on the root, as input::read: either every rank has its parameters or all throw the
 /// same input::InputError. Collective over `world`.
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
-                             const input::PointsFile& points = {});
+                             const input::GivenFiles& files = {});
 
 /// As read_input(), for the file that a command is given: its notes are printed on standard error.
 input::Parameters read_given_input(const parallel::Communicator& world, const std::filesystem::path& file);

@@ -7,6 +7,7 @@
 #include "imprint.h"
 #include "plate.h"
 #include "regions.h"
+#include "solid_body.h"
 #include "tolerances.h"
 
 #include <algorithm>
@@ -139,10 +140,11 @@ std::vector<ConditionRegion> condition_regions(const Body& body,
 }
 
 std::unique_ptr<const Body> make_body(const plane::Specimen& specimen) {
-  return std::make_unique<Body>(plate(specimen));
+  return std::make_unique<Body>(specimen.solid ? solid_complex(specimen.solid) : plate(specimen));
 }
 
 std::unique_ptr<const Body> make_composite_body(const input::Model& model) {
+  if (model.specimen.solid) return make_body(model.specimen);
   Complex complex = plate(model.specimen);
   if (!model.specimen.regions.empty()) divide(complex, model.specimen, model.interface_pairs());
   return std::make_unique<Body>(std::move(complex));

@@ -165,6 +165,7 @@ Complex plate(const plane::Specimen& specimen) {
 }
 
 std::size_t n_crack_starts(const plane::Specimen& specimen) {
+  if (specimen.solid) return 0;
   if (plane::is_box(specimen)) return specimen.notches.size();
   return specimen.notches.size() + specimen.holes.size() + 1;
 }
