@@ -29,12 +29,8 @@ struct Facets {
 /// @throws std::runtime_error saying what is wrong with the content
 Facets read_facets(const std::string& content, const std::string& extension);
 
-// The readers of the formats that CGAL reads.
-Facets read_binary_stl(const std::string& content);
-Facets read_off(const std::string& content);
-Facets read_ply(const std::string& content);
-
-// Readers of this folder, see mesh_file.cpp.
+// The readers of volume meshes. (CGAL's readers of surfaces stop the program at damaged files, and leave
+// groups out.)
 Facets read_gmsh(const std::string& content);
 Facets read_vtk(const std::string& content);
 

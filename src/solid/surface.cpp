@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What CGAL reads, checks and orients.
+// What CGAL checks and orients.
 #include "surface.h"
 
 #include "common/failure.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/IO/OFF.h>
-#include <CGAL/IO/PLY.h>
-#include <CGAL/IO/STL.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -16,10 +13,10 @@
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
 #include <CGAL/Surface_mesh.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
-#include <sstream>
 #include <utility>
 
 namespace crackle::solid {
@@ -37,23 +34,6 @@ Vector vector_of(const Point& p) {
 }
 Point point_of(const Vector& p) {
   return {p[0], p[1], p[2]};
-}
-
-template <class Read>
-Facets read_by_cgal(const std::string& content, Read&& read) {
-  std::istringstream stream(content);
-  std::vector<Point> points;
-  std::vector<Polygon> polygons;
-  bool is_read = false;
-  try {
-    is_read = read(stream, points, polygons);
-  } catch (const std::exception&) {
-  }
-  if (!is_read) fail("is damaged, or ends too early");
-  Facets facets;
-  for (const Point& p : points) facets.points.push_back(vector_of(p));
-  for (Polygon& polygon : polygons) facets.add(std::move(polygon));
-  return facets;
 }
 
 /// Keeps the groups of polygons that are divided into triangles.
@@ -187,26 +167,6 @@ private:
 };
 
 }  // namespace
-
-Facets read_binary_stl(const std::string& content) {
-  // CGAL takes a file that is too short for an empty one.
-  if (content.size() < 84) fail("is damaged, or ends too early");
-  return read_by_cgal(content, [](auto& stream, auto& points, auto& polygons) {
-    return CGAL::IO::internal::parse_binary_STL(stream, points, polygons);
-  });
-}
-
-Facets read_off(const std::string& content) {
-  return read_by_cgal(content, [](auto& stream, auto& points, auto& polygons) {
-    return CGAL::IO::read_OFF(stream, points, polygons);
-  });
-}
-
-Facets read_ply(const std::string& content) {
-  return read_by_cgal(content, [](auto& stream, auto& points, auto& polygons) {
-    return CGAL::IO::read_PLY(stream, points, polygons);
-  });
-}
 
 Surface make_surface(Facets facets, const std::string& unit) {
   return SurfaceMaker(std::move(facets), unit).make();
