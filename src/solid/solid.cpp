@@ -62,10 +62,12 @@ void check_facets(const Facets& facets, const std::string& unit) {
 }
 
 void check_corners(const Facets& facets, const std::string& unit) {
-  for (const Polygon& polygon : facets.polygons)
-    for (std::size_t i = 0; i < polygon.size(); ++i)
-      if (polygon[i] == polygon[(i + 1) % polygon.size()])
-        fail("has a facet without area at {}; remove it", show_place(facets.points[polygon[i]], unit));
+  for (Polygon corners : facets.polygons) {
+    std::ranges::sort(corners);
+    const auto twice = std::ranges::adjacent_find(corners);
+    if (twice != corners.end())
+      fail("has a facet with the corner {} twice; remove it", show_place(facets.points[*twice], unit));
+  }
 }
 
 /// Divides the facets into faces.

@@ -173,7 +173,8 @@ TEST(Solid, RefusesWhatIsNoBody) {
   };
   Facets open = cube();
   open.polygons.pop_back();
-  refuses(open, AllOf(HasSubstr("is not closed"), HasSubstr("from (0, 0, 5) mm to (0, 5, 5) mm borders on one facet")));
+  refuses(open, AllOf(HasSubstr("is not closed"),
+                      HasSubstr("from (0, 0, 5) mm to (0, 5, 5) mm borders on one facet")));
   Facets two = cube();
   test::add_box(two, {6, 0, 0}, {7, 1, 1});
   refuses(two, HasSubstr("has 2 separate parts, such as at (0"));
