@@ -222,6 +222,7 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
       {"boundary triangles", fmt::format("{}", subject.realization.boundary.size())},
   };
   add_curves(rows, subject.parameters.specimen);
+  for (auto& row : face_rows(subject.parameters.specimen)) rows.push_back(std::move(row));
   for (auto& row : material_rows(parameters, subject.realization)) rows.push_back(std::move(row));
   add_regions(rows, subject);
   const auto subdomain =

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <sstream>
 #include <utility>
@@ -128,6 +129,26 @@ input::Parameters read_sections(const parallel::Communicator& world, const input
   return with_input_errors([&] {
     return parallel::agree(world, [&] { return input::with_sections(parameters, given, "--sections"); });
   });
+}
+
+std::vector<NamedValue> face_rows(const plane::Specimen& specimen) {
+  std::vector<NamedValue> rows;
+  if (!specimen.solid) return rows;
+  // Rounding errors are not shown as such.
+  const auto shown = [](const Vector& values, double factor) {
+    std::array<double, 3> rounded{};
+    for (std::size_t i = 0; i < 3; ++i) rounded[i] = std::round(values[i] * factor * 1e3) / 1e3 + 0.0;
+    return fmt::format("({:.4g}, {:.4g}, {:.4g})", rounded[0], rounded[1], rounded[2]);
+  };
+  for (const solid::NamedFace& face : solid::named_faces(*specimen.solid))
+    rows.emplace_back(
+        face.name,
+        fmt::format("{}, {:.5g} mm^2 about {} mm{}", count_text(face.n_planes, "plane"), 1e6 * face.area,
+                    shown(face.centre, 1e3),
+                    norm(face.outward) < 1e-3
+                        ? ", closed"
+                        : fmt::format(", normal {}", shown(face.outward / norm(face.outward), 1))));
+  return rows;
 }
 
 std::vector<NamedValue> material_rows(const input::Parameters& parameters,

@@ -91,6 +91,9 @@ void refuse_sweep(const input::Parameters& parameters, const std::filesystem::pa
 input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,
                                 const std::vector<std::string>& given);
 
+/// The named faces of a solid, so that people find which is which; none of a plate.
+std::vector<NamedValue> face_rows(const plane::Specimen& specimen);
+
 /// The tetrahedra of each material, as rows of a table; none if the body has only one.
 std::vector<NamedValue> material_rows(const input::Parameters& parameters,
                                       const geometry::Realization& realization);

@@ -10,7 +10,7 @@
 
 namespace crackle::geometry {
 
-/// The projection of the body on the y-z plane, for drawing. Lengths in m.
+/// The projection of a plate on the y-z plane, or the edges of a solid, for drawing. Lengths in m.
 struct Outline {
   std::vector<double> size;         ///< of the bounding box along x, y and z
   std::vector<double> points;       ///< y, z of the polygons' corners, one polygon after the other
@@ -22,6 +22,7 @@ struct Outline {
   std::vector<std::int32_t>
       axis;  ///< per start: axis along which its crack mainly advances, 1 for y, 2 for z; 0 if any
   std::vector<std::int32_t> direction;  ///< per start: 1 or -1, direction of advance along the axis; 0 if any
+  std::vector<double> edges;            ///< of a body that is no plate: x, y, z of both ends of each edge
 };
 
 /// Body::outline and Body::crack_starts as lists.
@@ -44,6 +45,9 @@ void for_each_member(const Outline& outline, Visit&& visit) {
   visit("notch_axis", Shape{n}, outline.axis, "", "axis along which the crack advances: 1 y, 2 z");
   visit("notch_direction", Shape{n}, outline.direction, "",
         "1 or -1: direction of crack advance along the axis");
+  if (!outline.edges.empty())
+    visit("edge", Shape{outline.edges.size() / 6, 2, 3}, outline.edges, "m",
+          "x, y, z of both ends of each edge of a solid");
 }
 
 }  // namespace crackle::geometry
