@@ -2,6 +2,7 @@
 // Bodies from files: readers, checks, faces, and meshes that fill them exactly.
 #include "solid/solid.h"
 
+#include "geometry/condition_region.h"
 #include "geometry/mother_points.h"
 #include "geometry/quality.h"
 #include "geometry/realization.h"
@@ -313,6 +314,67 @@ TEST(Solid, OfAnyShapeIsFilledExactly) {
   }
   for (const auto& [outcome, number] : outcomes) std::printf("%d %s\n", number, outcome.c_str());
   EXPECT_GT(outcomes["filled"], n / 2);
+}
+
+/// The area, or the length of a line, of the region of a model's first condition in a sample.
+double size_of_region(const input::Model& model, std::uint64_t sample) {
+  const auto body = geometry::make_body(model);
+  const auto region =
+      geometry::condition_region(*geometry::make_body(model.specimen), model.boundaries[0], 0);
+  const auto base = geometry::make_mother_points(*body, model.mesh, 7);
+  const auto made = geometry::make_realization(*body, base, model.mesh, 7, sample);
+  double size = 0;
+  std::set<std::pair<int, int>> edges;
+  for (const geometry::BoundaryTriangle& triangle : made.boundary) {
+    const geometry::FacePart* const part = region.on(triangle.surface);
+    if (part == nullptr) continue;
+    const auto node = [&](std::size_t i) { return made.nodes[index(triangle.nodes[i % 3])]; };
+    if (region.n_dimensions == 2 && part->contains((node(0) + node(1) + node(2)) / 3))
+      size += norm(cross(node(1) - node(0), node(2) - node(0))) / 2;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (region.n_dimensions == 1 && part->contains(node(i)) && part->contains(node(i + 1)) &&
+          edges.insert(std::minmax(triangle.nodes[i], triangle.nodes[(i + 1) % 3])).second)
+        size += norm(node(i + 1) - node(i));
+  }
+  return size;
+}
+
+TEST(Solid, HasRegionsOnObliqueFacesExactly) {
+  const RandomStream streams(12, 0, "regions");
+  int n_areas = 0;
+  for (int i = 0; i < test::repetitions(10, 60); ++i) {
+    RandomStream stream = streams.substream(static_cast<std::uint64_t>(i));
+    const Solid solid = read(test::obj_of(test::random_hull(stream, 6)), ".obj");
+    input::Model model;
+    model.specimen.solid = std::make_shared<const Solid>(solid);
+    model.mesh = testing::mesh(1, 1, 0.2);
+    model.mesh.min_quality = 0.1;
+    input::Boundary& condition = model.boundaries.emplace_back();
+    condition.kind = input::BoundaryKind::force;
+    const auto faces = named_faces(solid);
+    const auto largest = std::ranges::max_element(
+        faces, {}, [](const NamedFace& face) { return face.name.starts_with("face") ? face.area : 0; });
+    condition.on = largest->name;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (static_cast<int>(axis) != i % 4)
+        condition.region[axis] = {largest->centre[axis] - stream.uniform(0.4, 1) * 1e-3,
+                                  largest->centre[axis] + stream.uniform(0.4, 1) * 1e-3};
+    try {
+      const double wanted = area_in(solid, condition.on, condition.on, condition.region);
+      for (std::uint64_t sample = 0; sample < 2; ++sample)
+        EXPECT_NEAR(size_of_region(model, sample), wanted, 1e-9 * wanted) << i;
+      // A line of nodes across the face.
+      condition.region = plane::everywhere;
+      condition.region[index(i % 3)] = {largest->centre[index(i % 3)], largest->centre[index(i % 3)]};
+      const double length = size_of_region(model, 0);
+      EXPECT_GT(length, 0) << i;
+      EXPECT_NEAR(size_of_region(model, 1), length, 1e-9 * length) << i;
+      ++n_areas;
+    } catch (const std::runtime_error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("fiftieth")) << i;
+    }
+  }
+  EXPECT_GT(n_areas, 5);
 }
 
 }  // namespace CRACKLE_TEST_FILE

@@ -19,7 +19,7 @@ from .places import answer
 
 VIEWS = ((1, 2, "along x"), (0, 2, "along y"), (0, 1, "along z"))  # what is to the right, what is up
 ROOM, MARGIN = 2.6, 0.05  # a panel's width at most [inch]; round the body, as a share of its size
-KEY_ROOM = 1.7  # beside the panels [inch]
+KEY_ROOM = 2.0  # beside the panels [inch]
 
 
 def places(ensemble: Ensemble, _: Options) -> Optional[Section]:
