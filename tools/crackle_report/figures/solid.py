@@ -12,7 +12,6 @@ from .. import style
 from ..choosing import samples_in_detail
 from ..drawing import Sheet, facet_colours, time_bar, time_colours
 from ..options import Options
-from ..plate import Plate
 from ..results import Ensemble
 from .picture import Picture, Section
 from .places import answer
@@ -26,7 +25,7 @@ def places(ensemble: Ensemble, _: Options) -> Optional[Section]:
     found = ensemble.places
     if not found:
         return None
-    figure, panels = _panels(ensemble.plate, right=KEY_ROOM)
+    figure, panels = _panels(ensemble, next(iter(found)), right=KEY_ROOM)
     lengths = ensemble.plate.lengths
     for (across, up, _title), axes in zip(VIEWS, panels):
         for name, marker, colour, label in (("largest", "x", style.NOTCH_COLOURS[0], "middle of the largest crack"),
@@ -49,7 +48,7 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
         colours = time_colours(crack.last_opening, ensemble.times)
         rgb = facet_colours(ensemble.times.of(crack.time), colours)
         corner = ensemble.plate.lengths.of(crack.corner)
-        figure, panels = _panels(ensemble.plate, top=0.75)
+        figure, panels = _panels(ensemble, number, top=0.75)
         for (across, up, _title), axes in zip(VIEWS, panels):
             hidden = 3 - across - up
             order = np.argsort(corner[..., hidden].mean(axis=1) * (-1 if hidden == 1 else 1))  # the nearest last
@@ -65,9 +64,11 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
                    "at which they opened; grey ones were open before the last dynamic phase.", pictures=pictures)
 
 
-def _panels(plate: Plate, top: float = 0.35, right: float = 0.15) -> tuple[Sheet, list[Axes]]:
-    """Three views of the body's edges at one scale."""
-    edge, lengths = plate.lengths.of(plate.edge), plate.lengths
+def _panels(ensemble: Ensemble, number: int, top: float = 0.35, right: float = 0.15) -> tuple[Sheet, list[Axes]]:
+    """Three views of the body and its edges at one scale. @param number of the sample whose mesh fills it"""
+    lengths = ensemble.plate.lengths
+    edge, mesh = lengths.of(ensemble.plate.edge), ensemble.files.mesh(number)
+    surface = lengths.of(mesh.nodes)[mesh.surface]
     low, high = edge.min(axis=(0, 1)), edge.max(axis=(0, 1))
     around = MARGIN * (high - low).max()
     low, high = low - around, high + around
@@ -77,6 +78,8 @@ def _panels(plate: Plate, top: float = 0.35, right: float = 0.15) -> tuple[Sheet
     panels = []
     for k, (across, up, title) in enumerate(VIEWS):
         axes = figure.panel(0, k)
+        axes.add_collection(PolyCollection(surface[..., [across, up]], facecolors=style.BODY, edgecolors=style.BODY, linewidths=0.3,
+                                           rasterized=True, zorder=0))
         axes.add_collection(LineCollection(edge[..., [across, up]], colors=style.OUTLINE, linewidths=0.5, zorder=1))
         axes.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]), aspect="equal",
                  xlabel=lengths.label("xyz"[across]), ylabel=lengths.label("xyz"[up]))

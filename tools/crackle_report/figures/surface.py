@@ -85,7 +85,7 @@ def _still(number: int, corner: np.ndarray, rgb: np.ndarray, lines: np.ndarray, 
     ends = lines.reshape(-1, 3)
     size = [np.ptp(ends[:, 1]), np.ptp(ends[:, 0]), high - low]
     axes.set(xlim=(ends[:, 1].min(), ends[:, 1].max()), ylim=(-ends[:, 0].max(), -ends[:, 0].min()), zlim=(low, high))
-    axes.set_box_aspect(size, zoom=1.1)
+    axes.set_box_aspect(size, zoom=0.95 if is_whole else 1.1)
     axes.view_init(elev=22, azim=-62)
     axes.set_axis_off()
     time_bar(figure, colours, 0.3, 2.0, times)
