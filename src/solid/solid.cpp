@@ -107,6 +107,7 @@ private:
       solid_.bounds[i] = {lower[i], upper[i]};
       size_ = std::max(size_, upper[i] - lower[i]);
     }
+    for (std::size_t i = 0; i < 3; ++i) align(i);
     const Vector middle = (lower + upper) / 2;
     for (const auto& [a, b, c] : solid_.facets) {
       const Vector twice = cross(point(b) - point(a), point(c) - point(a));
@@ -120,6 +121,19 @@ private:
              show((point(a) + point(b) + point(c)) / 3));
     }
     if (!(solid_.volume > 0)) fail("has no volume");
+  }
+
+  /// Makes coordinates equal that differ by rounding, so that faces across an axis are so exactly.
+  void align(std::size_t axis) {
+    std::vector<double*> coordinates;
+    for (Vector& p : solid_.points) coordinates.push_back(&p[axis]);
+    std::ranges::sort(coordinates, {}, [](const double* one) { return *one; });
+    double last = coordinates.empty() ? 0 : *coordinates.front();
+    for (double* const one : coordinates) {
+      if (*one - last > flatness * size_) last = *one;
+      *one = last;
+    }
+    solid_.bounds[axis].second = last;
   }
 
   /// The facets beyond the three edges of each.

@@ -342,7 +342,7 @@ double size_of_region(const input::Model& model, std::uint64_t sample) {
 TEST(Solid, HasRegionsOnObliqueFacesExactly) {
   const RandomStream streams(12, 0, "regions");
   int n_areas = 0;
-  for (int i = 0; i < test::repetitions(10, 60); ++i) {
+  for (int i = 0; i < test::repetitions(5, 60); ++i) {
     RandomStream stream = streams.substream(static_cast<std::uint64_t>(i));
     const Solid solid = read(test::obj_of(test::random_hull(stream, 6)), ".obj");
     input::Model model;
@@ -374,7 +374,7 @@ TEST(Solid, HasRegionsOnObliqueFacesExactly) {
       EXPECT_THAT(error.what(), HasSubstr("fiftieth")) << i;
     }
   }
-  EXPECT_GT(n_areas, 5);
+  EXPECT_GT(n_areas, 2);
 }
 
 }  // namespace CRACKLE_TEST_FILE
