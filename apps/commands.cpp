@@ -3,6 +3,7 @@
 #include "common/failure.h"
 #include "common/packing.h"
 #include "common/printable.h"
+#include "common/quantity_text.h"
 #include "common/regular_file.h"
 #include "common/whole_number.h"
 #include "geometry/mesh_statistics.h"
@@ -148,6 +149,9 @@ std::vector<NamedValue> face_rows(const plane::Specimen& specimen) {
                     norm(face.outward) < 1e-3
                         ? ", closed"
                         : fmt::format(", normal {}", shown(face.outward / norm(face.outward), 1))));
+  if (const double moved = specimen.solid->moved; moved > 0)
+    rows.emplace_back("flattened", fmt::format("points are moved by up to {} onto the planes of faces",
+                                               quantity_text(moved, "m")));
   return rows;
 }
 

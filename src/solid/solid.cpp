@@ -9,6 +9,7 @@
 #include "surface.h"
 
 #include <fmt/format.h>
+#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +28,10 @@ namespace {
 constexpr double flatness = 2.5e-13;
 /// Edges and facets are higher than this share of the body's size.
 constexpr double least_share = 1e-6;
+/// Points this close to the plane of a face are meant to be on it, relative to the largest coordinate.
+constexpr double precision = 1e-6;
+/// Least cosine of the angle between facets in one plane.
+constexpr double same_side = 0.99;
 /// Facets that meet at less than this angle belong to one face [rad].
 constexpr double smooth_angle = 20 * std::numbers::pi / 180;
 
@@ -84,8 +89,10 @@ public:
   }
 
   Solid make() {
+    find_bounds();
     measure();
     find_neighbours();
+    flatten();
     grow_faces();
     add_edges();
     add_names();
@@ -96,7 +103,7 @@ private:
   const Vector& point(int number) const { return solid_.points[index(number)]; }
   std::string show(const Vector& p) const { return show_place(p / metres_, unit_); }
 
-  void measure() {
+  void find_bounds() {
     Vector lower = solid_.points.front(), upper = lower;
     for (const Vector& p : solid_.points)
       for (std::size_t i = 0; i < 3; ++i) {
@@ -106,14 +113,21 @@ private:
     for (std::size_t i = 0; i < 3; ++i) {
       solid_.bounds[i] = {lower[i], upper[i]};
       size_ = std::max(size_, upper[i] - lower[i]);
+      reach_ = std::max({reach_, std::abs(lower[i]), std::abs(upper[i])});
     }
+    middle_ = (lower + upper) / 2;
     for (std::size_t i = 0; i < 3; ++i) align(i);
-    const Vector middle = (lower + upper) / 2;
+  }
+
+  void measure() {
+    area_.clear();
+    normal_.clear();
+    solid_.volume = 0;
     for (const auto& [a, b, c] : solid_.facets) {
       const Vector twice = cross(point(b) - point(a), point(c) - point(a));
       area_.push_back(norm(twice) / 2);
       normal_.push_back(twice / norm(twice));
-      solid_.volume += dot(point(a) - middle, twice) / 6;
+      solid_.volume += dot(point(a) - middle_, twice) / 6;
       const double longest =
           std::max({norm(point(b) - point(a)), norm(point(c) - point(b)), norm(point(a) - point(c))});
       if (!(norm(twice) > least_share * size_ * longest))
@@ -156,34 +170,74 @@ private:
     return -1;
   }
 
-  /// Grows each face from its largest facet, whose plane is the face's.
-  void grow_faces() {
+  /// Facets in one plane, each group grown from its largest facet, whose plane it is.
+  /// @param near distance from that plane [m]; axes are not told apart if it is not that of rounding
+  std::vector<std::vector<std::size_t>> planes(double near, std::vector<int>& number_of) const {
     const std::size_t n = solid_.facets.size();
     std::vector<std::size_t> order(n);
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t f) { return area_[f]; });
-    solid_.face_of.assign(n, -1);
+    number_of.assign(n, -1);
     std::vector<std::vector<std::size_t>> members;
     for (const std::size_t seed : order) {
-      if (solid_.face_of[seed] >= 0) continue;
+      if (number_of[seed] >= 0) continue;
       const int number = static_cast<int>(members.size());
       auto& own = members.emplace_back(1, seed);
-      solid_.face_of[seed] = number;
-      const int axis = axis_of(seed);
+      number_of[seed] = number;
+      const int axis = near > flatness * size_ ? -1 : axis_of(seed);
       const Vector& origin = point(solid_.facets[seed][0]);
       const auto is_in_plane = [&](int corner) {
         return axis >= 0 ? point(corner)[index(axis)] == origin[index(axis)]
-                         : std::abs(dot(normal_[seed], point(corner) - origin)) <= flatness * size_;
+                         : std::abs(dot(normal_[seed], point(corner) - origin)) <= near;
       };
       for (std::size_t k = 0; k < own.size(); ++k)
         for (const int other : neighbour_[own[k]])
-          if (const auto f = index(other); solid_.face_of[f] < 0 && group_[f] == group_[seed] &&
-                                           dot(normal_[f], normal_[seed]) > 0 &&
+          if (const auto f = index(other); number_of[f] < 0 && group_[f] == group_[seed] &&
+                                           dot(normal_[f], normal_[seed]) > same_side &&
                                            std::ranges::all_of(solid_.facets[f], is_in_plane)) {
-            solid_.face_of[f] = number;
+            number_of[f] = number;
             own.push_back(f);
           }
     }
+    return members;
+  }
+
+  /// Files round coordinates, often to seven digits, which bends plane faces of many facets. Points of facets
+  /// in a plane up to such rounding are moved onto it; where planes meet onto their edges and corners.
+  void flatten() {
+    const double near = precision * std::max(size_, reach_);
+    std::vector<int> plane_of;
+    const auto members = planes(near, plane_of);
+    std::vector<std::set<int>> at(solid_.points.size());  // planes of several facets at each point
+    for (std::size_t f = 0; f < solid_.facets.size(); ++f)
+      if (members[index(plane_of[f])].size() > 1)
+        for (const int corner : solid_.facets[f]) at[index(corner)].insert(plane_of[f]);
+    std::vector<Vector> moved = solid_.points;
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      Eigen::MatrixXd normals(at[i].size(), 3);
+      Eigen::VectorXd height(at[i].size());
+      Eigen::Index row = 0;
+      for (const int plane : at[i]) {
+        const std::size_t seed = members[index(plane)].front();
+        for (std::size_t k = 0; k < 3; ++k) normals(row, static_cast<Eigen::Index>(k)) = normal_[seed][k];
+        height[row++] = dot(normal_[seed], point(solid_.facets[seed][0]) - moved[i]);
+      }
+      if (row == 0 || height.cwiseAbs().maxCoeff() <= flatness * size_) continue;
+      Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+      solver.setThreshold(1e-3);
+      const Eigen::VectorXd step = solver.compute(normals).solve(height);
+      if (step.norm() > 10 * near) continue;
+      moved[i] = moved[i] + Vector{step[0], step[1], step[2]};
+      solid_.moved = std::max(solid_.moved, step.norm());
+    }
+    if (solid_.moved == 0) return;
+    solid_.points = std::move(moved);
+    find_bounds();
+    measure();
+  }
+
+  void grow_faces() {
+    auto members = planes(flatness * size_, solid_.face_of);
     // Numbered by their first facets.
     for (auto& own : members) std::ranges::sort(own);
     std::ranges::sort(members, {}, [](const auto& own) { return own.front(); });
@@ -287,7 +341,9 @@ private:
   std::vector<std::string> groups_;
   double metres_;
   std::string unit_;
-  double size_ = 0;  ///< of the bounding box, the largest [m]
+  double size_ = 0;   ///< of the bounding box, the largest [m]
+  double reach_ = 0;  ///< the largest coordinate [m]
+  Vector middle_{};
   std::vector<double> area_;
   std::vector<Vector> normal_;
   std::vector<std::array<int, 3>> neighbour_;

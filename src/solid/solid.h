@@ -30,8 +30,8 @@ struct Face {
   std::vector<std::array<int, 2>> rim;  ///< numbers of points; the face is to its left, seen from outside
 };
 
-/// A body in one piece, perhaps with cavities, that consists of plane faces. Facets of the file in one plane
-/// are one face.
+/// A body in one piece, perhaps with cavities, that consists of plane faces. Facets of the file in one plane,
+/// up to the rounding of its coordinates, are one face.
 struct Solid {
   std::string content;                              ///< of the file
   std::string digest;                               ///< of the content
@@ -45,6 +45,7 @@ struct Solid {
   std::vector<std::array<int, 2>> edges;  ///< between faces; several in one line are one
   std::array<std::pair<double, double>, 3> bounds{};
   double volume = 0;  ///< [m^3]
+  double moved = 0;   ///< largest distance of a point from its place in the file [m]
 };
 
 /// The digest of its file; empty without a solid.
