@@ -226,6 +226,7 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
                       fmt::format("open {} tetrahedra",
                                   opened.size() - static_cast<std::size_t>(std::ranges::count(opened, 0))));
   add_curves(rows, subject.parameters.specimen);
+  for (auto& row : face_rows(subject.parameters.specimen)) rows.push_back(std::move(row));
   for (auto& row : material_rows(parameters, subject.realization)) rows.push_back(std::move(row));
   add_regions(rows, subject);
   const auto subdomain =

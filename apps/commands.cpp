@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands.h"
 #include "common/failure.h"
+#include "common/packing.h"
 #include "common/printable.h"
+#include "common/quantity_text.h"
 #include "common/regular_file.h"
 #include "common/whole_number.h"
 #include "geometry/mesh_statistics.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
+#include "solid/solid.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <sstream>
 #include <utility>
@@ -34,6 +38,30 @@ void notify(const std::string& line) {
   fmt::print(stderr, "{}\n", printable(line));
 }
 
+namespace {
+
+/// The content of a solid's file and what it was read with; empty without a solid.
+std::vector<std::byte> packed_solid(const std::shared_ptr<const solid::Solid>& solid) {
+  Packer packer;
+  if (!solid) return packer.bytes();
+  packer.put(solid->content);
+  packer.put(solid->extension);
+  packer.put(solid->unit);
+  packer.put(solid->metres);
+  return packer.bytes();
+}
+
+std::shared_ptr<const solid::Solid> unpacked_solid(const std::vector<std::byte>& packed) {
+  if (packed.empty()) return nullptr;
+  Unpacker unpacker(packed);
+  auto content = unpacker.get<std::string>();
+  const auto extension = unpacker.get<std::string>(), unit = unpacker.get<std::string>();
+  const auto metres = unpacker.get<double>();
+  return std::make_shared<const solid::Solid>(solid::read_solid(std::move(content), extension, unit, metres));
+}
+
+}  // namespace
+
 input::Parameters share_input(const parallel::Communicator& world, const std::filesystem::path& name,
                               const std::function<input::Parameters()>& read) {
   input::Parameters parameters;
@@ -41,11 +69,14 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
   const bool is_root = world.is_root();
   const bool has_points = is_root && parameters.mesh.points;
   const std::string text = parallel::share(world, parameters.text);
-  const std::string points =
-      parallel::share(world, has_points ? parameters.mesh.points->string() : std::string());
-  const std::string digest = parallel::share(world, parameters.mesh.points_digest);
+  input::GivenFiles files;
+  files.points = parallel::share(world, has_points ? parameters.mesh.points->string() : std::string());
+  files.points_digest = parallel::share(world, parameters.mesh.points_digest);
+  const auto packed = parallel::share(world, packed_solid(parameters.specimen.solid));
   return parallel::agree(world, [&] {
-    return is_root ? std::move(parameters) : input::parse(text, name, {.path = points, .digest = digest});
+    if (is_root) return std::move(parameters);
+    files.known_solid = unpacked_solid(packed);
+    return input::parse(text, name, files);
   });
 }
 
@@ -67,9 +98,9 @@ auto with_input_errors(Read&& read) {
 }  // namespace
 
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
-                             const input::PointsFile& points) {
+                             const input::GivenFiles& files) {
   return with_input_errors(
-      [&] { return share_input(world, file, [&] { return input::read(file, points); }); });
+      [&] { return share_input(world, file, [&] { return input::read(file, files); }); });
 }
 
 input::Parameters read_given_input(const parallel::Communicator& world, const std::filesystem::path& file) {
@@ -99,6 +130,29 @@ input::Parameters read_sections(const parallel::Communicator& world, const input
   return with_input_errors([&] {
     return parallel::agree(world, [&] { return input::with_sections(parameters, given, "--sections"); });
   });
+}
+
+std::vector<NamedValue> face_rows(const plane::Specimen& specimen) {
+  std::vector<NamedValue> rows;
+  if (!specimen.solid) return rows;
+  // Rounding errors are not shown as such.
+  const auto shown = [](const Vector& values, double factor) {
+    std::array<double, 3> rounded{};
+    for (std::size_t i = 0; i < 3; ++i) rounded[i] = std::round(values[i] * factor * 1e3) / 1e3 + 0.0;
+    return fmt::format("({:.4g}, {:.4g}, {:.4g})", rounded[0], rounded[1], rounded[2]);
+  };
+  for (const solid::NamedFace& face : solid::named_faces(*specimen.solid))
+    rows.emplace_back(
+        face.name,
+        fmt::format("{}, {:.5g} mm^2 about {} mm{}", count_text(face.n_planes, "plane"), 1e6 * face.area,
+                    shown(face.centre, 1e3),
+                    norm(face.outward) < 1e-3
+                        ? ", closed"
+                        : fmt::format(", normal {}", shown(face.outward / norm(face.outward), 1))));
+  if (const double moved = specimen.solid->moved; moved > 0)
+    rows.emplace_back("flattened", fmt::format("points are moved by up to {} onto the planes of faces",
+                                               quantity_text(moved, "m")));
+  return rows;
 }
 
 std::vector<NamedValue> material_rows(const input::Parameters& parameters,

@@ -72,7 +72,7 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
 /// Reads the input file on the root, as input::read: either every rank has its parameters or all throw the
 /// same input::InputError. Collective over `world`.
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
-                             const input::PointsFile& points = {});
+                             const input::GivenFiles& files = {});
 
 /// As read_input(), for the file that a command is given: its notes are printed on standard error.
 input::Parameters read_given_input(const parallel::Communicator& world, const std::filesystem::path& file);
@@ -90,6 +90,9 @@ void refuse_sweep(const input::Parameters& parameters, const std::filesystem::pa
 /// input::InputError. Collective over `world`.
 input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,
                                 const std::vector<std::string>& given);
+
+/// The named faces of a solid, so that people find which is which; none of a plate.
+std::vector<NamedValue> face_rows(const plane::Specimen& specimen);
 
 /// The tetrahedra of each material, as rows of a table; none if the body has only one.
 std::vector<NamedValue> material_rows(const input::Parameters& parameters,

@@ -101,27 +101,25 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
   const fs::path copy = folder / "input.toml";
   const fs::path results = ensemble::results_file(folder);
   parallel::agree_on_root(world, [&] { require_regular(copy); });
-  // The folder also contains the points, since the input names them relative to its original location.
-  const input::PointsFile points{
-      .path = is_taken(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path(),
-      .digest = {}};
+  // The folder also contains the files that the input names relative to its original location.
+  const input::GivenFiles files = ensemble::copied_files(folder);
   const bool has_copy = parallel::share(world, is_taken(copy));
   const fs::path name = has_copy ? copy : results;
   const auto from_results = [&] {
-    if (is_taken(results)) return input::parse(io::read_ensemble(results).input_text, results, points);
+    if (is_taken(results)) return input::parse(io::read_ensemble(results).input_text, results, files);
     if (const fs::path sample = first_sample_file(folder); !sample.empty())
-      return input::parse(io::read_input_text(sample), sample, points);
+      return input::parse(io::read_input_text(sample), sample, files);
     fail("'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5 nor samples",
          folder.string());
   };
   input::Parameters parameters =
-      has_copy ? read_input(world, copy, points) : share_input(world, name, from_results);
+      has_copy ? read_input(world, copy, files) : share_input(world, name, from_results);
   bool has_own_bases = false;
   parallel::agree_on_root(world,
                           [&] { has_own_bases = io::stored_model(folder) >= io::first_model_of_own_bases; });
   if (parallel::share(world, has_own_bases)) return parameters;
   return share_input(world, name, [&] {
-    return input::parse(input::completed(parameters.text, {{"mesh.base", "\"shared\""}}), name, points);
+    return input::parse(input::completed(parameters.text, {{"mesh.base", "\"shared\""}}), name, files);
   });
 }
 

@@ -101,6 +101,7 @@ std::vector<NamedValue> mesh_table(const input::Parameters& parameters, std::uin
   table.emplace_back("tetrahedra", fmt::format("{}", realization.tetrahedra.size()));
   table.emplace_back("edges", fmt::format("{}", statistics.n_edges));
   table.emplace_back("boundary triangles", fmt::format("{}", realization.boundary.size()));
+  for (auto& row : face_rows(parameters.specimen)) table.push_back(std::move(row));
   const auto materials = material_rows(parameters, realization);
   table.insert(table.end(), materials.begin(), materials.end());
   const auto of_length = [](const geometry::Quantiles& lengths) {

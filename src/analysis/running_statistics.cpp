@@ -49,7 +49,7 @@ void check_row(const SampleSummary& row, std::size_t sample, const Statistics& s
     fail<std::invalid_argument>("sample {}: {} crack positions instead of {}", sample, row.position.size(),
                                 n_positions);
   }
-  if (row.pattern < 0 || row.pattern >= n_patterns) {
+  if (row.pattern < -1 || row.pattern >= n_patterns) {
     fail<std::invalid_argument>("sample {}: pattern {} is not one of 0 to {}", sample, row.pattern,
                                 n_patterns - 1);
   }

@@ -45,6 +45,16 @@ void set_crossings(const std::vector<cracks::SectionCrossing>& crossings, Sample
   }
 }
 
+/// Leaves out the results that need a plate, in whose plane cracks are followed.
+void forget_paths(SampleSummary& row) {
+  for_each_result([&](const ResultInfo& info, auto member) {
+    using Value = std::remove_reference_t<decltype(row.*member)>;
+    if (info.about != About::path && info.about != About::hole) return;
+    row.*member =
+        std::numeric_limits<Value>::has_quiet_NaN ? std::numeric_limits<Value>::quiet_NaN() : Value(-1);
+  });
+}
+
 constexpr double clearly_below = 0.9;
 
 bool has_onset(const SampleSummary& row) {
@@ -136,6 +146,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
                                 ? result.energy.back().released / row.traced_area
                                 : not_a_number;
   set_crossings(crossings, row);
+  if (body.outline().empty()) forget_paths(row);
   const dynamics::SampleTimings& timings = result.timings;
   row.wall_time = timings.mesh + timings.setup + timings.quasi_static + timings.dynamic;
   return row;

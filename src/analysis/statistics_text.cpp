@@ -135,9 +135,9 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   const std::string scope = interval_scope(statistics.base, statistics.replicates);
   if (std::ranges::all_of(statistics.reached, [](auto n) { return n == 0; })) {
     text += fmt::format("\n{}\n", scope);
-    if (statistics.n_starts == 0)
+    if (statistics.n_starts == 0 && sections.size() > 0)
       text += "Without crack starts no crack is followed to the sections.\n";
-    else
+    else if (statistics.n_starts > 0)
       append_unreached(text, statistics, sections);
     return;
   }

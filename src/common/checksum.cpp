@@ -8,6 +8,14 @@
 
 namespace crackle {
 
+namespace {
+
+std::string digest(std::uint64_t n_bytes, std::uint64_t hash) {
+  return fmt::format("{} bytes, FNV-1a {:016x}", n_bytes, hash);
+}
+
+}  // namespace
+
 std::optional<std::string> file_digest(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return std::nullopt;
@@ -21,7 +29,11 @@ std::optional<std::string> file_digest(const std::filesystem::path& file) {
     n_bytes += n_read;
   }
   if (stream.bad()) return std::nullopt;
-  return fmt::format("{} bytes, FNV-1a {:016x}", n_bytes, hash);
+  return digest(n_bytes, hash);
+}
+
+std::string digest_of(std::string_view content) {
+  return digest(content.size(), checksum(content));
 }
 
 }  // namespace crackle

@@ -28,4 +28,7 @@ inline std::uint64_t checksum(std::string_view text) {
 /// Empty if the file cannot be read.
 std::optional<std::string> file_digest(const std::filesystem::path& file);
 
+/// The same of a content.
+std::string digest_of(std::string_view content);
+
 }  // namespace crackle

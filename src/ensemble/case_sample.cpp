@@ -53,8 +53,10 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   const input::Parameters& own = parameters();
   SampleAnalysis analysis;
   analysis.surface = cracks::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
-  analysis.branches = cracks::find_branches(own_body, analysis.surface);
-  analysis.lines = cracks::crack_lines(own_body, analysis.surface, analysis.branches);
+  // Branches and lines are those of cracks in a plate.
+  const bool is_plate = !own_body.outline().empty();
+  if (is_plate) analysis.branches = cracks::find_branches(own_body, analysis.surface);
+  if (is_plate) analysis.lines = cracks::crack_lines(own_body, analysis.surface, analysis.branches);
   analysis.crossings = cracks::section_crossings(own_body, analysis.surface, analysis.branches,
                                                  cracks::planes_of(own.sections));
   const auto material = fracture::make_material_field(
@@ -66,8 +68,9 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
                                          analysis.branches, analysis.crossings, trajectories);
   analysis.summary.crack_area_in =
       analysis::crack_area_in_parts(analysis.surface, realization, own.materials, own.interfaces);
-  analysis.summary.long_branching_points =
-      analysis.branches.n_in_space(analysis::branch_length(own.output.branch_length, own.mesh, own_body));
+  if (is_plate)
+    analysis.summary.long_branching_points =
+        analysis.branches.n_in_space(analysis::branch_length(own.output.branch_length, own.mesh, own_body));
   if (own.draw) analysis.summary.inputs = own.draw->values;
   analysis.history = cracks::crack_history(own_body, analysis.surface, result, trajectories, waves);
   return analysis;

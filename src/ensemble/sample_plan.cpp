@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ensemble/sample_plan.h"
 
+#include "common/checksum.h"
 #include "common/failure.h"
 #include "common/regular_file.h"
 #include "ensemble/results.h"
@@ -105,9 +106,7 @@ std::optional<std::string> difference(const fs::path& folder, const std::string&
   if (text == parameters.text) return std::nullopt;
   std::string found;
   try {
-    const fs::path points = points_copy(file.parent_path());
-    const input::Parameters there =
-        input::parse(text, file, {.path = fs::exists(points) ? points : fs::path(), .digest = {}});
+    const input::Parameters there = input::parse(text, file, copied_files(file.parent_path()));
     const auto settings = differences(input::sample_settings(there), input::sample_settings(parameters));
     if (!settings.empty()) return describe(settings) + "; " + advice(folder, settings, parameters.sections);
     if (parameters.ensemble.samples >= there.ensemble.samples) return std::nullopt;
@@ -183,6 +182,18 @@ fs::path points_copy(const fs::path& folder) {
   return folder / "points.txt";
 }
 
+fs::path solid_copy(const fs::path& folder, const std::string& extension) {
+  return folder / ("solid" + extension);
+}
+
+input::GivenFiles copied_files(const fs::path& folder) {
+  input::GivenFiles files;
+  if (is_taken(points_copy(folder))) files.points = points_copy(folder);
+  for (const char* const extension : solid::extensions)
+    if (const fs::path copy = solid_copy(folder, extension); is_taken(copy)) files.solid = copy;
+  return files;
+}
+
 fs::path set_aside(const fs::path& file) {
   for (int i = 1;; ++i) {
     fs::path name = fmt::format("{}.invalid-{}", file.string(), i);
@@ -200,11 +211,17 @@ void check_same_input(const fs::path& folder, const input::Parameters& parameter
          *found);
   }
   const fs::path points = points_copy(folder);
-  if (!parameters.mesh.points || !is_taken(points)) return;
-  if (const auto found =
-          first_difference(read_text_if_any(points), read_text_if_any(*parameters.mesh.points)))
-    fail("{} holds an ensemble of another input: compared with {}, {}; {}", folder.string(), points.string(),
-         *found, advice_for_others);
+  if (parameters.mesh.points && is_taken(points))
+    if (const auto found =
+            first_difference(read_text_if_any(points), read_text_if_any(*parameters.mesh.points)))
+      fail("{} holds an ensemble of another input: compared with {}, {}; {}", folder.string(),
+           points.string(), *found, advice_for_others);
+  const auto& solid = parameters.specimen.solid;
+  const fs::path other = copied_files(folder).solid;
+  if (solid && is_taken(other))
+    if (const auto there = file_digest(other); there != solid->digest)
+      fail("{} holds an ensemble of another input: {} has {}, not {}; {}", folder.string(), other.string(),
+           there.value_or("no content"), solid->digest, advice_for_others);
 }
 
 SummaryReader summary_reader(const input::Parameters& parameters) {
@@ -332,6 +349,8 @@ bool restore_input(const fs::path& folder, const input::Parameters& parameters) 
   restore(input_copy(folder), [&] { return parameters.text; });
   if (parameters.mesh.points)
     restore(points_copy(folder), [&] { return read_text_if_any(*parameters.mesh.points); });
+  if (const auto& solid = parameters.specimen.solid)
+    restore(solid_copy(folder, solid->extension), [&] { return solid->content; });
   return is_restored;
 }
 
@@ -358,6 +377,8 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   };
   keep_copy(input_copy(folder), parameters.text);
   if (parameters.mesh.points) keep_copy(points_copy(folder), read_text_if_any(*parameters.mesh.points));
+  if (const auto& solid = parameters.specimen.solid)
+    keep_copy(solid_copy(folder, solid->extension), solid->content);
   return lines;
 }
 

@@ -3,6 +3,7 @@
 
 #include "analysis/sample_summary.h"
 #include "ensemble/folder_lock.h"
+#include "input/reader.h"
 #include "input/parameters.h"
 
 #include <cstdint>
@@ -82,21 +83,24 @@ SamplePlan plan_sample(const std::filesystem::path& folder, const input::Paramet
 /// Creates folder/samples. @throws std::runtime_error naming the folder that cannot be created
 void make_sample_folder(const std::filesystem::path& folder);
 
-/// The copy of the file of mesh.points in an ensemble's folder.
+/// The copies of the files of mesh.points and specimen.solid in an ensemble's folder.
 std::filesystem::path points_copy(const std::filesystem::path& folder);
+std::filesystem::path solid_copy(const std::filesystem::path& folder, const std::string& extension);
+/// Those that are there.
+input::GivenFiles copied_files(const std::filesystem::path& folder);
 
 /// Creates the folders, renames invalid files (0003.h5.invalid-1), removes checkpoints of samples that have
 /// ended, all files of samples that begin anew and temporary files of killed runs (except those of
-/// ensemble.h5, see write_results), and stores the input text in folder/input.toml and the file of
-/// mesh.points in points_copy.
+/// ensemble.h5, see write_results), and stores the input text in folder/input.toml and the files that it
+/// names in points_copy and solid_copy.
 /// @pre the samples of the plan are locked
 /// @return one line for each renamed file, with the reason and the new name
 /// @throws std::runtime_error naming what cannot be written
 std::vector<std::string> prepare_folder(const std::filesystem::path& folder,
                                         const input::Parameters& parameters, const SamplePlan& plan);
 
-/// Rewrites folder/input.toml and the copy of the points if they were removed during the run. @return true if
-/// anything was rewritten
+/// Rewrites folder/input.toml and the copies of other files if they were removed during the run. @return true
+/// if anything was rewritten
 /// @throws std::runtime_error naming what cannot be written
 bool restore_input(const std::filesystem::path& folder, const input::Parameters& parameters);
 
@@ -104,8 +108,9 @@ bool restore_input(const std::filesystem::path& folder, const input::Parameters&
 /// @throws std::filesystem::filesystem_error
 std::filesystem::path set_aside(const std::filesystem::path& file);
 
-/// Refuses a folder whose input.toml does not match the parameters, or whose copy of mesh.points has
-/// different contents. The same samples of a larger ensemble are accepted as its continuation.
+/// Refuses a folder whose input.toml does not match the parameters, or whose copy of mesh.points or
+/// specimen.solid has different contents. The same samples of a larger ensemble are accepted as its
+/// continuation.
 /// @throws std::runtime_error with the settings that differ
 void check_same_input(const std::filesystem::path& folder, const input::Parameters& parameters);
 

@@ -55,8 +55,13 @@ std::string loads_text(const analysis::SampleSummary& summary) {
   return "";
 }
 
-/// The crack pattern or, for a body without notches, where it broke first.
+/// The crack pattern or, for a solid and a body without notches, where it broke first.
 std::string pattern_text(const analysis::SampleSummary& summary) {
+  if (summary.pattern < 0)
+    return std::isnan(summary.first_break_x)
+               ? "no crack"
+               : fmt::format("from x = {}, y = {}, z = {}", length_text(summary.first_break_x),
+                             length_text(summary.first_break_y), length_text(summary.first_break_z));
   const std::string pattern = word_of(summary, &analysis::SampleSummary::pattern);
   if (pattern == "none") return "no main crack";
   if (pattern != "other") return pattern;

@@ -410,17 +410,24 @@ double Body::distance(const Facet& facet, const Point& p, double limit) const {
 }
 
 double Body::distance_to_surface(const Point& p) const {
-  if (!contains(p)) return 0;
-  double nearest = infinity;
+  return contains(p) ? distance_to_faces(p, infinity, {}) : 0;
+}
+
+double Body::distance_to_faces(const Point& p, double limit,
+                               const std::function<bool(FaceId)>& counts) const {
+  double nearest = limit;
+  const auto look_at = [&](std::size_t f) {
+    if (!counts || counts(static_cast<FaceId>(f)))
+      nearest = std::min(nearest, distance(facets_[f], p, nearest));
+  };
   if (facets_.size() <= few_facets) {
-    for (const Facet& facet : facets_) nearest = std::min(nearest, distance(facet, p, nearest));
+    for (std::size_t f = 0; f < facets_.size(); ++f) look_at(f);
     return nearest;
   }
   const CellIndex cell = cell_of(p);
   const double step = std::ranges::min(cell_size_);
   const auto search = [&](const CellIndex& other) {
-    for (const std::int32_t f : facets_in(number_of(other)))
-      nearest = std::min(nearest, distance(facets_[index(f)], p, nearest));
+    for (const std::int32_t f : facets_in(number_of(other))) look_at(index(f));
   };
   // Search shells of cells until those farther out cannot be closer.
   const std::size_t most = std::ranges::max(n_);
@@ -442,6 +449,20 @@ double Body::distance_to_surface(const Point& p) const {
       }
   }
   return nearest;
+}
+
+std::vector<FaceId> Body::faces_near(const Box& box) const {
+  std::vector<FaceId> near;
+  const CellIndex low = cell_of(box.lower), high = cell_of(box.upper);
+  for (std::size_t z = low[2]; z <= high[2]; ++z)
+    for (std::size_t y = low[1]; y <= high[1]; ++y)
+      for (std::size_t x = low[0]; x <= high[0]; ++x) {
+        const auto here = facets_in(number_of({x, y, z}));
+        near.insert(near.end(), here.begin(), here.end());
+      }
+  std::ranges::sort(near);
+  near.erase(std::unique(near.begin(), near.end()), near.end());
+  return near;
 }
 
 std::optional<Point> Body::passage(FaceId face, const Point& p, const Point& q, double margin) const {

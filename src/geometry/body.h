@@ -47,8 +47,8 @@ struct Symmetry {
   std::vector<std::int32_t> crack_start;  ///< the image of each crack start
 };
 
-/// The exact geometry that every realization must fill. The thickness is along x and starts at 0; cracks are
-/// followed and drawn in the y-z plane.
+/// The exact geometry that every realization must fill. The thickness of a plate is along x and starts at 0;
+/// its cracks are followed and drawn in the y-z plane.
 ///
 /// The member functions agree without tolerance for the user: for a point that one of them returns (a corner,
 /// on an edge, from `passage`, from `snapped`, the image of a point by a symmetry), a point from a face's
@@ -127,6 +127,11 @@ public:
   /// one face are flat up to rounding and not part of the body.
   /// @param corners of a tetrahedron in the convex hull of the body
   Containment classify(const std::array<Point, 4>& corners) const;
+
+  /// Distance of a point to the nearest of the faces that count, or `limit` if none is closer [m].
+  double distance_to_faces(const Point& p, double limit, const std::function<bool(FaceId)>& counts) const;
+  /// Ascending numbers of faces and inner faces that may meet a box, among others.
+  std::vector<FaceId> faces_near(const Box& box) const;
 
   /// Places that require a finer mesh than the input's regions.
   std::vector<SpacingSource> spacing_sources(const input::Mesh& mesh) const;

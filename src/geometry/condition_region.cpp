@@ -8,6 +8,7 @@
 #include "imprint.h"
 #include "plate.h"
 #include "regions.h"
+#include "solid_body.h"
 #include "tolerances.h"
 
 #include <algorithm>
@@ -85,10 +86,46 @@ std::optional<Interval> clipped(const OwnInterval& wanted, const Interval& own, 
   return part;
 }
 
+/// The limits of a region that part a face; empty if the face lies outside them.
+std::optional<plane::Region> limits_on(const Face& face, const std::array<std::size_t, 2>& axes,
+                                       const plane::Region& region, double near) {
+  Box bounds = nowhere;
+  for (const auto& ends : face.rim) {
+    Point own = face.patch.domain.lower;
+    for (std::size_t k = 0; k < 2; ++k) own[axes[k]] = ends[0][k];
+    bounds.include(face.patch.at(own));
+  }
+  plane::Region limits = plane::everywhere;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [first, last] = region[i];
+    const bool is_line = last - first <= near;
+    // An area does not just touch the region.
+    const double least = is_line ? -near : near;
+    if (bounds.upper[i] < first + least || bounds.lower[i] > last - least) return {};
+    if (is_line || bounds.lower[i] < first - near) limits[i].first = first;
+    if (is_line || bounds.upper[i] > last + near) limits[i].second = last;
+  }
+  return limits;
+}
+
 std::optional<FacePart> part_of(const Body& body, FaceId id, const plane::Region& region) {
   const Face& face = body.faces()[index(id)];
   const double near = merging_distance(body);
   FacePart part{id, face.patch, spanning_axes(face.patch), {}, {}, near};
+  const bool is_aligned = std::ranges::all_of(std::array<std::size_t, 3>{0, 1, 2}, [&](std::size_t i) {
+    return region[i] == plane::unbounded || face.patch.axes[part.axis[0]][i] == 0 ||
+           face.patch.axes[part.axis[1]][i] == 0;
+  });
+  if (!is_aligned) {
+    const auto limits = limits_on(face, part.axis, region, near);
+    if (!limits) return {};
+    part.limits = *limits;
+    for (std::size_t k = 0; k < 2; ++k) {
+      part.lower[k] = face.patch.domain.lower[part.axis[k]];
+      part.upper[k] = face.patch.domain.upper[part.axis[k]];
+    }
+    return part;
+  }
   if (!is_at_region(face.patch, part.axis, region, near)) return {};
   for (std::size_t k = 0; k < 2; ++k) {
     const std::size_t axis = part.axis[k];
@@ -103,9 +140,21 @@ std::optional<FacePart> part_of(const Body& body, FaceId id, const plane::Region
   return part;
 }
 
+Complex complex_of(const plane::Specimen& specimen) {
+  return specimen.solid ? solid_complex(specimen.solid) : plate(specimen);
+}
+
 }  // namespace
 
+int FacePart::n_dimensions() const {
+  int n = (lower[0] < upper[0]) + (lower[1] < upper[1]);
+  for (const auto& [first, last] : limits) n -= last - first <= tolerance;
+  return std::max(n, 0);
+}
+
 bool FacePart::contains(const Point& p) const {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (p[i] < limits[i].first - tolerance || p[i] > limits[i].second + tolerance) return false;
   const Point own = patch.own(p);
   for (std::size_t k = 0; k < 2; ++k)
     if (own[axis[k]] < lower[k] - tolerance || own[axis[k]] > upper[k] + tolerance) return false;
@@ -140,11 +189,11 @@ std::vector<ConditionRegion> condition_regions(const Body& body,
 }
 
 std::unique_ptr<const Body> make_body(const plane::Specimen& specimen) {
-  return std::make_unique<Body>(plate(specimen));
+  return std::make_unique<Body>(complex_of(specimen));
 }
 
 std::unique_ptr<const Body> make_composite_body(const input::Model& model) {
-  Complex complex = plate(model.specimen);
+  Complex complex = complex_of(model.specimen);
   add_pre_cracks(complex, model);
   if (!model.specimen.regions.empty()) divide(complex, model.specimen, model.interface_pairs());
   return std::make_unique<Body>(std::move(complex));
@@ -172,7 +221,7 @@ std::vector<RegionRefinement> region_refinements(const input::Model& model) {
 std::size_t n_crack_starts(const input::Model& model) {
   const plane::Specimen& specimen = model.specimen;
   const std::size_t n = specimen.notches.size() + specimen.cracks.size() + (model.flaws.empty() ? 0 : 1);
-  return plane::is_box(specimen) ? n : n + specimen.holes.size() + 1;
+  return plane::is_box(specimen) || specimen.solid ? n : n + specimen.holes.size() + 1;
 }
 
 }  // namespace crackle::geometry

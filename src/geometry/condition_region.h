@@ -12,16 +12,20 @@
 namespace crackle::geometry {
 
 /// The part of one face on which a boundary condition acts: a rectangle along the face's own axes, a line if
-/// it has no extent along one of them, a point if it has none at all.
+/// it has no extent along one of them, a point if it has none at all. Of a face that is level with none of
+/// the axes that limit the region, the part of the face, or of a line in it, within these limits.
 struct FacePart {
   FaceId face;
   Patch patch;                      ///< of the face
   std::array<std::size_t, 2> axis;  ///< own axes of the patch that span the face
   std::array<double, 2> lower;      ///< own coordinates along these axes [m]
   std::array<double, 2> upper;
-  double tolerance;  ///< a point of the face within this distance is included [m]
+  double tolerance;                          ///< a point of the face within this distance is included [m]
+  plane::Region limits = plane::everywhere;  ///< of the part, beside the rectangle
 
-  int n_dimensions() const { return (lower[0] < upper[0]) + (lower[1] < upper[1]); }
+  bool has_limit(std::size_t axis) const { return limits[axis] != plane::unbounded; }
+  bool has_limits() const { return has_limit(0) || has_limit(1) || has_limit(2); }
+  int n_dimensions() const;
   /// @param p a point of the face
   bool contains(const Point& p) const;
 };

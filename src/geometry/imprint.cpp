@@ -12,7 +12,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -129,6 +131,7 @@ private:
   /// `position`.
   struct Border {
     const FacePart* part;
+    const FacePart* frame;  ///< whose own axes are along and across it: the part, or one turned in its plane
     std::size_t condition;
     std::size_t across;
     double position;
@@ -139,8 +142,54 @@ private:
     return border.across == 0 ? plane::Point{border.position, along} : plane::Point{along, border.position};
   }
 
+  /// The range of a line, position + t along, within the limits of a part; empty if there is none.
+  static std::optional<std::pair<double, double>> range_within(const FacePart& part, const Point& position,
+                                                               const Vector& along) {
+    std::pair<double, double> range = plane::unbounded;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!part.has_limit(i)) continue;
+      const auto [first, last] = part.limits[i];
+      if (std::abs(along[i]) < 1e-9) {
+        if (position[i] < first - part.tolerance || position[i] > last + part.tolerance) return {};
+        continue;
+      }
+      const auto [enters, leaves] =
+          std::minmax({(first - position[i]) / along[i], (last - position[i]) / along[i]});
+      range = {std::max(range.first, enters), std::min(range.second, leaves)};
+    }
+    if (range.first > range.second) return {};
+    return range;
+  }
+
+  /// The borders of a part with limits, each in a frame of its own.
+  std::vector<Border> borders_at_limits(const FacePart& part, std::size_t condition) {
+    std::vector<Border> borders;
+    const Vector normal = cross(part.patch.axes[part.axis[0]], part.patch.axes[part.axis[1]]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      Vector across = -normal[i] * normal;
+      across[i] += 1;
+      if (!part.has_limit(i) || norm(across) < 1e-6) continue;
+      FacePart& frame = frames_.emplace_back(part);
+      frame.axis = {0, 1};
+      frame.patch.axes = {across / norm(across), cross(normal, across / norm(across)), normal};
+      frame.patch.domain = {{}, {}};
+      for (const double limit : std::set<double>{part.limits[i].first, part.limits[i].second}) {
+        if (std::isinf(limit)) continue;
+        const double position = (limit - part.patch.origin[i]) / frame.patch.axes[0][i];
+        const auto range = range_within(part, frame.patch.at({position, 0, 0}), frame.patch.axes[1]);
+        if (!range) continue;
+        // Beyond the face the line has no end.
+        const double beyond = 2 * norm(plain_.size()) + norm(part.patch.origin - plain_.bounds().lower);
+        borders.push_back({&part, &frame, condition, 0, position, std::max(range->first, -beyond),
+                           std::min(range->second, beyond)});
+      }
+    }
+    return borders;
+  }
+
   /// The borders of a part that lie within its face, and the ends of those on its outline.
-  static std::vector<Border> borders_of(const FacePart& part, std::size_t condition) {
+  std::vector<Border> borders_of(const FacePart& part, std::size_t condition) {
+    if (part.has_limits()) return borders_at_limits(part, condition);
     std::vector<Border> borders;
     for (std::size_t k = 0; k < 2; ++k) {
       const std::size_t axis = part.axis[k];
@@ -148,7 +197,7 @@ private:
       positions.erase(part.patch.domain.lower[axis]);
       positions.erase(part.patch.domain.upper[axis]);
       for (const double position : positions)
-        borders.push_back({&part, condition, k, position, part.lower[1 - k], part.upper[1 - k]});
+        borders.push_back({&part, &part, condition, k, position, part.lower[1 - k], part.upper[1 - k]});
     }
     return borders;
   }
@@ -181,12 +230,12 @@ private:
     for (Border border : borders_of(part, condition)) {
       // Borders of other regions this close are the same line.
       for (const Border& other : borders_)
-        if (other.part->face == part.face && other.across == border.across &&
-            std::abs(other.position - border.position) <= merging_)
+        if (!part.has_limits() && !other.part->has_limits() && other.part->face == part.face &&
+            other.across == border.across && std::abs(other.position - border.position) <= merging_)
           border.position = other.position;
       add_clipped(border);
     }
-    const bool has_ends = add_ends(part, condition);
+    const bool has_ends = part.has_limits() ? add_ends_at_limits(part, condition) : add_ends(part, condition);
     return has_ends || borders_.size() > n_before ||
            std::ranges::any_of(plain_.corners(), [&](const Point& corner) {
              return plain_.in_face(part.face, corner) && part.contains(corner);
@@ -200,7 +249,7 @@ private:
 
   /// Adds the pieces of a border inside the face and off its outline.
   void add_clipped(const Border& border) {
-    const FacePart& part = *border.part;
+    const FacePart& part = *border.frame;
     std::vector<double> cuts{border.from, border.to};
     for (const Edge& edge : plain_.edges()) {
       if (!plain_.in_face(part.face, edge.from()) || !plain_.in_face(part.face, edge.to())) continue;
@@ -244,8 +293,43 @@ private:
     return has_ends;
   }
 
+  /// The same for a part with limits.
+  bool add_ends_at_limits(const FacePart& part, std::size_t condition) {
+    bool has_ends = false;
+    for (const Edge& edge : plain_.edges()) {
+      if (!plain_.in_face(part.face, edge.from()) || !plain_.in_face(part.face, edge.to())) continue;
+      const auto range = range_within(part, edge.from(), edge.direction());
+      if (!range) continue;
+      for (const double end : {range->first, range->second}) {
+        if (end < -merging_ || end > edge.length() + merging_) continue;
+        corner(edge.at(end));
+        has_ends = true;
+      }
+    }
+    if (part.n_dimensions() > 0) return has_ends;
+    for (const Border& border : borders_at_limits(part, condition)) {
+      const Point p = place(*border.frame, place_on(border, (border.from + border.to) / 2));
+      if (!plain_.in_face(part.face, p)) continue;
+      has_ends = true;
+      const std::size_t number = corner(p);
+      if (plain_.distance_to_outline(part.face, p) > merging_)
+        isolated_.emplace_back(number, &part, condition);
+    }
+    return has_ends;
+  }
+
   void add_crossing(const Border& a, const Border& b) {
-    if (a.part->face != b.part->face || a.across == b.across) return;
+    if (a.part->face != b.part->face) return;
+    if (a.part->has_limits() || b.part->has_limits()) {
+      const plane::Point from = own(*a.frame, place(*b.frame, place_on(b, b.from)));
+      const plane::Point to = own(*a.frame, place(*b.frame, place_on(b, b.to)));
+      const double before = from[a.across] - a.position, after = to[a.across] - a.position;
+      if (!(before < 0) == !(after < 0)) return;
+      const double along = plane::between(from, to, before / (before - after))[1 - a.across];
+      if (along >= a.from - merging_ && along <= a.to + merging_) corner(place(*a.frame, place_on(a, along)));
+      return;
+    }
+    if (a.across == b.across) return;
     if (b.position < a.from || b.position > a.to || a.position < b.from || a.position > b.to) return;
     corner(place(*a.part, place_on(a, b.position)));
   }
@@ -273,7 +357,7 @@ private:
   }
 
   void add_lines(const Border& border) {
-    const FacePart& part = *border.part;
+    const FacePart& part = *border.frame;
     const std::size_t first = corner(place(part, place_on(border, border.from)));
     const std::size_t last = corner(place(part, place_on(border, border.to)));
     std::vector<std::size_t> path = corners_on(corners_[first], corners_[last], 0);
@@ -294,6 +378,7 @@ private:
   std::array<KnownValues, 3> known_;
   std::vector<Point> corners_;
   std::vector<Edge> edges_;
+  std::deque<FacePart> frames_;  ///< whose addresses stay
   std::vector<Border> borders_;
   std::vector<std::tuple<std::size_t, const FacePart*, std::size_t>> isolated_;
   std::set<std::tuple<FaceId, std::size_t, std::size_t>> made_;
@@ -305,6 +390,7 @@ private:
 bool has_borders(const Body& plain, std::span<const ConditionRegion> regions) {
   return std::ranges::any_of(regions, [&](const ConditionRegion& region) {
     return std::ranges::any_of(region.parts, [&](const FacePart& part) {
+      if (part.has_limits()) return true;
       const Patch& patch = plain.faces()[index(part.face)].patch;
       for (std::size_t k = 0; k < 2; ++k)
         if (part.lower[k] != patch.domain.lower[part.axis[k]] ||

@@ -16,7 +16,8 @@ bool has_borders(const Body& plain, std::span<const ConditionRegion> regions);
 /// triangle crosses it. Thus in every realization a region is a union of whole boundary triangles, or of
 /// whole edges.
 ///
-/// Faces are those of the body, undivided; lines are parallel to the own axes of the faces.
+/// Faces are those of the body, undivided; lines are parallel to the own axes of the faces, or, in faces that
+/// are level with none of the axes that limit a region, to the planes at its limits.
 /// @param regions of the conditions of the input, in their order
 /// @throws std::runtime_error when a region contains no part of its face
 Complex imprint(const Body& plain, std::span<const ConditionRegion> regions);

@@ -33,12 +33,13 @@ std::vector<Point> missing_face_points(const Body& body, std::span<const Point> 
     const std::array<Point, 4> corners{points[index(t[0])], points[index(t[1])], points[index(t[2])],
                                        points[index(t[3])]};
     if (body.classify(corners) != Containment::straddling) continue;
-    for (std::size_t face = 0; face < body.n_meshed_faces(); ++face)
+    Box around{corners[0], corners[0]};
+    for (const Point& p : corners) around.include(p);
+    for (const FaceId face : body.faces_near(around))
       for (std::size_t i = 0; i < 4; ++i)
         for (std::size_t j = 0; j < i; ++j) {
           const double local = (spacing[index(t[i])] + spacing[index(t[j])]) / 2;
-          const std::optional<Point> p =
-              body.passage(static_cast<FaceId>(face), corners[i], corners[j], margin * local);
+          const std::optional<Point> p = body.passage(face, corners[i], corners[j], margin * local);
           if (p && body.movable(*p) != 0 && std::none_of(added.begin(), added.end(), [&](const Point& other) {
                 return norm(*p - other) < 0.5 * local;
               }))
@@ -106,6 +107,10 @@ constexpr double improving_radius = 0.25;  ///< in local spacings
 constexpr double quality_goal = 0.5;       ///< of the base, so that few perturbed tetrahedra are bad
 constexpr int max_additions = 10;          ///< maximum number of passes that add points in faces
 constexpr double max_edge_length = 1e6;    ///< in spacings
+// Where few cells stay bad, points are made again at a finer spacing there.
+constexpr int max_refinements = 8;
+constexpr std::size_t few_bad = 100;
+constexpr double refinement = 0.6;
 
 using input::max_mother_points;
 
@@ -314,14 +319,12 @@ double checked_n_points(const Body& body, const input::Mesh& mesh) {
   return n_points;
 }
 
-MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
-                                const std::function<void(double n_points)>& expects, std::uint64_t sample,
-                                int attempt) {
+namespace {
+
+/// @param bad the cells that stay bad; without any, the points are in their final order
+MotherPoints try_points(const Body& body, const input::Mesh& mesh, const RandomStream& stream,
+                        const std::function<void(double n_points)>& expects, std::vector<Tetrahedron>& bad) {
   const SpacingField spacing(body, mesh);
-  const RandomStream stream =
-      mesh.base == input::Base::shared
-          ? RandomStream(seed, 0, "mother points")
-          : RandomStream(seed, sample, fmt::format("own mother points, attempt {}", attempt));
   Collection collection{body, spacing};
   if (mesh.points) {
     for (const Point& p : read_points(*mesh.points, body)) collection.add(p);
@@ -335,15 +338,49 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
   const double goal = mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality);
   MotherPoints& points = collection.points;
   for (int attempt = 0;; ++attempt) {
-    const std::vector<Tetrahedron> bad =
-        improve(body, points, goal, mesh.min_quality,
-                stream.substream(improving).substream(static_cast<std::uint64_t>(attempt)));
+    bad = improve(body, points, goal, mesh.min_quality,
+                  stream.substream(improving).substream(static_cast<std::uint64_t>(attempt)));
     if (bad.empty()) return in_slab_order(points, body.size());
     std::vector<Point> added =
         missing_face_points(body, points.position, points.spacing, bad, outline_margin);
     if (added.empty() && !body.inner_faces().empty()) added = middles(body, points, bad);
-    if (mesh.points || added.empty() || attempt == max_additions) refuse(body, points, mesh.min_quality, bad);
+    if (mesh.points || added.empty() || attempt == max_additions) return std::move(points);
     for (const Point& p : added) collection.add(p);
+  }
+}
+
+/// A finer spacing at bad cells.
+void refine(input::Mesh& mesh, const MotherPoints& points, const std::vector<Tetrahedron>& bad) {
+  for (const Tetrahedron& t : bad) {
+    Box box = nowhere;
+    double spacing = infinity;
+    for (const std::int32_t node : t) {
+      box.include(points.position[index(node)]);
+      spacing = std::min(spacing, points.spacing[index(node)]);
+    }
+    input::MeshRegion& region = mesh.regions.emplace_back();
+    for (std::size_t i = 0; i < 3; ++i) region.box[i] = {box.lower[i], box.upper[i]};
+    region.spacing = refinement * spacing;
+  }
+}
+
+}  // namespace
+
+MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
+                                const std::function<void(double n_points)>& expects, std::uint64_t sample,
+                                int attempt) {
+  const RandomStream stream =
+      mesh.base == input::Base::shared
+          ? RandomStream(seed, 0, "mother points")
+          : RandomStream(seed, sample, fmt::format("own mother points, attempt {}", attempt));
+  input::Mesh finer = mesh;
+  for (int n_refined = 0;; ++n_refined) {
+    std::vector<Tetrahedron> bad;
+    MotherPoints points = try_points(body, finer, stream, expects, bad);
+    if (bad.empty()) return points;
+    if (mesh.points || n_refined == max_refinements || bad.size() > few_bad)
+      refuse(body, points, mesh.min_quality, bad);
+    refine(finer, points, bad);
   }
 }
 

@@ -41,8 +41,13 @@ public:
   std::string range_text() const;
 
 private:
+  void make_grid(const Box& bounds);
+
   double far_;
   std::vector<SpacingSource> sources_;
+  // Of many sources, those that may give the spacing in each cell of a grid over the body.
+  Box bounds_{};
+  std::vector<std::vector<std::int32_t>> of_cell_;
 };
 
 /// The base distribution: one per ensemble, or one per sample with mesh.base = "own"; in slab order along the

@@ -6,9 +6,31 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace crackle::geometry {
+
+namespace {
+
+/// Edges at which faces meet at less than this angle are not drawn, if others are [rad].
+constexpr double smooth_angle = 0.35;
+
+/// The edges that people see; all of a body that is smooth everywhere.
+void add_edges(const Body& body, Outline& outline) {
+  const auto is_seen = [&](const Edge& edge) {
+    const auto faces = body.faces_at(body.place_of(edge.at(edge.length() / 2)));
+    return faces.size() == 2 && dot(body.faces()[index(faces[0])].outward,
+                                    body.faces()[index(faces[1])].outward) < std::cos(smooth_angle);
+  };
+  const bool is_smooth = std::ranges::none_of(body.edges(), is_seen);
+  for (const Edge& edge : body.edges())
+    if (is_smooth || is_seen(edge))
+      for (const Point& end : {edge.from(), edge.to()})
+        outline.edges.insert(outline.edges.end(), end.begin(), end.end());
+}
+
+}  // namespace
 
 Outline outline_of(const Body& body, std::span<const plane::PreCrack> flaws) {
   Outline outline;
@@ -46,6 +68,7 @@ Outline outline_of(const Body& body, std::span<const plane::PreCrack> flaws) {
     outline.slots.insert(outline.slots.end(), {slot.lower[1], slot.upper[1], slot.lower[2], slot.upper[2]});
   }
   for (const plane::PreCrack& flaw : flaws) add_border(PreCrackFigure(flaw, body.bounds()).border());
+  if (body.outline().empty()) add_edges(body, outline);
   return outline;
 }
 

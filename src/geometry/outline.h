@@ -11,7 +11,7 @@
 
 namespace crackle::geometry {
 
-/// The projection of the body on the y-z plane, for drawing. Lengths in m.
+/// The projection of a plate on the y-z plane, or the edges of a solid, for drawing. Lengths in m.
 struct Outline {
   std::vector<double> size;         ///< of the bounding box along x, y and z
   std::vector<double> points;       ///< y, z of the polygons' corners, one polygon after the other
@@ -25,6 +25,7 @@ struct Outline {
   std::vector<std::int32_t> direction;  ///< per start: 1 or -1, direction of advance along the axis; 0 if any
   std::vector<double> pre_cracks;  ///< y, z of the corners of the pre-cracks' borders, one after the other
   std::vector<std::int32_t> first_of_pre_crack;  ///< as `first`; empty without any
+  std::vector<double> edges;  ///< of a body that is no plate: x, y, z of both ends of each edge
 };
 
 /// Body::outline and Body::crack_starts as lists.
@@ -48,6 +49,9 @@ void for_each_member(const Outline& outline, Visit&& visit) {
   visit("notch_axis", Shape{n}, outline.axis, "", "axis along which the crack advances: 1 y, 2 z");
   visit("notch_direction", Shape{n}, outline.direction, "",
         "1 or -1: direction of crack advance along the axis");
+  if (!outline.edges.empty())
+    visit("edge", Shape{outline.edges.size() / 6, 2, 3}, outline.edges, "m",
+          "x, y, z of both ends of each edge of a solid");
   if (outline.pre_cracks.empty()) return;
   visit("pre_crack", Shape{outline.pre_cracks.size() / 2, 2}, outline.pre_cracks, "m",
         "y, z of the corners of pre-cracks");

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/index.h"
 #include "geometry/mesh_regions.h"
 #include "geometry/mother_points.h"
 
@@ -17,6 +18,9 @@ double SpacingSource::at(const Point& p) const {
 }
 
 namespace {
+
+constexpr std::size_t many_sources = 64;
+constexpr std::size_t n_cells = 24;  ///< of the grid, along each axis
 
 /// Bounds on the distance between a box and a wall, by the circle around the box; not sharp.
 std::pair<double, double> distances(const Box& box, const std::array<plane::Point, 2>& wall) {
@@ -60,17 +64,51 @@ SpacingField::SpacingField(const Box& bounds, const input::Mesh& mesh,
       sources_(region_sources(mesh, bounds)) {
   sources_.insert(sources_.end(), sources.begin(), sources.end());
   std::erase_if(sources_, [&](const SpacingSource& source) { return !(source.spacing < far_); });
+  if (sources_.size() > many_sources) make_grid(bounds);
+}
+
+void SpacingField::make_grid(const Box& bounds) {
+  bounds_ = bounds;
+  of_cell_.resize(n_cells * n_cells * n_cells);
+  const Vector step = (bounds.upper - bounds.lower) / static_cast<double>(n_cells);
+  std::vector<double> least(sources_.size());
+  for (std::size_t cell = 0; cell < of_cell_.size(); ++cell) {
+    const std::array<std::size_t, 3> number{cell % n_cells, cell / n_cells % n_cells,
+                                            cell / n_cells / n_cells};
+    Box box{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      box.lower[i] = bounds.lower[i] + static_cast<double>(number[i]) * step[i];
+      box.upper[i] = box.lower[i] + step[i];
+    }
+    double most = far_;
+    for (std::size_t s = 0; s < sources_.size(); ++s) {
+      least[s] = sources_[s].lower_bound(box);
+      if (least[s] < most) most = std::min(most, sources_[s].upper_bound(box));
+    }
+    for (std::size_t s = 0; s < sources_.size(); ++s)
+      if (least[s] <= most * (1 + 1e-9)) of_cell_[cell].push_back(static_cast<std::int32_t>(s));
+  }
 }
 
 double SpacingField::operator()(const Point& p) const {
   double spacing = far_;
-  for (const SpacingSource& source : sources_) {
+  const auto look_at = [&](const SpacingSource& source) {
     // A bound without a square root, which nearly all sources fail.
     double gap = 0;
     for (std::size_t i = 0; i < 3; ++i)
       gap = std::max({gap, source.region.lower[i] - p[i], p[i] - source.region.upper[i]});
     if (source.spacing + source.growth * gap < spacing) spacing = std::min(spacing, source.at(p));
+  };
+  if (of_cell_.empty() || !bounds_.contains(p)) {
+    std::ranges::for_each(sources_, look_at);
+    return spacing;
   }
+  std::size_t cell = 0;
+  for (std::size_t i = 3; i-- > 0;) {
+    const double share = (p[i] - bounds_.lower[i]) / (bounds_.upper[i] - bounds_.lower[i]);
+    cell = cell * n_cells + std::min(static_cast<std::size_t>(share * n_cells), n_cells - 1);
+  }
+  for (const std::int32_t source : of_cell_[cell]) look_at(sources_[index(source)]);
   return spacing;
 }
 

@@ -4,6 +4,7 @@
 #include "dimension.h"
 #include "document.h"
 #include "kinds.h"
+#include "solid_checks.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -142,6 +143,7 @@ std::string known_names(const plane::Specimen& specimen, const std::vector<Wall>
 
 void check_region(const Boundary& condition, const std::string& key, const plane::Specimen& specimen,
                   const std::vector<Wall>& walls, Findings& findings) {
+  if (specimen.solid) return check_region_of_solid(condition, key, *specimen.solid, findings);
   if (const auto face = box_face(condition, specimen))
     return check_region_of_box(condition, *face, key, specimen, findings);
   const plane::Region& region = condition.region;
@@ -195,6 +197,7 @@ void check_region(const Boundary& condition, const std::string& key, const plane
 /// True if two conditions act on a common part of a box's faces, or of its walls.
 bool have_common_part(const Boundary& a, const Boundary& b, const plane::Specimen& specimen,
                       const std::vector<Wall>& walls) {
+  if (specimen.solid) return have_common_part(a, b, *specimen.solid);
   const auto face = box_face(a, specimen);
   const auto other_face = box_face(b, specimen);
   if (face || other_face) {
@@ -289,9 +292,11 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
     return;
   }
   const plane::Specimen& specimen = parameters.specimen;
-  const bool size_known = is_box(specimen) ? size_is_known(findings) : specimen.shape.has_value();
-  const std::vector<Wall> walls =
-      size_known && !findings.faulty("specimen.notch") ? walls_of(shape_of(specimen)) : std::vector<Wall>{};
+  const bool size_known =
+      is_box(specimen) ? size_is_known(findings) : specimen.shape.has_value() || specimen.solid != nullptr;
+  const std::vector<Wall> walls = size_known && !specimen.solid && !findings.faulty("specimen.notch")
+                                      ? walls_of(shape_of(specimen))
+                                      : std::vector<Wall>{};
   for (std::size_t i = 0; i < parameters.boundaries.size(); ++i) {
     const std::string key = boundary_key(i);
     const Boundary& condition = parameters.boundaries[i];

@@ -204,6 +204,14 @@ void check_specimen(const Parameters& parameters, Findings& findings) {
 
 void check_sections(const Parameters& parameters, Findings& findings) {
   const Sections& sections = parameters.sections;
+  if (findings.given("specimen.solid")) {
+    for (const char* const key : {"sections", "sections.line"})
+      if (findings.given(key) && sections.size() > 0) {
+        findings.report(key, "needs a plate, in whose plane cracks are followed; leave it out");
+        return;
+      }
+    return;
+  }
   if (sections.size() == 0 && sections.planes.empty() && !findings.faulty("sections")) {
     findings.report("sections",
                     "there are no cross-sections; give y, an array of lengths such as [\"7 mm\", "
@@ -221,7 +229,7 @@ std::vector<std::string> section_warnings(const Study& study) {
   std::vector<std::string> warnings;
   const bool has_slots =
       std::ranges::any_of(specimen.notches, [](const plane::Notch& one) { return one.slot.has_value(); });
-  if (is_box(specimen) || has_slots || study.draw) return {};
+  if (is_box(specimen) || has_slots || specimen.solid || study.draw) return {};
   const auto look = [&](int axis, const char* name, const std::vector<double>& positions) {
     const std::string ligaments = describe_ligaments(specimen, axis);
     for (std::size_t i = 0; i < positions.size(); ++i)

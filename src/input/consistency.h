@@ -19,7 +19,7 @@ inline constexpr double touching = 1e-6;
 /// True if the extent of the body is valid.
 bool size_is_known(const Findings& findings);
 
-/// True if plane::shape_of is defined. Call after complete_specimen and check_specimen.
+/// True if plane::shape_of is defined, or there is a solid. Call after complete_specimen and check_specimen.
 bool shape_is_known(const plane::Specimen& specimen, const Findings& findings);
 
 /// Checks that the keys of the specimen are consistent, and derives the size of an outline and the shape of a

@@ -320,6 +320,12 @@ void check_cracks(const Parameters& parameters, Findings& findings) {
     if (findings.faulty(key) || !is_complete(key, findings)) continue;
     std::vector<Vector> points = crack.polygon;  // that enclose it
     double extent = infinity;                    // the smaller one
+    if (crack.line && parameters.specimen.solid) {
+      findings.report(key + ".from",
+                      "needs a plate, through whose thickness the crack runs; give polygon, or center, "
+                      "semi_axes and normal");
+      continue;
+    }
     if (crack.line) {
       for (const plane::Point& p : *crack.line)
         for (const double x : {bounds[0].first, bounds[0].second}) points.push_back({x, p[0], p[1]});

@@ -64,7 +64,7 @@ std::string description(const Key& key) {
   if (requirement.unset.starts_with("as in ["))
     return fmt::format("(as in `{}`)", requirement.unset.substr(as_in.size()));
   const std::string unset = !requirement.instead.empty()
-                                ? fmt::format("required, or `{}`", requirement.instead)
+                                ? fmt::format("required, or `{}`", fmt::join(requirement.instead, "` or `"))
                             : requirement.required         ? "required"
                             : requirement.fallback.empty() ? requirement.unset
                                                            : fmt::format("`{}`", requirement.fallback);

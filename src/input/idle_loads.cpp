@@ -32,6 +32,7 @@ double share_within(const std::pair<double, double>& part, const std::pair<doubl
 /// Notches and holes in a face are neglected.
 double share_driven(const Boundary& load, const Boundary& motion, const plane::Specimen& specimen,
                     const std::vector<Wall>& walls) {
+  if (specimen.solid) return share_driven(load, motion, *specimen.solid);
   const auto face = box_face(load, specimen);
   const bool is_side = load.on.starts_with("x-");
   if (face || is_side) {
@@ -61,13 +62,21 @@ double share_driven(const Boundary& load, const Boundary& motion, const plane::S
 }
 
 /// The axes along which a load acts.
-std::array<bool, 3> axes_of_load(const Boundary& load, const std::vector<Wall>& walls) {
+std::array<bool, 3> axes_of_load(const Boundary& load, const plane::Specimen& specimen,
+                                 const std::vector<Wall>& walls) {
   std::array<bool, 3> acts{};
   if (load.kind != BoundaryKind::pressure) {
     for (std::size_t axis = 0; axis < 3; ++axis) acts[axis] = load.value[axis] != 0 || load.rate[axis] != 0;
     return acts;
   }
   if (load.value[0] == 0 && load.rate[0] == 0) return acts;
+  if (specimen.solid) {
+    for (const solid::Face& face : specimen.solid->faces)
+      if (std::ranges::find(face.names, load.on) != face.names.end())
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          acts[axis] = acts[axis] || std::abs(face.outward[axis]) > 1e-9;
+    return acts;
+  }
   if (load.on.starts_with("x-")) return {true, false, false};
   for (const Wall& wall : walls) {
     if (!has_name(wall, load.on)) continue;
@@ -90,7 +99,7 @@ std::optional<IdleLoad> idle_load(const Model& model, std::size_t i, const std::
   const Boundary& load = model.boundaries[i];
   if (traits(load.kind).action != Action::load) return {};
   IdleLoad idle;
-  const auto acts = axes_of_load(load, walls);
+  const auto acts = axes_of_load(load, model.specimen, walls);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!acts[axis]) continue;
     double greatest = 0;
@@ -118,7 +127,8 @@ void check_idle_load(const Model& model, std::size_t i, const std::vector<Wall>&
 }
 
 std::vector<std::string> idle_load_warnings(const Model& model) {
-  const std::vector<Wall> walls = walls_of(shape_of(model.specimen));
+  const std::vector<Wall> walls =
+      model.specimen.solid ? std::vector<Wall>{} : walls_of(shape_of(model.specimen));
   std::vector<std::string> warnings;
   for (std::size_t i = 0; i < model.boundaries.size(); ++i)
     if (const auto idle = idle_load(model, i, walls); idle && idle->share > slight_overlap)

@@ -198,7 +198,8 @@ void check_initial_stresses(const Parameters& parameters, Findings& findings) {
       check_is_named(parameters.materials, stress.material, key + ".material", findings);
     const bool is_known =
         is_box(parameters.specimen) ? size_is_known(findings) : shape_is_known(parameters.specimen, findings);
-    if (stress.kind == InitialStressKind::profile && is_known && !findings.faulty(key))
+    if (stress.kind == InitialStressKind::profile && is_known && !parameters.specimen.solid &&
+        !findings.faulty(key))
       check_balance(parameters, stress, key, findings);
   }
 }

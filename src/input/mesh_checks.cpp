@@ -41,8 +41,15 @@ double common_area(const plane::Shape& shape, const plane::Region& box) {
   return plane::common_area(shape, {lower, {upper[0], lower[1]}, upper, {lower[0], upper[1]}});
 }
 
-/// Volume of the body in a box [m^3].
+/// Volume of the body in a box [m^3]; of a solid an upper bound.
 double material_volume(const plane::Specimen& specimen, const plane::Region& box) {
+  if (specimen.solid) {
+    double volume = 1;
+    for (std::size_t i = 0; i < 3; ++i)
+      volume *= std::min(box[i].second, specimen.solid->bounds[i].second) -
+                std::max(box[i].first, specimen.solid->bounds[i].first);
+    return std::min(volume, specimen.solid->volume);
+  }
   const double thickness = std::min(box[0].second, specimen.size[0]) - std::max(box[0].first, 0.0);
   return std::max(0.0, thickness) * common_area(shape_of(specimen), box);
 }
@@ -126,7 +133,9 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
                                 shown_length(lower), shown_length(upper),
                                 first == 0 ? "0" : shown_length(first), shown_length(last)));
   }
-  if (findings.faulty(key) || !shape_is_known(parameters.specimen, findings)) return;
+  // In a solid, what a region contains is only known with the mesh.
+  if (findings.faulty(key) || parameters.specimen.solid || !shape_is_known(parameters.specimen, findings))
+    return;
   const double volume = material_volume(parameters.specimen, region.box);
   if (volume <= 1e-12 * size[0] * size[1] * size[2])
     findings.report(key, "lies {}, where there is no material; give a box in the body",

@@ -73,6 +73,10 @@ std::optional<std::string> reason_outside(const plane::Specimen& specimen, const
       return fmt::format("{} = {} is outside the body; give a length from {} to {}", axis_names[axis],
                          shown_length(p[axis]), shown_length(lower), shown_length(upper));
   }
+  if (specimen.solid) {
+    if (solid::contains(*specimen.solid, p, slack)) return {};
+    return "the position is outside the body; give one in it";
+  }
   if (specimen.shape) {
     if (in_shape(*specimen.shape, {p[1], p[2]}, slack)) return {};
     return "the position is outside the body, or in a hole or a notch; give one in the material";

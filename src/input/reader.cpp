@@ -126,7 +126,7 @@ std::string with_map_checksum(const std::string& text, const Parameters& paramet
 /// @param draw of a sample: random inputs have the drawn values. These need not be valid means of their
 ///   distributions, and sections may lie outside the reach of cracks.
 /// @param drawn in place of those of the text
-Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points,
+Parameters parse(const std::string& text, const std::filesystem::path& name, const GivenFiles& files,
                  std::optional<Draw> draw, const std::vector<Setting>& drawn) {
   Findings findings;
   Parameters parameters;
@@ -138,7 +138,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     }
     stored = with_current_names(text, root, findings);
     root = with_settings(std::move(root), drawn);
-    Context context{UnitSystem::shared(), findings, name.parent_path(), points, &root};
+    Context context{UnitSystem::shared(), findings, name.parent_path(), files, &root};
     locate(root, "", findings);
     report_unknown_keys(root, known_tables(), findings);
     for (const Table& table : schema()) read_tables(table, root, parameters, context);
@@ -212,8 +212,14 @@ std::string read_text_file(const std::filesystem::path& file, const std::string&
 InputError::InputError(std::vector<std::string> messages)
     : std::runtime_error(fmt::format("{}", fmt::join(messages, "\n"))), messages_(std::move(messages)) {}
 
-Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
-  return parse(text, name, points, std::nullopt, {});
+GivenFiles files_of(const Parameters& parameters) {
+  return {.points = parameters.mesh.points.value_or(std::filesystem::path()),
+          .points_digest = parameters.mesh.points_digest,
+          .known_solid = parameters.specimen.solid};
+}
+
+Parameters parse(const std::string& text, const std::filesystem::path& name, const GivenFiles& files) {
+  return parse(text, name, files, std::nullopt, {});
 }
 
 Parameters drawn(const Parameters& parameters, const std::vector<double>& values, const std::string& name) {
@@ -230,18 +236,16 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
           random.by_factor ? moved.own * (values[i] / random.own) : moved.own + (values[i] - random.own),
           moved.unit);
   }
-  const PointsFile points{.path = parameters.mesh.points.value_or(std::filesystem::path()),
-                          .digest = parameters.mesh.points_digest};
   Parameters result =
-      parse(parameters.text, name, points, Draw{values, sample_settings(parameters)}, settings);
+      parse(parameters.text, name, files_of(parameters), Draw{values, sample_settings(parameters)}, settings);
   if (result.map) result.map->folder = parameters.map->folder;
   result.random = parameters.random;
   result.correlations = parameters.correlations;
   return result;
 }
 
-Parameters read(const std::filesystem::path& file, const PointsFile& points) {
-  return parse(read_text_file(file, "an input file in TOML"), file, points);
+Parameters read(const std::filesystem::path& file, const GivenFiles& files) {
+  return parse(read_text_file(file, "an input file in TOML"), file, files);
 }
 
 }  // namespace crackle::input

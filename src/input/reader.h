@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <initializer_list>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -23,20 +24,25 @@ private:
   std::vector<std::string> messages_;
 };
 
-/// The file of mother points, if another one replaces the file named by mesh.points.
-struct PointsFile {
-  std::filesystem::path path;  ///< empty: the file named by mesh.points
-  std::string digest;          ///< of its contents if already known; the file is then not read
+/// Files that replace those named by an input.
+struct GivenFiles {
+  std::filesystem::path points = {};  ///< empty: the file named by mesh.points
+  std::string points_digest = {};     ///< of its contents if already known; the file is then not read
+  std::filesystem::path solid = {};   ///< empty: the file named by specimen.solid
+  std::shared_ptr<const solid::Solid> known_solid = {};  ///< if already known; the file is then not read
 };
+
+/// Those of other parameters of the same input.
+GivenFiles files_of(const Parameters& parameters);
 
 /// Reads and validates an input file: syntax, units, dimensions, ranges, unknown and missing keys, and
 /// contradictions between keys (a notch outside the body, overlapping notches, a section that no crack can
 /// reach). Relative file names in the input are relative to the input file.
 /// @throws InputError with every error of the file
-Parameters read(const std::filesystem::path& file, const PointsFile& points = {});
+Parameters read(const std::filesystem::path& file, const GivenFiles& files = {});
 
 /// As read(), for a text in memory; `name` is used as the file name in messages.
-Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points = {});
+Parameters parse(const std::string& text, const std::filesystem::path& name, const GivenFiles& files = {});
 
 /// A replacement for a value of an input.
 struct Setting {

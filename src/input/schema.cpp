@@ -31,14 +31,14 @@ Key points_key() {
           [](const Source& source, Parameters& parameters, std::size_t) {
             const auto name = read_text(source, "the name of a file with points");
             if (!name) return;
-            const PointsFile& given = source.context.points;
+            const GivenFiles& given = source.context.files;
             const std::filesystem::path file =
-                given.path.empty() ? source.context.folder / *name : given.path;
+                given.points.empty() ? source.context.folder / *name : given.points;
             parameters.mesh.points = file;
             const Value* const root = source.context.root;
             if (root == nullptr || !find_path(*root, "mesh.base")) parameters.mesh.base = Base::shared;
-            parameters.mesh.points_digest = given.digest;
-            if (!given.digest.empty()) return;
+            parameters.mesh.points_digest = given.points_digest;
+            if (!given.points_digest.empty()) return;
             std::error_code error;
             if (!std::filesystem::is_regular_file(file, error)) {
               source.report(

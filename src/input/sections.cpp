@@ -86,9 +86,9 @@ std::vector<std::string> as_given(const Sections& sections) {
 
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,
                          const std::string& name) {
-  const PointsFile no_points;
+  const GivenFiles no_files;
   Findings findings;
-  Context context{UnitSystem::shared(), findings, {}, no_points};
+  Context context{UnitSystem::shared(), findings, {}, no_files};
   findings.locate("sections", no_line);
   parameters.sections = {};
   std::map<std::string, Value> arrays;

@@ -5,6 +5,7 @@
 #include "dimension.h"
 #include "figures.h"
 #include "plane/subdivision.h"
+#include "solid_checks.h"
 
 #include <fmt/format.h>
 
@@ -417,16 +418,18 @@ bool has_meeting_notches(const plane::Specimen& specimen) {
 }  // namespace
 
 bool size_is_known(const Findings& findings) {
-  return std::ranges::none_of(std::array{"size", "thickness", "outline", "radius"}, [&](const char* key) {
-    return findings.faulty(fmt::format("specimen.{}", key));
-  });
+  return std::ranges::none_of(
+      std::array{"size", "thickness", "outline", "radius", "solid", "unit"},
+      [&](const char* key) { return findings.faulty(fmt::format("specimen.{}", key)); });
 }
 
 bool shape_is_known(const plane::Specimen& specimen, const Findings& findings) {
-  return !findings.faulty("specimen") && (is_box(specimen) || specimen.shape);
+  return !findings.faulty("specimen") && (is_box(specimen) || specimen.shape || specimen.solid);
 }
 
 void complete_specimen(Parameters& parameters, Findings& findings) {
+  complete_solid(parameters, findings);
+  if (findings.given("specimen.solid")) return check_solid(parameters, findings);
   check_outline(parameters, findings);
   check_holes(parameters, findings);
   check_slots(parameters, findings);

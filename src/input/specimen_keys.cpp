@@ -4,9 +4,12 @@
 #include "common/printable.h"
 #include "common/quantity_text.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <iterator>
+#include <memory>
 #include <numbers>
 #include <sstream>
 #include <system_error>
@@ -111,13 +114,89 @@ bool has_outline(const Parameters& parameters, std::size_t) {
   return parameters.specimen.outline.has_value();
 }
 
+bool has_solid(const Parameters& parameters, std::size_t) {
+  return !parameters.specimen.solid_file.empty();
+}
+
 Key size_key() {
   return shown_if(
       lengths_key<Vector>(
           "size", [](Parameters & parameters, std::size_t) -> auto& { return parameters.specimen.size; },
           "three lengths, such as [\"5 mm\", \"24.5 mm\", \"140 mm\"]", positive_length,
-          required_unless("outline"), "thickness (x), width (y) and length (z) of the box"),
-      std::not_fn(has_outline));
+          required_unless({"outline", "solid"}), "thickness (x), width (y) and length (z) of the box"),
+      [](const Parameters& parameters, std::size_t i) {
+        return !has_outline(parameters, i) && !has_solid(parameters, i);
+      });
+}
+
+/// The whole content of a file, or nothing.
+std::optional<std::string> content_of(const std::filesystem::path& file) {
+  std::error_code error;
+  std::ifstream stream(file, std::ios::binary);
+  if (!std::filesystem::is_regular_file(file, error) || !stream) return {};
+  std::string content(std::istreambuf_iterator<char>(stream), {});
+  return stream.bad() ? std::nullopt : std::optional(std::move(content));
+}
+
+Key solid_key() {
+  return {
+      "solid",
+      "file name",
+      optional("required, or size or outline"),
+      solid::accepted_files,
+      "the body; its faces have the names of the file's groups, else face-0, face-1 and so on, whose facets "
+      "meet at less than 20 degrees; planes at an end of the body also x-min, x-max and so on",
+      [](const Source& source, Parameters& parameters, std::size_t) {
+        const auto name = read_text(source, solid::accepted_files);
+        if (!name) return;
+        parameters.specimen.solid_file = *name;
+        parameters.specimen.solid = source.context.files.known_solid;
+        if (parameters.specimen.solid) return;
+        const Value* const unit = find_path(*source.context.root, "specimen.unit");
+        if (unit == nullptr || unit->kind != ValueKind::string) return;  // reported there
+        Value one = *unit;
+        one.string = "1 " + unit->string;
+        const auto metres =
+            read_quantity({one, "specimen.unit", source.context}, length_dimension, positive_length);
+        if (!metres) return;
+        const auto& given = source.context.files.solid;
+        const std::filesystem::path file = given.empty() ? source.context.folder / *name : given;
+        const std::string shown = shortened(file.string(), 200);
+        auto content = content_of(file);
+        if (!content) {
+          source.report("there is no file \"{}\" that can be read; give {}", shown, solid::accepted_files);
+          return;
+        }
+        std::string extension = file.extension().string();
+        std::ranges::transform(extension, extension.begin(), [](char c) {
+          return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+        });
+        try {
+          parameters.specimen.solid = std::make_shared<const solid::Solid>(
+              solid::read_solid(std::move(*content), extension, unit->string, *metres));
+        } catch (const std::exception& error) {
+          source.report("\"{}\" {}", shown, error.what());
+        }
+      },
+      [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+        if (!has_solid(parameters, i)) return {};
+        return parameters.specimen.solid_file;
+      }};
+}
+
+Key unit_key() {
+  return {"unit",
+          "word",
+          optional("required with solid"),
+          "a unit of length, such as \"mm\"",
+          "of the coordinates in the file of solid",
+          [](const Source& source, Parameters&, std::size_t) {
+            read_text(source, "a unit of length, such as \"mm\"");
+          },
+          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            if (!parameters.specimen.solid) return {};
+            return parameters.specimen.solid->unit;
+          }};
 }
 
 Key thickness_key() {
@@ -353,7 +432,7 @@ Table material_region_table() {
 }
 
 Table notch_table() {
-  const Requirement unless_from = required_unless("from");
+  const Requirement unless_from = required_unless({"from"});
   return {"specimen.notch",
           Occurrence::many,
           "a slot through the thickness: cut into a face, or between two points",
@@ -378,8 +457,9 @@ Table notch_table() {
 std::vector<Table> specimen_tables() {
   return {{"specimen",
            Occurrence::once,
-           "the body: a box or an extruded outline, with holes and notches",
-           {size_key(), thickness_key(), outline_key(), outline_radius_key()}},
+           "the body: a box or an extruded outline, with holes and notches; or any solid",
+           {size_key(), thickness_key(), outline_key(), outline_radius_key(),
+            solid_key().that_affects(Affects::run), unit_key()}},
           hole_table(),
           notch_table(),
           crack_table(),

@@ -141,7 +141,7 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
   std::vector<Case> cases;
   for (std::size_t number = 0; number < n; ++number) {
     Case one;
-    bool has_points = false;
+    bool has_points = false, has_solid = false;
     std::size_t rest = number;
     std::vector<std::vector<Setting>> parts;  // for each sweep, the last one first
     for (auto swept = parameters.sweeps.rbegin(); swept != parameters.sweeps.rend(); ++swept) {
@@ -155,6 +155,7 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
     bool has_map = false;
     for (const Setting& setting : one.settings) {
       has_points = has_points || setting.key == "mesh.points";
+      has_solid = has_solid || setting.key == "specimen.solid" || setting.key == "specimen.unit";
       has_map = has_map || setting.key == map_key(parameters) + ".file";
     }
     // At the end, so that line numbers match the file.
@@ -165,11 +166,11 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
           {map_key(parameters) + ".checksum", are_stored ? "\"in the input of the case\"" : "\"\""});
     const std::string text = with_settings(common, settings) +
                              fmt::format("\n# Case {} of {}: {}\n", number, n, to_string(one.settings));
-    PointsFile points;
-    if (!has_points && parameters.mesh.points)
-      points = {.path = *parameters.mesh.points, .digest = parameters.mesh.points_digest};
+    GivenFiles files = files_of(parameters);
+    if (has_points) files.points_digest = files.points = "";
+    if (has_solid) files.known_solid = nullptr;
     try {
-      one.parameters = parse(text, name, points);
+      one.parameters = parse(text, name, files);
     } catch (const InputError& error) {
       std::vector<std::string> messages;
       for (const std::string& message : error.messages())

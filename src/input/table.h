@@ -5,6 +5,7 @@
 #include "findings.h"
 #include "values.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -19,15 +20,15 @@ namespace crackle::input {
 /// Treatment of a missing key.
 struct Requirement {
   bool required = true;
-  std::string fallback;  ///< default as written in the file; empty: the value stays unset
-  std::string unset;     ///< meaning of an unset value, for the table of keys
-  std::string instead;   ///< key of the same table that can replace a required one
+  std::string fallback;              ///< default as written in the file; empty: the value stays unset
+  std::string unset;                 ///< meaning of an unset value, for the table of keys
+  std::vector<std::string> instead;  ///< keys of the same table, one of which can replace a required one
 };
 inline Requirement required() {
   return {};
 }
-inline Requirement required_unless(std::string key) {
-  return {true, {}, {}, std::move(key)};
+inline Requirement required_unless(std::vector<std::string> keys) {
+  return {true, {}, {}, std::move(keys)};
 }
 inline Requirement by_default(std::string value) {
   return {false, std::move(value), {}, {}};
@@ -133,7 +134,9 @@ void read_table(const BasicTable<Target>& table, const Value& value, const std::
     if (const Value* given = find_path(value, key.name)) {
       key.read({*given, key_name, context}, target, index);
     } else if (requirement.required) {
-      if (!requirement.instead.empty() && find_path(value, requirement.instead)) continue;
+      if (std::ranges::any_of(requirement.instead,
+                              [&](const auto& other) { return find_path(value, other) != nullptr; }))
+        continue;
       context.findings.report(key_name, "the key is missing; give {}", key.accepted);
     } else if (!requirement.fallback.empty()) {
       const Value document = parse_document("value = " + requirement.fallback);

@@ -21,7 +21,7 @@ struct Context {
   const UnitSystem& units;
   Findings& findings;
   std::filesystem::path folder;  ///< base of relative file names
-  const PointsFile& points;
+  const GivenFiles& files;
   const Value* root = nullptr;  ///< the whole document; may be null
 };
 

@@ -33,6 +33,7 @@ void write_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
   hdf5::write_attribute(file, "seed", parameters.seed);
   hdf5::write_attribute(file, "input", parameters.text);
   hdf5::write_attribute(file, "points", parameters.mesh.points_digest);
+  if (parameters.specimen.solid) hdf5::write_attribute(file, "solid", parameters.specimen.solid->digest);
   hdf5::write_attribute(file, "input_identity", input::sample_identity(parameters));
   hdf5::write_attribute(file, "engine", std::string(input::to_string(parameters.time.engine)));
   hdf5::write_attribute(file, "same_bits", input::same_bits(parameters.time.engine));
@@ -57,12 +58,14 @@ void check_input(hid_t file, const input::Parameters& parameters) {
   if (hdf5::read_text_attribute(file, "input_identity") != input::sample_identity(parameters)) {
     throw hdf5::Error("was made from another input");
   }
-  const std::string found =
-      H5Aexists(file, "points") > 0 ? hdf5::read_text_attribute(file, "points") : std::string();
-  if (found != parameters.mesh.points_digest) {
-    fail<hdf5::Error>("was made from other points ({}, not {})", found.empty() ? "none" : found,
-                      parameters.mesh.points_digest);
-  }
+  const auto check_digest = [&](const char* name, const char* what, const std::string& wanted) {
+    const std::string found =
+        H5Aexists(file, name) > 0 ? hdf5::read_text_attribute(file, name) : std::string();
+    if (found != wanted)
+      fail<hdf5::Error>("was made from {} ({}, not {})", what, found.empty() ? "none" : found, wanted);
+  };
+  check_digest("points", "other points", parameters.mesh.points_digest);
+  check_digest("solid", "another solid", solid::digest_of(parameters.specimen.solid));
 }
 
 void write_provenance(hid_t file, int n_ranks) {

@@ -22,8 +22,8 @@ inline hdf5::Shape position_shape(const input::Study& study) {
 }
 
 /// Writes the root attributes of every result file: kind, schema_version, program_version, git_commit,
-/// library_versions, seed, input, points (the digest of mesh.points), input_identity, engine, same_bits
-/// (input::same_bits).
+/// library_versions, seed, input, points (the digest of mesh.points), solid (of specimen.solid, if given),
+/// input_identity, engine, same_bits (input::same_bits).
 void write_identity(hid_t file, const std::string& kind, std::int64_t schema_version,
                     const input::Parameters& parameters);
 
@@ -33,7 +33,7 @@ void write_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
 std::int64_t check_identity(hid_t file, const std::string& kind, std::int64_t oldest, std::int64_t newest);
 
 /// @throws hdf5::Error unless the file was made from an input with the same samples (input::sample_identity)
-///   and the same contents of mesh.points
+///   and the same contents of mesh.points and specimen.solid
 void check_input(hid_t file, const input::Parameters& parameters);
 
 /// Calls `read(root, version)` for a complete result file.

@@ -15,6 +15,9 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <span>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -101,6 +104,23 @@ void write_regions(hid_t root, const geometry::Body& body, const input::Mesh& me
   hdf5::write_dataset<double>(group, "spacing", {spacings.size()}, spacings, "m");
 }
 
+/// For each node the number of its face's name, in the order of the names; -1 inside the body.
+std::vector<std::int32_t> face_numbers(std::span<const geometry::Point> nodes, const geometry::Body& body) {
+  std::map<std::string, std::int32_t> numbers;
+  for (const geometry::Face& face : body.faces())
+    numbers.emplace(face.names.front(), static_cast<std::int32_t>(numbers.size()));
+  std::vector<std::int32_t> result;
+  for (const geometry::Point& p : nodes) {
+    std::int32_t number = -1;
+    for (const geometry::FaceId face : body.faces_at(body.place_of(p))) {
+      const auto own = numbers.at(body.faces()[index(face)].names.front());
+      number = number < 0 ? own : std::min(number, own);
+    }
+    result.push_back(number);
+  }
+  return result;
+}
+
 }  // namespace
 
 void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realization& realization,
@@ -118,6 +138,7 @@ void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realizati
   Fields fields{
       {{"spacing", std::move(spacing)}, {"region", geometry::region_numbers(realization.nodes, body, mesh)}},
       {{"quality", std::move(quality)}, {"refined", geometry::refined_interior(realization, body, mesh)}}};
+  if (body.outline().empty()) fields.of_points.emplace_back("face", face_numbers(realization.nodes, body));
   if (mesh.perturbation > 0)
     fields.of_points.emplace_back("displacement",
                                   geometry::relative_displacements(body, base, realization, mesh));

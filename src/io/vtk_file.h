@@ -16,9 +16,10 @@ namespace crackle::io {
 /// "displacement" (geometry::relative_displacements), where the mesh is perturbed; tetrahedra with the cell
 /// fields "quality" (mean ratio), "refined" (geometry::refined_interior) and, if given, "strength_factor"
 /// (fracture::strength_factors), "material" and "interface" (as in the realization, where these are not
-/// empty). In addition /specimen as in sample files, and /regions/box (r x 3 x 2), spacing (r): the part of
-/// the body covered by each mesh region. Readable by ParaView and VTK 9.1. Written under a temporary name and
-/// renamed when complete, so an existing file is replaced by a complete one or not at all. Not collective.
+/// empty); of a solid also points with "face", the number of its face's name. In addition /specimen as in
+/// sample files, and /regions/box (r x 3 x 2), spacing (r): the part of the body covered by each mesh region.
+/// Readable by ParaView and VTK 9.1. Written under a temporary name and renamed when complete, so an existing
+/// file is replaced by a complete one or not at all. Not collective.
 /// @throws std::runtime_error naming the file and what failed; nothing is left behind
 void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realization& realization,
                     const geometry::Body& body, const input::Mesh& mesh, const geometry::MotherPoints& base,

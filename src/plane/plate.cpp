@@ -96,7 +96,7 @@ Shape shape_of_box(const Specimen& specimen) {
 }  // namespace
 
 bool is_box(const Specimen& specimen) {
-  return !specimen.outline && !specimen.shape && specimen.holes.empty() &&
+  return !specimen.outline && !specimen.shape && !specimen.solid && specimen.holes.empty() &&
          std::ranges::none_of(specimen.notches, [](const Notch& notch) { return notch.slot.has_value(); });
 }
 
@@ -136,6 +136,7 @@ double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vect
 }
 
 Region bounds_of(const Specimen& specimen) {
+  if (specimen.solid) return specimen.solid->bounds;
   Region bounds;
   for (std::size_t i = 0; i < 3; ++i) bounds[i] = {0, specimen.size[i]};
   if (specimen.outline && !specimen.outline->polygon.empty()) {

@@ -5,15 +5,17 @@
 #include "common/real.h"
 #include "common/vector.h"
 #include "plane/shape.h"
+#include "solid/solid.h"
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-/// A plate: a figure with a thickness, its slots, holes and parts of several materials. All values are in SI
-/// units.
+/// A body: a plate, which is a figure with a thickness, its slots, holes and parts of several materials; or
+/// any solid. All values are in SI units.
 namespace crackle::plane {
 
 /// A face of the specimen's box; x is the thickness, y the width, z the length.
@@ -108,7 +110,7 @@ struct MaterialRegion {
 };
 
 struct Specimen {
-  Vector size{};  ///< of the box, or of the bounding box of an outline [m]
+  Vector size{};  ///< of the box, or of the bounding box of an outline or a solid [m]
   std::vector<Notch> notches;
   std::optional<Outline> outline = {};
   std::vector<Hole> holes = {};
@@ -117,6 +119,8 @@ struct Specimen {
   /// For a body other than a box with slots cut into its faces: its shape in the plane of the plate, with
   /// curves as chords. Derived from the other members and the mesh spacings.
   std::optional<Shape> shape = {};
+  std::shared_ptr<const solid::Solid> solid = {};  ///< instead of a plate
+  std::string solid_file = {};                     ///< its name
 };
 
 /// True for a box with at most slots cut into its faces.
@@ -124,10 +128,11 @@ bool is_box(const Specimen& specimen);
 
 /// The shape of a body in the plane of the plate. The parts of a box are edge-0 to edge-3 (box_edges) and
 /// notch-0 and so on, its corners have the coordinates of its faces and slots without rounding.
+/// @pre !specimen.solid
 /// @throws std::runtime_error unless every notch of a box is a slot inside its face, apart from others
 Shape shape_of(const Specimen& specimen);
 
-/// The bounding box of the body, starting at x = 0.
+/// The bounding box of the body. A plate starts at x = 0.
 Region bounds_of(const Specimen& specimen);
 
 /// The closed intervals of x, y and z removed by a slot in a face of a box.

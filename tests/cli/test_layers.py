@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-ORDER = ["common", "parallel", "plane", "input", "uncertainty", "geometry", "kernels", "mechanics", "fracture", "dynamics", "cracks", "analysis", "io",
+ORDER = ["common", "parallel", "solid", "plane", "input", "uncertainty", "geometry", "kernels", "mechanics", "fracture", "dynamics", "cracks", "analysis", "io",
          "ensemble"]
 """A folder may include itself and those before it; src/README.md says what each is about."""
 

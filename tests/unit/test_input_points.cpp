@@ -20,7 +20,7 @@ TEST(InputPoints, DigestFollowsTheContentNotTheName) {
   test::set_key(tables, "[mesh]", "points", R"("cloud.txt")");
   const std::string text = test::to_text(tables);
   const auto digest = [&](const std::filesystem::path& points = {}) {
-    const Parameters parameters = parse(text, folder.path() / "plate.toml", {.path = points, .digest = {}});
+    const Parameters parameters = parse(text, folder.path() / "plate.toml", {.points = points});
     EXPECT_EQ(parameters.mesh.points, points.empty() ? folder.path() / "cloud.txt" : points);
     return parameters.mesh.points_digest;
   };
@@ -39,9 +39,9 @@ TEST(InputPoints, DigestFollowsTheContentNotTheName) {
   std::filesystem::remove(folder.path() / "cloud.txt");
   EXPECT_THROW(digest(), InputError);
   EXPECT_EQ(digest(folder.path() / "same.txt"), first) << "the file named is not needed then";
-  const PointsFile known{.path = folder.path() / "nowhere.txt", .digest = first};
+  const GivenFiles known{.points = folder.path() / "nowhere.txt", .points_digest = first};
   const Parameters elsewhere = parse(text, folder.path() / "plate.toml", known);
-  EXPECT_EQ(elsewhere.mesh.points, known.path);
+  EXPECT_EQ(elsewhere.mesh.points, known.points);
   EXPECT_EQ(elsewhere.mesh.points_digest, first) << "no file is needed where its digest is known";
 }
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .sensitivities import Sensitivities
 
 STATUS = pd.CategoricalDtype(["pending", "done", "failed"])
+WITHOUT_PLATE = ("bifurcations", "long_bifurcations", "bifurcations_projected", "kinks")  # counts that a solid does not have
 
 
 def open(folder: str | Path) -> "Ensemble":
@@ -97,6 +98,8 @@ class Ensemble:
                 values = values.map(dict(enumerate(STATUS.categories))).astype(STATUS)
             elif words:
                 values = values.map(lambda number, words=words: words.get(str(int(number)), "")).astype("category")
+            elif name in WITHOUT_PLATE and (values < 0).any():
+                values = values.where(values >= 0)
             columns[str(name)] = values
             units[str(name)], meaning[str(name)] = found.attrs.get("units", ""), found.attrs.get("meaning", "")
         table = pd.DataFrame(columns)

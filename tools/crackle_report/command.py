@@ -14,7 +14,7 @@ from crackle.comparison import compare
 from crackle.program import ResultsError, statistics_of
 
 from . import page, style, sweep
-from .figures import SECTIONS
+from .figures import OF_SOLIDS, SECTIONS
 from .figures.picture import Picture
 from .options import Options
 from .photoelasticity import STRESS_OPTIC, WAVELENGTH
@@ -140,7 +140,7 @@ def make_report(folder: Path, options: Options = Options(), program: Optional[Pa
     if options.experiments:
         options = _with_experiments(options, ensemble, program)
     sections = []
-    for make_section in SECTIONS:
+    for make_section in OF_SOLIDS if ensemble.plate.is_solid else SECTIONS:
         section = make_section(ensemble, options)
         if section is None:
             continue

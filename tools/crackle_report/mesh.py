@@ -46,6 +46,13 @@ class Mesh:
         corner = self.nodes[self.tetrahedra]
         return np.abs(np.linalg.det(corner[:, 1:] - corner[:, :1])) / 6
 
+    @property
+    def surface(self) -> np.ndarray:
+        """The nodes of the triangles that bound the body, n x 3."""
+        faces = np.sort(self.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
+        found, count = np.unique(faces, axis=0, return_counts=True)
+        return found[count == 1]
+
     def cut(self, axis: int, position: float) -> tuple[list[np.ndarray], np.ndarray]:
         """The polygons in which the plane `axis` = `position` [m] cuts the tetrahedra, each k x 2 in the other
         two axes, and the tetrahedra's numbers."""

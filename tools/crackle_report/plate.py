@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The body in the YZ plane, as the program's files and `crackle stats --json` describe it."""
+"""The body, as the program's files and `crackle stats --json` describe it: a plate in the YZ plane, or the edges of a solid."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from crackle.units import MM, Unit, fitting
 
 @dataclass(frozen=True)
 class Plate:
-    """The members of /specimen [m]; x is the thickness, y the width, z the length."""
+    """The members of /specimen [m]; of a plate x is the thickness, y the width, z the length."""
 
     size: np.ndarray
     outline: np.ndarray  # n x 2 (y, z): corners of polygons
@@ -23,6 +23,7 @@ class Plate:
     notch_name: np.ndarray = field(default_factory=lambda: np.empty(0, object))  # older files have none
     pre_crack: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))  # corners of borders of pre-cracks
     pre_crack_first: np.ndarray = field(default_factory=lambda: np.zeros(1, int))  # as outline_first
+    edge: np.ndarray = field(default_factory=lambda: np.empty((0, 2, 3)))  # of a body that is no plate: n x 2 ends x 3
 
     @classmethod
     def of(cls, members: Mapping[str, Any]) -> "Plate":
@@ -37,6 +38,11 @@ class Plate:
             return f"notch {notch}"
         name = self.notch_name[notch]
         return (name.decode() if isinstance(name, bytes) else name).replace("-", " ")
+
+    @property
+    def is_solid(self) -> bool:
+        """A body of any shape, whose cracks are not followed in a plane."""
+        return not self.outline.size
 
     @property
     def lengths(self) -> Unit:
@@ -55,7 +61,7 @@ class Plate:
 
     def ends(self, axis: int) -> tuple[float, float]:
         """Least and greatest y (axis 1) or z (2) of the body."""
-        values = self.outline[:, axis - 1]
+        values = self.edge[..., axis] if self.is_solid else self.outline[:, axis - 1]
         return float(values.min()), float(values.max())
 
     @property

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pictures. Each module draws one kind from an ensemble; SECTIONS is their order in the report."""
+"""The pictures. Each module draws one kind from an ensemble; SECTIONS is their order in the report of a plate."""
 from __future__ import annotations
 
 from typing import Callable, Optional
 
 from ..options import Options
 from ..results import Ensemble
-from . import comparison, convergence, crack_paths, crossings, energy, experiments, growth, histories, material, places, sensitivity, shares, surface
+from . import comparison, convergence, crack_paths, crossings, energy, experiments, growth, histories, material, places, sensitivity, shares, solid, surface
 from .picture import Section
 
 SECTIONS: tuple[Callable[[Ensemble, Options], Optional[Section]], ...] = (
@@ -25,3 +25,7 @@ SECTIONS: tuple[Callable[[Ensemble, Options], Optional[Section]], ...] = (
     energy.section,
     crack_paths.every,
 )
+
+OF_SOLIDS = (solid.places, sensitivity.section, comparison.section, convergence.section, solid.section, surface.section, histories.section,
+             energy.section)
+"""Those of bodies that are no plates."""

@@ -24,21 +24,21 @@ def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
         return None
     return Section(
         "Where it broke", "The first tetrahedron that broke in each sample, and the middle of its largest crack. Cracks are traced from notches, "
-        "holes and outlines only, so this body has no paths, patterns or speeds.", _answer(ensemble, places),
+        "holes and outlines only, so this body has no paths, patterns or speeds.", answer(ensemble, places),
         [Picture("places", "First breaks and largest cracks of all samples", _draw(ensemble, places))])
 
 
-def _answer(ensemble: Ensemble, places: dict[int, Places]) -> str:
+def answer(ensemble: Ensemble, places: dict[int, Places]) -> str:
     first, largest = (np.array([getattr(place, name) for place in places.values()]) for name in ("first", "largest"))
     sentence = f"First breaks: {_range(ensemble, first)}."
     return sentence + (f" Largest cracks: {_range(ensemble, largest)}." if np.isfinite(largest).any() else "")
 
 
 def _range(ensemble: Ensemble, points: np.ndarray) -> str:
-    """Medians of y and z, and between which values they lie."""
+    """Medians of y and z, of a solid also x, and between which values they lie."""
     lengths = ensemble.plate.lengths
     texts = []
-    for axis, name in ((1, "y"), (2, "z")):
+    for axis, name in (*((0, "x"),) * ensemble.plate.is_solid, (1, "y"), (2, "z")):
         values = lengths.of(points[np.isfinite(points[:, axis]), axis])
         texts.append(f"{name} = {np.median(values):.2f} {lengths.name}" + (f" ({values.min():.2f} to {values.max():.2f})" if values.size > 1 else ""))
     return ", ".join(texts)

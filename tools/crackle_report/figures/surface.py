@@ -40,14 +40,16 @@ def _view(ensemble: Ensemble, number: int, crack: CrackSurface) -> View:
     colours = time_colours(crack.last_opening, times)
     rgb = facet_colours(time, colours)
     lines = np.concatenate([_edges(ensemble.plate), *_borders(ensemble, number)])
-    return View(Picture(f"surface-{number:04d}", f"Crack surface of sample {number} in space", _still(number, corner, rgb, lines, colours, times)),
+    return View(Picture(f"surface-{number:04d}", f"Crack surface of sample {number} in space", _still(number, corner, rgb, lines, colours, times, ensemble.plate.is_solid)),
                 corner.astype("<f4").tobytes(), np.clip(time, 0, times.of(crack.last_opening)).astype("<f4").tobytes(),
                 np.round(255 * rgb).astype(np.uint8).tobytes(), lines.astype("<f4").tobytes(), times.name)
 
 
 def _edges(plate: Plate) -> np.ndarray:
-    """Of the body: its outlines at both ends of the thickness, and the lines between their corners; n x 2 x 3, in
+    """Of the body: those of a solid; of a plate its outlines at both ends of the thickness, and the lines between their corners; n x 2 x 3, in
     its unit of lengths."""
+    if plate.is_solid:
+        return plate.lengths.of(plate.edge)
     lines = []
     for polygon in plate.polygons:
         after = np.roll(polygon, -1, axis=0)
@@ -63,27 +65,27 @@ def _edges(plate: Plate) -> np.ndarray:
 
 def _borders(ensemble: Ensemble, number: int) -> list[np.ndarray]:
     """Where materials meet on both faces and at mid-thickness, in the form of the edges."""
-    if ensemble.files.regions(number) is None:
+    if ensemble.plate.is_solid or ensemble.files.regions(number) is None:
         return []
     mesh, places = ensemble.files.mesh(number), ensemble.plate.size[0] * AT_THICKNESS
     return [ensemble.plate.lengths.of(np.insert(mesh.regions(x).borders, 0, x, axis=2)) for x in places]
 
 
 def _still(number: int, corner: np.ndarray, rgb: np.ndarray, lines: np.ndarray, colours: Normalize,
-           times: Unit) -> Figure:
+           times: Unit, is_whole: bool) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 4.4))
     axes = figure.add_axes((0.0, 0.0, 1.0, 0.92), projection="3d")
     # y to the right, x towards who looks, z up.
     turned = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     axes.add_collection3d(Poly3DCollection(corner @ turned, facecolors=rgb, linewidths=0))
-    low, high = _window(corner, np.ptp(lines[..., 1]))
-    shown = ((lines[..., 2] > low) & (lines[..., 2] < high)).any(axis=1)
+    low, high = (lines[..., 2].min(), lines[..., 2].max()) if is_whole else _window(corner, np.ptp(lines[..., 1]))
+    shown = ((lines[..., 2] > low) & (lines[..., 2] < high)).any(axis=1) | is_whole
     axes.add_collection3d(Line3DCollection(np.clip(lines[shown], [-np.inf, -np.inf, low], [np.inf, np.inf, high]) @ turned,
                                            colors=style.OUTLINE, linewidths=0.5))
     ends = lines.reshape(-1, 3)
     size = [np.ptp(ends[:, 1]), np.ptp(ends[:, 0]), high - low]
     axes.set(xlim=(ends[:, 1].min(), ends[:, 1].max()), ylim=(-ends[:, 0].max(), -ends[:, 0].min()), zlim=(low, high))
-    axes.set_box_aspect(size, zoom=1.1)
+    axes.set_box_aspect(size, zoom=0.95 if is_whole else 1.1)
     axes.view_init(elev=22, azim=-62)
     axes.set_axis_off()
     time_bar(figure, colours, 0.3, 2.0, times)

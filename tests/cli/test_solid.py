@@ -1,0 +1,238 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bodies from files: what is refused, runs on several ranks and after a restart, a cube beside the box, and a disk between platens."""
+import argparse
+import os
+import pathlib
+import shlex
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery")]
+
+import command_lines  # noqa: E402
+import in_process  # noqa: E402
+import solid  # noqa: E402
+from crackle_launch import environment  # noqa: E402
+
+OPTIONS = None
+BODY = """[ensemble]
+samples = {samples}
+seed = 3
+[specimen]
+{specimen}
+[mesh]
+spacing = "{spacing} mm"
+growth = 0.2
+[material]
+youngs_modulus = "3300 MPa"
+poisson_ratio = {poisson}
+density = "1180 kg/m^3"
+[fracture]
+strength = "{strength} MPa"
+toughness = "{toughness} J/m^2"
+"""
+PULLED = """[[boundary]]
+on = "z-min"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "z-max"
+force = ["0 N", "0 N", "10 N"]
+rate = ["0 N/s", "0 N/s", "10 N/s"]
+[time]
+duration = "20 us"
+integrator = "verlet"
+"""
+FROM_FILE = 'solid = "cube.stl"\nunit = "mm"'
+CORNERS = np.array([[(i >> k) & 1 for k in range(3)] for i in range(8)], float)
+SIDES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
+
+
+def invoke(*arguments):
+    return command_lines.crackle(OPTIONS.program, *arguments)
+
+
+def body(specimen=FROM_FILE, samples=2, spacing=1.25, poisson=0.3, strength=35, toughness=200, rest=PULLED):
+    return BODY.format(specimen=specimen, samples=samples, spacing=spacing, poisson=poisson, strength=strength, toughness=toughness) + rest
+
+
+def stl(corners, sides, skip=()):
+    """A text STL of convex sides, in the unit of the corners."""
+    lines = ["solid body"]
+    for number, side in enumerate(sides):
+        for k in range(1, len(side) - 1):
+            if number not in skip:
+                lines += ["facet normal 0 0 0", "outer loop",
+                          *("vertex {:.17g} {:.17g} {:.17g}".format(*corners[i]) for i in (side[0], side[k], side[k + 1])), "endloop", "endfacet"]
+    return "\n".join([*lines, "endsolid body", ""])
+
+
+def prism(n, radius, thickness):
+    """Along x, with flat sides at the ends of z."""
+    turn = 2 * np.pi * (np.arange(n) + 0.5) / n
+    corners = np.array([(x, radius * np.sin(angle), radius * np.cos(angle)) for x in (0, thickness) for angle in turn])
+    sides = [(i, n + i, n + (i + 1) % n, (i + 1) % n) for i in range(n)]
+    return corners, [*sides, tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1))]
+
+
+def results_of(folder):
+    """Everything in its sample files but times and places."""
+    found = {}
+
+    def keep(name, one):
+        if isinstance(one, h5py.Dataset) and not name.startswith(("timing", "provenance")):
+            values = one[...]
+            found[f"{file.name}/{name}"] = values.tolist() if values.dtype == object else values.tobytes()
+
+    for file in sorted((folder / "samples").glob("*.h5")):
+        with h5py.File(file) as root:
+            root.visititems(keep)
+    return found
+
+
+class Solids(unittest.TestCase):
+    def setUp(self):
+        parent = tempfile.TemporaryDirectory(prefix="crackle-solid-")
+        self.addCleanup(parent.cleanup)
+        self.folder = pathlib.Path(parent.name)
+        self.input, self.cube, self.out = (self.folder / name for name in ("cube.toml", "cube.stl", "out"))
+        self.cube.write_text(stl(5 * CORNERS, SIDES))
+        self.input.write_text(body())
+
+    def refused(self, text, *parts):
+        self.input.write_text(text)
+        before = sorted(self.folder.rglob("*"))
+        for words in (("check", self.input), ("run", self.input, "-o", self.out)):
+            result = invoke(*words)
+            self.assertEqual(result.returncode, 1, result.stdout)
+            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+            for part in (str(self.input), *parts):
+                self.assertIn(part, result.stderr)
+        self.assertEqual(sorted(self.folder.rglob("*")), before)
+
+    def test_what_is_refused(self):
+        self.refused(body('solid = "none.stl"\nunit = "mm"'), ":5: specimen.solid: there is no file", "give the name of a file with a closed surface")
+        self.refused(body('solid = "cube.stl"'), ":4: specimen.unit: the key is missing, but solid requires it")
+        self.refused(body('solid = "cube.stl"\nunit = "N"'), ":6: specimen.unit: ", "does not have the dimension of a length")
+        self.refused(body('size = ["5 mm", "5 mm", "5 mm"]\nunit = "mm"', rest=PULLED + '[sections]\ny = ["2 mm"]\n'),
+                     ":6: specimen.unit: requires solid")
+        self.refused(body(FROM_FILE + '\nsize = ["5 mm", "5 mm", "5 mm"]'), ":7: specimen.size: cannot be combined with solid")
+        self.refused(body().replace('"z-max"', '"top"'), ':21: boundary[1].on: "top" is not known; give one of "face-0", ')
+        self.refused(body().replace("rate", 'region = { x = ["6 mm", "7 mm"] }\nrate'), ':23: boundary[1].region: misses "z-max", which has x from 0 mm to 5 mm')
+        self.refused(body(rest=PULLED + '[sections]\ny = ["2 mm"]\n'), "sections: needs a plate")
+        self.refused(body(FROM_FILE + '\n[[specimen.hole]]\ncenter = ["2 mm", "2 mm"]\nradius = "1 mm"'), ":7: specimen.hole: requires a plate")
+        self.refused(body(rest=PULLED + '[[output.probe]]\nname = "a"\nat = ["2 mm", "2 mm", "6 mm"]\n'), "output.probe[0].at: z = 6 mm is outside the body")
+        self.cube.write_text(stl(5 * CORNERS, SIDES, skip=(5,)))
+        self.refused(body(), 'cube.stl" is not closed: the edge from (0, 0, 5) mm to ')
+        self.cube.write_text(stl([5, 5, 5] * CORNERS * [1, 1, 0.01], SIDES))
+        self.refused(body(spacing=4), ":5: specimen.solid: has an edge of 0.05 mm at (0 mm, 0 mm, 0 mm), less than a fiftieth of the spacing there, 4 mm")
+        leaning = 5 * CORNERS
+        leaning[4:, 0] += 95
+        self.cube.write_text(stl(leaning, SIDES))
+        self.refused(body(), "mesh.min_quality: ", " has 3.01 degrees")
+
+    def test_check_and_mesh_list_the_faces(self):
+        for words in (("check", "--no-measure", self.input), ("mesh", self.input, "-o", self.folder / "mesh.vtkhdf")):
+            result = invoke(*words)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertRegex(result.stdout, r"face-0 +=? *1 plane, 25 mm\^2 about \(0, 2.5, 2.5\) mm, normal \(-1, 0, 0\)")
+            self.assertRegex(result.stdout, r"z-max +=? *1 plane, 25 mm\^2 about \(2.5, 2.5, 5\) mm, normal \(0, 0, 1\)")
+        with h5py.File(self.folder / "mesh.vtkhdf") as root:
+            face, points = root["VTKHDF/PointData/face"][...], root["VTKHDF/Points"][...]
+        np.testing.assert_array_equal(face >= 0, ((points == 0) | (points == points.max())).any(axis=1))
+
+    def test_ranks_restart_and_pictures(self):
+        self.assertEqual(invoke("run", self.input, "-o", self.out).returncode, 0)
+        wanted = results_of(self.out)
+        self.assertEqual((self.out / "solid.stl").read_bytes(), self.cube.read_bytes())
+        there = self.folder / "three"
+        command = [*shlex.split(OPTIONS.mpirun), "-n", "3", os.path.abspath(OPTIONS.program), "run", self.input, "-o", there]
+        subprocess.run([*map(str, command)], env=environment(), check=True, capture_output=True)
+        self.assertTrue(results_of(there) == wanted)
+        # Another file under the same name is another body; without the file the folder's copy is enough.
+        (self.out / "samples/0001.h5").unlink()
+        self.cube.write_text(stl(5 * CORNERS + [0, 0, 1e-9], SIDES))
+        result = invoke("run", self.input, "-o", self.out, "--resume")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("holds an ensemble of another input", result.stderr)
+        self.cube.write_text(stl(5 * CORNERS, SIDES))
+        self.assertEqual(invoke("run", self.input, "-o", self.out, "--resume").returncode, 0)
+        self.assertTrue(results_of(self.out) == wanted)
+        self.cube.unlink()
+        result = invoke("stats", self.out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("first break at x [mm]", result.stdout)
+        for absent in ("branching", "kinks", "traced area", "crack speed"):
+            self.assertNotIn(absent, result.stdout)
+        result = in_process.report(self.out, "--program", OPTIONS.program)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        pictures = {path.stem for path in (self.out / "report").glob("*.png")}
+        self.assertTrue({"crack-0000", "places", "load", "surface-0000"} <= pictures, pictures)
+
+    def test_a_cube_from_a_file_breaks_as_the_box_does(self):
+        loads = {}
+        for name, specimen in (("file", FROM_FILE), ("box", 'size = ["5 mm", "5 mm", "5 mm"]')):
+            sections = "" if name == "file" else '[sections]\ny = ["2.5 mm"]\n'
+            self.input.write_text(body(specimen, samples=24, rest=PULLED + sections))
+            result = invoke("run", self.input, "-o", self.folder / name)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            with h5py.File(self.folder / name / "ensemble.h5") as root:
+                loads[name] = root["samples/first_break_load"][...]
+        mean, error = ([np.mean(one) for one in loads.values()], np.hypot(*(np.std(one) / np.sqrt(one.size) for one in loads.values())))
+        print(f"first break of a cube: {mean[0]:.1f} N from a file, {mean[1]:.1f} N of the box, standard error {error:.1f} N")
+        self.assertLess(abs(mean[0] - mean[1]), 3 * error)
+
+    def test_a_disk_between_platens_has_hondros_tension(self):
+        n, radius, thickness, force = 40, 6.0, 2.0, 100.0
+        (self.folder / "disk.stl").write_text(stl(*prism(n, radius, thickness)))
+        place = [f'"{value} mm"' for value in (thickness / 2, 0, 0)]
+        self.input.write_text(body('solid = "disk.stl"\nunit = "mm"', samples=6, spacing=0.5, poisson=0.2, strength=500, toughness=5000, rest=f"""[[boundary]]
+on = "z-min"
+fix = ["z"]
+[[boundary]]
+on = "z-min"
+region = {{ y = ["0 mm", "0 mm"] }}
+fix = ["y"]
+[[boundary]]
+on = "z-min"
+region = {{ x = ["1 mm", "1 mm"] }}
+fix = ["x"]
+[[boundary]]
+on = "z-max"
+force = ["0 N", "0 N", "-{force} N"]
+[time]
+start = "equilibrium"
+duration = "1 us"
+[[output.probe]]
+name = "centre"
+at = [{", ".join(place)}]
+"""))
+        result = invoke("run", self.input, "-o", self.out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        found = []
+        for file in sorted((self.out / "samples").glob("*.h5")):
+            with h5py.File(file) as root:
+                found.append(root["history/probes/centre/stress"][0])
+        half = np.pi / n  # of the arc, on which the load is spread
+        tension = 2 * force / (np.pi * 2 * radius * thickness) * (np.sin(2 * half) / half - 1)
+        stress = np.mean(found, axis=0) / 1e6
+        print(f"in the middle of the disk: {stress[1]:.3f} and {stress[2]:.3f} MPa; Hondros: {tension:.3f} and {-3 * tension:.3f} MPa")
+        self.assertAlmostEqual(stress[1] / tension, 1, delta=0.06)
+        self.assertAlmostEqual(stress[2] / (-3 * tension), 1, delta=0.06)
+
+    def test_the_gallerys_file_is_what_its_script_writes(self):
+        self.assertEqual((ROOT / "jobs/gallery/solid.obj").read_text(), solid.text(24))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--program", required=True)
+    parser.add_argument("--mpirun", required=True)
+    OPTIONS, remaining = parser.parse_known_args()
+    unittest.main(argv=[sys.argv[0], *remaining])
