@@ -175,7 +175,7 @@ Key solid_key() {
           parameters.specimen.solid = std::make_shared<const solid::Solid>(
               solid::read_solid(std::move(*content), extension, unit->string, *metres));
         } catch (const std::exception& error) {
-          source.report("\"{}\" {}", shown, error.what());
+          source.report("\"{}\" {}", shown, shortened(error.what(), 500));
         }
       },
       [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
