@@ -178,7 +178,7 @@ int show_bases(const parallel::Communicator& world, const StatsOptions& options)
 int update_sweep(const parallel::Communicator& world, const StatsOptions& options) {
   const fs::path folder = options.folder;
   const fs::path file = ensemble::sweep_input(folder);
-  const input::Parameters parameters = read_input(world, file);
+  const input::Parameters parameters = read_input(world, file, ensemble::copied_files(folder));
   const auto cases = read_cases(world, parameters, file, true);
   std::vector<ensemble::CaseRows> rows;
   std::string file_error;

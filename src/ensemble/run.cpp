@@ -208,7 +208,11 @@ void Run::begin() {
     }
     for (Case& one : cases_) one.lock();
     for (std::size_t i = 0; i < cases_.size(); ++i) begin_case(i);
-    if (is_sweep()) io::write_text_file(sweep_input(options_.folder), parameters_.text);
+    if (is_sweep()) {
+      io::write_text_file(sweep_input(options_.folder), parameters_.text);
+      if (const auto& solid = parameters_.specimen.solid)
+        io::write_text_file(solid_copy(options_.folder, solid->extension), solid->content);
+    }
     std::ranges::sort(to_do_);
   });
   if (parameters_.ensemble.meshes != input::MeshMakers::master)

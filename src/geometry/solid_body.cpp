@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <mutex>
 #include <set>
 #include <string>
 #include <utility>
@@ -72,13 +73,8 @@ public:
   void add_sources(const Body& body, const input::Mesh& mesh, std::vector<SpacingSource>& sources) const {
     std::vector<SpacingSource> given = region_sources(mesh, body.bounds());
     given.insert(given.end(), sources.begin(), sources.end());
-    std::vector<Detail> details = edge_lengths();
-    for (std::size_t id = 0; id < body.faces().size(); ++id)
-      add_gaps(body, static_cast<FaceId>(id), mesh.spacing, details);
-    // The finest first, as they make most of the others superfluous.
-    std::ranges::stable_sort(details, {}, &Detail::size);
     std::vector<SpacingSource> made;
-    for (const Detail& detail : details) {
+    for (const Detail& detail : *details(body, mesh.spacing)) {
       const Point middle = 0.5 * (detail.place.lower + detail.place.upper);
       double spacing = mesh.spacing;
       for (const SpacingSource& source : given) spacing = std::min(spacing, source.at(middle));
@@ -101,6 +97,21 @@ public:
   }
 
 private:
+  using Details = std::vector<Detail>;
+
+  /// Those that may be finer than a spacing, the finest first, as they make most of the others superfluous.
+  std::shared_ptr<const Details> details(const Body& body, double spacing) const {
+    const std::scoped_lock lock(mutex_);
+    if (known_ && known_at_ == spacing) return known_;
+    Details found = edge_lengths();
+    for (std::size_t id = 0; id < body.faces().size(); ++id)
+      add_gaps(body, static_cast<FaceId>(id), spacing, found);
+    std::ranges::stable_sort(found, {}, &Detail::size);
+    known_at_ = spacing;
+    known_ = std::make_shared<const Details>(std::move(found));
+    return known_;
+  }
+
   std::vector<Detail> edge_lengths() const {
     std::vector<Detail> details;
     for (const auto& [from, to] : solid_->edges) {
@@ -140,7 +151,8 @@ private:
     };
     for (std::size_t s = 0; s < ends.size(); ++s) {
       const auto& [from, to] = face.rim[s];
-      const double n_pieces = std::clamp(std::ceil(plane::distance(from, to, to) / spacing), 1.0, most_pieces);
+      const double n_pieces =
+          std::clamp(std::ceil(plane::distance(from, to, to) / spacing), 1.0, most_pieces);
       for (double piece = 0; piece < n_pieces; ++piece) {
         const plane::Point a = plane::between(from, to, piece / n_pieces);
         const plane::Point b = plane::between(from, to, (piece + 1) / n_pieces);
@@ -178,6 +190,10 @@ private:
   }
 
   std::shared_ptr<const solid::Solid> solid_;
+  // The last ones, which take longer than what follows from them.
+  mutable std::mutex mutex_;
+  mutable std::shared_ptr<const Details> known_;
+  mutable double known_at_ = 0;
 };
 
 }  // namespace

@@ -26,6 +26,8 @@ const std::string polygon_form =
     "mm\", \"30 "
     "mm\"]]";
 
+const std::string solid_form = std::string(solid::accepted_files) + ", such as \"part.stl\"";
+
 std::string show_point(const plane::Point& p) {
   return bracketed({show(p[0]), show(p[1])});
 }
@@ -139,49 +141,50 @@ std::optional<std::string> content_of(const std::filesystem::path& file) {
 }
 
 Key solid_key() {
-  return {
-      "solid",
-      "file name",
-      optional("required, or size or outline"),
-      solid::accepted_files,
-      "the body; its faces have the names of the file's groups, else face-0, face-1 and so on, whose facets "
-      "meet at less than 20 degrees; planes at an end of the body also x-min, x-max and so on",
-      [](const Source& source, Parameters& parameters, std::size_t) {
-        const auto name = read_text(source, solid::accepted_files);
-        if (!name) return;
-        parameters.specimen.solid_file = *name;
-        parameters.specimen.solid = source.context.files.known_solid;
-        if (parameters.specimen.solid) return;
-        const Value* const unit = find_path(*source.context.root, "specimen.unit");
-        if (unit == nullptr || unit->kind != ValueKind::string) return;  // reported there
-        Value one = *unit;
-        one.string = "1 " + unit->string;
-        const auto metres =
-            read_quantity({one, "specimen.unit", source.context}, length_dimension, positive_length);
-        if (!metres) return;
-        const auto& given = source.context.files.solid;
-        const std::filesystem::path file = given.empty() ? source.context.folder / *name : given;
-        const std::string shown = shortened(file.string(), 200);
-        auto content = content_of(file);
-        if (!content) {
-          source.report("there is no file \"{}\" that can be read; give {}", shown, solid::accepted_files);
-          return;
-        }
-        std::string extension = file.extension().string();
-        std::ranges::transform(extension, extension.begin(), [](char c) {
-          return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-        });
-        try {
-          parameters.specimen.solid = std::make_shared<const solid::Solid>(
-              solid::read_solid(std::move(*content), extension, unit->string, *metres));
-        } catch (const std::exception& error) {
-          source.report("\"{}\" {}", shown, error.what());
-        }
-      },
-      [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-        if (!has_solid(parameters, i)) return {};
-        return parameters.specimen.solid_file;
-      }};
+  return {"solid",
+          "file name",
+          optional("required, or size or outline"),
+          solid_form,
+          "a closed surface (.stl, .obj, .off, .ply), or a mesh of Gmsh (.msh) or VTK (.vtk) in ASCII; faces "
+          "have "
+          "the names of the file's groups, else face-0, face-1 and so on, whose facets meet at less than 20 "
+          "degrees; planes at an end of the body also x-min, x-max and so on",
+          [](const Source& source, Parameters& parameters, std::size_t) {
+            const auto name = read_text(source, solid_form);
+            if (!name) return;
+            parameters.specimen.solid_file = *name;
+            parameters.specimen.solid = source.context.files.known_solid;
+            if (parameters.specimen.solid) return;
+            const Value* const unit = find_path(*source.context.root, "specimen.unit");
+            if (unit == nullptr || unit->kind != ValueKind::string) return;  // reported there
+            Value one = *unit;
+            one.string = "1 " + unit->string;
+            const auto metres =
+                read_quantity({one, "specimen.unit", source.context}, length_dimension, positive_length);
+            if (!metres) return;
+            const auto& given = source.context.files.solid;
+            const std::filesystem::path file = given.empty() ? source.context.folder / *name : given;
+            const std::string shown = shortened(file.string(), 200);
+            auto content = content_of(file);
+            if (!content) {
+              source.report("there is no file \"{}\" that can be read; give {}", shown, solid_form);
+              return;
+            }
+            std::string extension = file.extension().string();
+            std::ranges::transform(extension, extension.begin(), [](char c) {
+              return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+            });
+            try {
+              parameters.specimen.solid = std::make_shared<const solid::Solid>(
+                  solid::read_solid(std::move(*content), extension, unit->string, *metres));
+            } catch (const std::exception& error) {
+              source.report("\"{}\" {}", shown, shortened(error.what(), 500));
+            }
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            if (!has_solid(parameters, i)) return {};
+            return parameters.specimen.solid_file;
+          }};
 }
 
 Key unit_key() {

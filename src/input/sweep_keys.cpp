@@ -168,7 +168,8 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
                              fmt::format("\n# Case {} of {}: {}\n", number, n, to_string(one.settings));
     GivenFiles files = files_of(parameters);
     if (has_points) files.points_digest = files.points = "";
-    if (has_solid) files.known_solid = nullptr;
+    // Results of stored cases are read without their bodies.
+    if (has_solid && !are_stored) files.known_solid = nullptr;
     try {
       one.parameters = parse(text, name, files);
     } catch (const InputError& error) {

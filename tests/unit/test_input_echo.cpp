@@ -416,7 +416,7 @@ TEST(InputEcho, EveryKeySaysWhatItAffects) {
   EXPECT_EQ(table_of_effects,
             R"(ensemble: layers samples; points seed; run ranks_per_sample meshes; draws plan replicates
 ensemble.stop: run half_width confidence min_samples
-specimen: body size thickness outline radius
+specimen: body size thickness outline radius; run solid; body unit
 specimen.hole: body center radius semi_axes angle polygon
 specimen.notch: body face at depth height from to end
 specimen.region: body material x y z center radius semi_axes angle polygon
@@ -498,6 +498,8 @@ TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
                              "correlation.between",
                              "correlation.rank",
                              "time.after_separation",
+                             "specimen.solid",
+                             "specimen.unit",
                              "sweep.key",
                              "sweep.values"}) {
     shown.insert(unused);

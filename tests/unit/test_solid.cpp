@@ -125,6 +125,25 @@ TEST(Solid, NamesFacesByAngles) {
   EXPECT_EQ(named_faces(read(test::stl_of(prism(12, 3, 4)), ".stl")).size(), 16u) << "30 degrees are an edge";
 }
 
+/// Fills a body in a few realizations, which verify volume, areas and quality.
+void fill(const Solid& solid, double spacing_mm, std::uint64_t seed) {
+  plane::Specimen specimen;
+  specimen.solid = std::make_shared<const Solid>(solid);
+  const auto body = geometry::make_body(specimen);
+  EXPECT_EQ(body->volume(), solid.volume);
+  input::Mesh mesh = testing::mesh(spacing_mm, spacing_mm, 0.2);
+  mesh.min_quality = 0.15;
+  const geometry::MotherPoints base = geometry::make_mother_points(*body, mesh, seed);
+  for (std::uint64_t sample = 0; sample < 2; ++sample) {
+    const geometry::Realization made = geometry::make_realization(*body, base, mesh, seed, sample);
+    double volume = 0;
+    for (const geometry::Tetrahedron& t : made.tetrahedra)
+      volume += geometry::signed_volume(made.nodes[index(t[0])], made.nodes[index(t[1])],
+                                        made.nodes[index(t[2])], made.nodes[index(t[3])]);
+    EXPECT_NEAR(volume, solid.volume, 1e-12 * solid.volume);
+  }
+}
+
 TEST(Solid, MergesFacetsOfAPlane) {
   // A cube with a grid of facets on each side.
   Facets fine;
@@ -155,6 +174,24 @@ TEST(Solid, MergesFacetsOfAPlane) {
     EXPECT_NEAR(solid.volume, 27e-9, 1e-22);
     EXPECT_NEAR(solid.faces[0].area, 9e-6, 1e-19);
   }
+}
+
+TEST(Solid, FlattensFacesThatTheFileBends) {
+  // A cylinder at an angle to all axes, in single precision.
+  Facets leaning = prism(48, 3, 8);
+  for (Vector& p : leaning.points) {
+    p = {0.8 * p[0] - 0.6 * p[1], 0.6 * p[0] + 0.8 * p[1], p[2]};
+    p = {p[0] + 3.3, 0.28 * p[1] - 0.96 * p[2] - 1.2, 0.96 * p[1] + 0.28 * p[2] + 7};
+  }
+  const Solid solid = read(test::binary_stl_of(leaning), ".stl");
+  EXPECT_EQ(solid.faces.size(), 50u);
+  EXPECT_EQ(solid.edges.size(), 3 * 48u);
+  EXPECT_GT(solid.moved, 0);
+  EXPECT_LT(solid.moved, 1e-8);
+  const double exact = 48 * 0.5 * 9e-6 * std::sin(2 * std::numbers::pi / 48) * 8e-3;
+  EXPECT_NEAR(solid.volume, exact, 1e-6 * exact);
+  fill(solid, 1, 1);
+  EXPECT_EQ(read(test::stl_of(prism(48, 3, 8)), ".stl").moved, 0);
 }
 
 TEST(Solid, OrientsItsFacets) {
@@ -259,25 +296,6 @@ TEST(Solid, OfADamagedFileIsRefusedOrABody) {
     }
   std::printf("%d of %d refused\n", n_refused, n_files);
   EXPECT_GT(n_refused, n_files / 2);
-}
-
-/// Fills a body in a few realizations, which verify volume, areas and quality.
-void fill(const Solid& solid, double spacing_mm, std::uint64_t seed) {
-  plane::Specimen specimen;
-  specimen.solid = std::make_shared<const Solid>(solid);
-  const auto body = geometry::make_body(specimen);
-  EXPECT_EQ(body->volume(), solid.volume);
-  input::Mesh mesh = testing::mesh(spacing_mm, spacing_mm, 0.2);
-  mesh.min_quality = 0.15;
-  const geometry::MotherPoints base = geometry::make_mother_points(*body, mesh, seed);
-  for (std::uint64_t sample = 0; sample < 2; ++sample) {
-    const geometry::Realization made = geometry::make_realization(*body, base, mesh, seed, sample);
-    double volume = 0;
-    for (const geometry::Tetrahedron& t : made.tetrahedra)
-      volume += geometry::signed_volume(made.nodes[index(t[0])], made.nodes[index(t[1])],
-                                        made.nodes[index(t[2])], made.nodes[index(t[3])]);
-    EXPECT_NEAR(volume, solid.volume, 1e-12 * solid.volume);
-  }
 }
 
 TEST(Solid, OfAnyShapeIsFilledExactly) {
