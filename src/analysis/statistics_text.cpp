@@ -128,9 +128,16 @@ void append_unreached(std::string& text, const Statistics& statistics,
   if (!names.empty()) text += fmt::format("\nno crack reaches {}\n", fmt::join(names, ", "));
 }
 
+/// True if cracks are followed from their starts, as in plates.
+bool follows_cracks(const Statistics& statistics, std::span<const SampleSummary> samples) {
+  return statistics.n_starts > 0 && std::ranges::none_of(samples, [](const SampleSummary& row) {
+           return row.status == SampleStatus::done && row.pattern < 0;
+         });
+}
+
 void append_positions(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples,
                       std::span<const input::Section> sections, const ShownUnit& unit) {
-  if (statistics.n_starts > 0)
+  if (follows_cracks(statistics, samples))
     text += fmt::format("\nleading crack start: {}\n", leaders(statistics, samples));
   const std::string scope = interval_scope(statistics.base, statistics.replicates);
   if (std::ranges::all_of(statistics.reached, [](auto n) { return n == 0; })) {
@@ -316,7 +323,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   const std::vector<input::Section> all = sections.all();
   append_positions(text, statistics, samples, all, unit);
   text += groups_text(statistics, sections, unit);
-  if (statistics.n_starts > 0) append_patterns(text, statistics);
+  if (follows_cracks(statistics, samples)) append_patterns(text, statistics);
   auto results = result_statistics(samples, statistics.confidence, origin, statistics.replicates);
   put_first(results, headline_load(samples));
   append_shares(text, results);
