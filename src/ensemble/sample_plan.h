@@ -3,8 +3,8 @@
 
 #include "analysis/sample_summary.h"
 #include "ensemble/folder_lock.h"
-#include "input/reader.h"
 #include "input/parameters.h"
+#include "input/reader.h"
 
 #include <cstdint>
 #include <filesystem>
