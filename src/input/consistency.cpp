@@ -88,9 +88,8 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
   const auto [lower, upper] = bounds_of(specimen)[index(axis)];
   const bool has_size = size_is_known(findings);
   // A body without notches has no crack paths, so its sections are not checked.
-  const bool has_notches =
-      has_size && is_box(specimen) && !findings.faulty("specimen.notch") && !specimen.notches.empty() &&
-      specimen.cracks.empty();
+  const bool has_notches = has_size && is_box(specimen) && !findings.faulty("specimen.notch") &&
+                           !specimen.notches.empty() && specimen.cracks.empty();
   const std::string ligaments = has_notches ? describe_ligaments(specimen, axis) : "";
   if (has_notches && ligaments.empty() && !positions.empty()) {
     const char* axis_name = axis == 1 ? "y" : "z";
