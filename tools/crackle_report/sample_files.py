@@ -57,7 +57,9 @@ class SampleFiles:
 
     def plate(self, sample: int) -> Optional[Plate]:
         """The body, with the sample's own flaws."""
-        return self._read(sample, lambda root: Plate.of({name: dataset[...] for name, dataset in root["specimen"].items()}))
+        def read(root: h5py.File) -> Optional[Plate]:
+            return Plate.of({name: dataset[...] for name, dataset in root["specimen"].items()}) if "specimen" in root else None
+        return self._read(sample, read)
 
     def energy(self, sample: int) -> Optional[Energy]:
         return self._read(sample, _members_of(Energy, "energy"))
