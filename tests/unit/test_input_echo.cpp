@@ -419,6 +419,7 @@ ensemble.stop: run half_width confidence min_samples
 specimen: body size thickness outline radius; run solid; body unit
 specimen.hole: body center radius semi_axes angle polygon
 specimen.notch: body face at depth height from to end
+specimen.crack: body from to polygon center semi_axes normal
 specimen.region: body material x y z center radius semi_axes angle polygon
 mesh: points spacing notch_spacing growth; mesh perturbation; points min_quality; mesh symmetry; points base; run points
 mesh.region: points x y z spacing
@@ -435,9 +436,11 @@ time: sample start step duration integrator engine precision arrest after_separa
 damping: sample mass bulk
 sections: reading y z
 sections.line: reading from to
+sections.plane: reading point normal
 output: records frames history governing branch_length
 output.probe: records name at
 random: draws key together distribution mean standard_deviation lower upper mode scale shape values weights
+random.flaws: materials number density size direction region.x region.y region.z
 correlation: draws between rank
 sweep: sample key values
 )");
@@ -462,9 +465,47 @@ std::set<std::string> listed_keys() {
   return keys;
 }
 
+/// A box with cracks from the start.
+std::vector<InputTable> cracks() {
+  auto tables = full_tables();
+  tables.push_back(
+      {"[[random.flaws]]",
+       {{"number", "3"},
+        {"size", R"({ distribution = "weibull", shape = 3, scale = "3 mm" })"},
+        {"direction", R"({ normal = [0, 0, 1], spread = "20 degree" })"},
+        {"region", R"({ x = ["1 mm", "4 mm"], y = ["1 mm", "20 mm"], z = ["13 mm", "41 mm"] })"}}});
+  tables.push_back({"[[random.flaws]]",
+                    {{"density", R"("0.1 cm-3")"}, {"size", R"("3 mm")"}, {"direction", "[0, 1, 1]"}}});
+  tables.push_back(
+      {"[[specimen.crack]]", {{"from", R"(["0 mm", "70 mm"])"}, {"to", R"(["5 mm", "72 mm"])"}}});
+  tables.push_back(
+      {"[[specimen.crack]]",
+       {{"polygon",
+         R"([["1 mm", "5 mm", "30 mm"], ["4 mm", "5 mm", "30 mm"], ["4 mm", "9 mm", "30 mm"]])"}}});
+  tables.push_back({"[[specimen.crack]]",
+                    {{"center", R"(["2 mm", "12 mm", "50 mm"])"},
+                     {"semi_axes", R"(["2 mm", "3 mm"])"},
+                     {"normal", "[0, 0.5, 1]"}}});
+  tables.push_back(
+      {"[[sections.plane]]", {{"point", R"(["2 mm", "12 mm", "50 mm"])"}, {"normal", "[1, 0, 0]"}}});
+  return tables;
+}
+
+TEST(InputEcho, ShowsCracksFromTheStart) {
+  const std::string echo = input::echo(parse_tables(cracks()));
+  for (const char* const line :
+       {"specimen.crack[0].to                  = [5 mm, 72 mm]",
+        "specimen.crack[2].normal              = [0, 0.5, 1]",
+        "random.flaws[0].size                  = {distribution = weibull, scale = 3 mm, shape = 3}",
+        "random.flaws[0].direction             = {normal = [0, 0, 1], spread = ",
+        "random.flaws[1].direction             = [0, 1, 1]",
+        "sections.plane[0].normal              = [1, 0, 0]"})
+    EXPECT_NE(echo.find(line), std::string::npos) << line << " is not in\n" << echo;
+}
+
 TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
   std::set<std::string> shown;
-  std::istringstream lines(input::echo(parse_tables(full_tables())) + input::echo(parse_tables(plates()[0])) +
+  std::istringstream lines(input::echo(parse_tables(cracks())) + input::echo(parse_tables(plates()[0])) +
                            input::echo(parse_tables(plates()[1])) + input::echo(parse_tables(regions())) +
                            input::echo(parse_tables(loads()[0])) + input::echo(parse_tables(loads()[1])));
   for (std::string line; std::getline(lines, line);) {
