@@ -127,29 +127,39 @@ double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> fa
   return facets.empty() ? 0 : sum / static_cast<double>(facets.size());
 }
 
+std::optional<std::array<Passage, 2>> passages(const CrackFacet& facet, const Vector& normal,
+                                               double position) {
+  std::array<double, 4> along{};
+  for (std::size_t k = 0; k < 4; ++k) along[k] = dot(facet.corner[k], normal);
+  std::array<Passage, 2> found{};
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t next = (k + 1) % 4;
+    // Half-open intervals, so that a corner on the plane belongs to only one of its sides; a convex facet
+    // then has two intersected sides or none.
+    if ((along[k] < position) == (along[next] < position) || n == 2) continue;
+    found[n++] = {k, next, (position - along[k]) / (along[next] - along[k])};
+  }
+  if (n < 2) return {};
+  return found;
+}
+
 std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets,
                              const geometry::CrossPlane& plane) {
   std::vector<Trace> traces;
   for (const std::size_t i : facets) {
     const CrackFacet& facet = surface.facets[i];
-    std::array<double, 4> along{};
-    for (std::size_t k = 0; k < 4; ++k) along[k] = dot(facet.corner[k], plane.normal);
+    const auto sides = passages(facet, plane.normal, plane.position);
+    if (!sides) continue;
     std::array<std::pair<double, double>, 2> end;
-    std::size_t n_ends = 0;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const std::size_t next = (k + 1) % 4;
-      // Half-open intervals, so that a corner on the plane belongs to only one of its sides; a convex facet
-      // then has two intersected sides or none.
-      if ((along[k] < plane.position) == (along[next] < plane.position) || n_ends == 2) continue;
-      const geometry::Point& a = facet.corner[k];
-      const geometry::Point& b = facet.corner[next];
-      const double share = (plane.position - along[k]) / (along[next] - along[k]);
+    std::ranges::transform(*sides, end.begin(), [&](const Passage& passage) {
+      const geometry::Point& a = facet.corner[passage.from];
+      const geometry::Point& b = facet.corner[passage.to];
       const double side = plane.coordinate(a);
       const double depth = Projection::depth(a);
-      end[n_ends++] = {depth + share * (Projection::depth(b) - depth),
-                       side + share * (plane.coordinate(b) - side)};
-    }
-    if (n_ends < 2) continue;
+      return std::pair(depth + passage.share * (Projection::depth(b) - depth),
+                       side + passage.share * (plane.coordinate(b) - side));
+    });
     if (end[1].first < end[0].first) std::swap(end[0], end[1]);
     traces.push_back(
         {{end[0].first, end[1].first}, {end[0].second, end[1].second}, local_spacing(facet), facet.time, i});

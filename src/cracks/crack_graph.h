@@ -44,6 +44,16 @@ std::map<std::int32_t, Indices> by_branch(std::span<const std::size_t> facets, c
 /// Mean local spacing of facets [m]; 0 without facets.
 double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets);
 
+/// Where a plane passes a side of a facet.
+struct Passage {
+  std::size_t from, to;  ///< corners of the side
+  double share;          ///< of the side, from the first corner
+};
+
+/// The two passages of the plane dot(p, normal) = position through a facet; empty if it misses the facet.
+std::optional<std::array<Passage, 2>> passages(const CrackFacet& facet, const Vector& normal,
+                                               double position);
+
 /// Segments in which facets intersect the plane, by its coordinate across; also beyond the plane's ends.
 std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets,
                              const geometry::CrossPlane& plane);

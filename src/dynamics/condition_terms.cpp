@@ -319,15 +319,15 @@ void MotionTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
 }
 
 void InitialStrainTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
-  for (const auto& part : body_->initial_strain().parts())
+  for (const auto& part : context_.body->initial_strain().parts())
     loads.push_back({UnitLoad::Kind::strain, &part.factor, [&, this](std::span<double> force) {
-                       body_->force().evaluate_strains(part.strain, force);
+                       context_.body->force().evaluate_strains(part.strain, force);
                      }});
 }
 
 void InitialStrainTerm::measure(double, const parallel::NodeField& displacement, const parallel::NodeField*,
                                 LoadState& state) const {
-  measure_initial_strain(*context_.group, *body_, displacement, state);
+  measure_initial_strain(*context_.group, *context_.body, displacement, state);
 }
 
 }  // namespace crackle::dynamics

@@ -93,7 +93,7 @@ private:
 class InitialStrainTerm final : public Term {
 public:
   /// The context's members must outlive the object.
-  explicit InitialStrainTerm(const MotionContext& context) : context_(context), body_(context.body) {}
+  explicit InitialStrainTerm(const MotionContext& context) : context_(context) {}
 
   void add_unit_loads(std::vector<UnitLoad>& loads) const override;
   void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
@@ -101,7 +101,6 @@ public:
 
 private:
   MotionContext context_;
-  const fracture::BreakableBody* body_;
 };
 
 }  // namespace crackle::dynamics

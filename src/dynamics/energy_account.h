@@ -22,7 +22,7 @@ struct Work {
   bool is_driven = false;  ///< the displacement is prescribed, rather than the force
 };
 
-/// What a condition of the input does at one moment.
+/// The loads and motion of a condition of the input at one moment.
 struct ConditionState {
   Vector applied{};       ///< force of its load on the body [N]
   Vector reaction{};      ///< that of its motion or absorbing face; the latter in motion only [N]

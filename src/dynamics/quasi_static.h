@@ -81,7 +81,7 @@ public:
   /// @return false when the body no longer carries any load
   bool resume(double time, double kinetic, const parallel::NodeField& displacement, EnergyAccount& account);
 
-  /// Of the equilibrium, with what the terms store [J]. Collective.
+  /// The energy of the equilibrium, with what the terms store [J]. Collective.
   double strain_energy() const { return stored(displacement_); }
 
   double time() const { return time_; }

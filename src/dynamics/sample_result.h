@@ -34,7 +34,7 @@ struct ProbeValue {
   bool operator==(const ProbeValue&) const = default;
 };
 
-/// What a contribution to the motion records at one moment.
+/// A quantity that a contribution to the motion records at one moment.
 struct Record {
   std::string name, unit, meaning;  ///< the name is unique among a sample's
   double value = 0;

@@ -22,7 +22,7 @@ bool are_zero(const std::vector<double>& factors) {
   return std::ranges::all_of(factors, [](double factor) { return factor == 0; });
 }
 
-/// Of the loads at a time; their rates if they are all zero.
+/// The factors of the loads at a time; their rates if they are all zero.
 std::vector<double> factors_at(std::span<const UnitLoad> loads, double time) {
   std::vector<double> factors;
   for (const UnitLoad& load : loads) factors.push_back(load.factor(time));

@@ -87,7 +87,7 @@ struct UnitLoad {
   }
 };
 
-/// What a term does at an owned node of a body at rest.
+/// The response of a term at an owned node of a body at rest.
 struct NodeResponse : mechanics::NodeStiffness {  ///< by which the force falls with the displacement [N/m]
   Vector force{};                                 ///< on the body [N]
 };

@@ -43,14 +43,14 @@ public:
   double dissipated() const;
   double stored(const parallel::NodeField& displacement) const;
 
-  /// What all terms measure, see Term. Collective.
+  /// The measurements of all terms, see Term. Collective.
   LoadState measure(double time, const parallel::NodeField& displacement,
                     const parallel::NodeField* velocity) const;
 
   /// Of all terms together. Collective.
   Demand demand(double from, double to) const;
 
-  // Of a body at rest, see Term.
+  // For a body at rest, see Term.
   auto begin() const { return terms_.begin(); }
   auto end() const { return terms_.end(); }
   /// By their kinds, otherwise in the order of the terms.

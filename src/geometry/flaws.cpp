@@ -59,7 +59,7 @@ std::vector<plane::PreCrack> drawn_flaws(const input::Model& model, const Body& 
       box.upper[i] = std::min(box.upper[i], flaws.region[i].second);
       volume *= box.upper[i] - box.lower[i];
     }
-    // Of the process in the box those in the body count, which is the process in the body.
+    // Points of the process in the box that lie in the body make the process in the body.
     const int n = flaws.number ? *flaws.number : poisson(flaws.density * volume, all.substream(0));
     for (int k = 0; k < n; ++k) {
       RandomStream stream = all.substream(static_cast<std::uint64_t>(k) + 1);

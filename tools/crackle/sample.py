@@ -90,7 +90,7 @@ class Sample:
         """The body in the YZ plane: its outline, and where cracks start."""
         from crackle_report.plate import Plate
         with results(self.file, SAMPLE_KIND) as root:
-            return Plate.of({name: dataset[...] for name, dataset in root["specimen"].items()})
+            return Plate.of(root["specimen"])
 
     @cached_property
     def regions(self) -> Optional["Regions"]:

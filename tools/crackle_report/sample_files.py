@@ -57,9 +57,7 @@ class SampleFiles:
 
     def plate(self, sample: int) -> Optional[Plate]:
         """The body, with the sample's own flaws."""
-        def read(root: h5py.File) -> Optional[Plate]:
-            return Plate.of({name: dataset[...] for name, dataset in root["specimen"].items()}) if "outline" in root.get("specimen", ()) else None
-        return self._read(sample, read)
+        return self._read(sample, lambda root: Plate.of(root["specimen"]) if "outline" in root.get("specimen", ()) else None)
 
     def energy(self, sample: int) -> Optional[Energy]:
         return self._read(sample, _members_of(Energy, "energy"))
