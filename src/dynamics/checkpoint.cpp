@@ -31,7 +31,7 @@ void for_each_field(std::derived_from<Record> auto& record, const auto& visit) {
 
 void for_each_field(std::derived_from<HistoryRow> auto& row, const auto& visit) {
   visit(row.load_time, row.phase, row.energy, row.load, row.load_displacement, row.force, row.displacement,
-        row.probes, row.records, row.is_output);
+        row.probes, row.records, row.tools, row.is_output);
 }
 
 void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit) {

@@ -44,6 +44,7 @@ struct LoadState {
   std::vector<ConditionState> conditions = {};
   std::vector<Work> works = {};
   std::vector<Record> records = {};
+  std::vector<ToolState> tools = {};
   double stored = 0;  ///< in the body and its terms; set in equilibrium only [J]
 };
 

@@ -175,6 +175,7 @@ void HistoryRecorder::add(HistoryRow row, const LoadState& state, const parallel
   row.load_displacement = load.displacement;
   for (const ConditionState& condition : state.conditions) row.force.push_back(condition.force());
   row.records = state.records;
+  row.tools = state.tools;
   row.displacement = mean_displacements(*group_, loads_->conditions, displacement.local());
   row.probes = probes_.read(displacement, velocity);
   rows_.push_back(std::move(row));

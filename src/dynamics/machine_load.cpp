@@ -17,6 +17,12 @@ constexpr double peak_share = 0.999;
 
 Load load_of_condition(const mechanics::GoverningCondition& governing, const mechanics::Conditions& loads,
                        const LoadState& state) {
+  if (const std::size_t n = loads.conditions.size(); index(governing.condition) >= n) {
+    if (state.tools.empty()) return {};  // of applied loads only
+    const ToolState& tool = state.tools[index(governing.condition) - n];
+    if (governing.direction == Vector{}) return {norm(tool.reaction), norm(tool.displacement)};
+    return {dot(tool.reaction, governing.direction), dot(tool.displacement, governing.direction)};
+  }
   const ConditionState& condition = state.conditions[index(governing.condition)];
   if (governing.area > 0) {  // a pressure
     const double sign = governing.direction[0] < 0 ? -1 : 1;

@@ -124,6 +124,7 @@ struct MotionContext {
   bool material_varies = false;
   input::BulkViscosity bulk_viscosity = {};
   std::vector<MakeTerm> more_terms = {};  ///< beside the conditions and the damping
+  double contact_stiffness = 0;           ///< see dynamics::contact_stiffness() [Pa/m]
 };
 
 /// The reference implementation: all operations in double precision, in sequence, with the plain loop over

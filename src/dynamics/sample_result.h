@@ -41,18 +41,29 @@ struct Record {
   bool operator==(const Record&) const = default;
 };
 
+/// A rigid tool at one moment.
+struct ToolState {
+  Vector position{};         ///< of the input's point `at` [m]
+  Vector displacement{};     ///< since the start [m]
+  Vector velocity{};         ///< [m/s]
+  Vector reaction{};         ///< force on the body [N]
+  double friction_work = 0;  ///< lost by friction so far [J]
+  bool operator==(const ToolState&) const = default;
+};
+
 /// One entry of a sample's history: an equilibrium of quasi-static loading, or a moment of a dynamic phase.
 struct HistoryRow {
-  double load_time = 0;              ///< of the load curves [s]
-  std::int32_t phase = 0;            ///< number of the dynamic phase, from 1; 0 in quasi-static loading
-  EnergyRow energy{};                ///< its time counts from the start of the dynamic phase
-  double load = 0;                   ///< of the testing machine (machine_load.h) [N]
-  double load_displacement = 0;      ///< likewise [m]
-  std::vector<Vector> force;         ///< exerted on the body by each boundary condition [N]
-  std::vector<Vector> displacement;  ///< mean of each condition's nodes [m]
-  std::vector<ProbeValue> probes;    ///< in the order of the input
-  std::vector<Record> records = {};  ///< of terms (term.h); the same quantities in every row
-  bool is_output = true;             ///< false: measured for the machine's results only
+  double load_time = 0;               ///< of the load curves [s]
+  std::int32_t phase = 0;             ///< number of the dynamic phase, from 1; 0 in quasi-static loading
+  EnergyRow energy{};                 ///< its time counts from the start of the dynamic phase
+  double load = 0;                    ///< of the testing machine (machine_load.h) [N]
+  double load_displacement = 0;       ///< likewise [m]
+  std::vector<Vector> force;          ///< exerted on the body by each boundary condition [N]
+  std::vector<Vector> displacement;   ///< mean of each condition's nodes [m]
+  std::vector<ProbeValue> probes;     ///< in the order of the input
+  std::vector<Record> records = {};   ///< of terms (term.h); the same quantities in every row
+  std::vector<ToolState> tools = {};  ///< in the order of the input
+  bool is_output = true;              ///< false: measured for the machine's results only
   bool operator==(const HistoryRow&) const = default;
 };
 

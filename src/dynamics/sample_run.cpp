@@ -420,7 +420,8 @@ private:
   bool machine_reacts() const {
     return std::ranges::any_of(loads_.governing, [&](const mechanics::GoverningCondition& governing) {
       const auto is_governing = [&](const auto& one) { return one.condition == governing.condition; };
-      return std::ranges::any_of(loads_.motions, is_governing) ||
+      return index(governing.condition) >= loads_.conditions.size() ||  // a tool
+             std::ranges::any_of(loads_.motions, is_governing) ||
              std::ranges::any_of(loads_.absorbers, is_governing);
     });
   }
@@ -441,6 +442,7 @@ private:
     };
     std::ranges::for_each(model_.boundaries, add);
     std::ranges::for_each(model_.loads, add);
+    std::ranges::for_each(model_.tools, add);
     return {times.begin(), times.end()};
   }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/sample_setup.h"
 
+#include "dynamics/contact_stiffness.h"
 #include "dynamics/separation.h"
+#include "dynamics/tool_term.h"
 #include "fracture/initial_strain.h"
 #include "fracture/release_time.h"
 #include "geometry/mother_points.h"
@@ -37,6 +39,21 @@ mechanics::Conditions all_loads(const parallel::Communicator& group, const input
   return loads;
 }
 
+/// With the tools of the input.
+std::vector<MakeTerm> all_terms(const input::Model& model, std::vector<MakeTerm> terms) {
+  if (!model.tools.empty()) terms.push_back(make_tools(model.tools));
+  return terms;
+}
+
+/// Collective.
+double stiffness_of_contact(const parallel::Communicator& group, const input::Model& model,
+                            const fracture::BreakableBody& body) {
+  constexpr double share = 0.2;
+  if (model.tools.empty()) return 0;
+  const double frequency = largest_frequency(group, body.subdomain(), body.operators(), body.force());
+  return contact_stiffness(group, body.subdomain(), body.operators(), frequency, share);
+}
+
 /// The square ends of slots that count as cracks: where cracks start by means around nodes, those narrow
 /// enough. The spacings of points from a file are not known.
 std::vector<fracture::SquareEnd> crack_ends(const input::Model& model) {
@@ -60,7 +77,8 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
            input.fracture.contact),
       waves(fracture::slowest_waves(ranks, input, body)),
       loads(all_loads(ranks, input, body)),
-      more_terms(std::move(terms)),
+      more_terms(all_terms(input, std::move(terms))),
+      contact_stiffness(stiffness_of_contact(ranks, input, body)),
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(dynamics::stable_step(ranks, input.time.integrator, input.bulk_viscosity(), part,
                                         body.operators(), body.material(), body.force(), set_supports())),
@@ -74,14 +92,22 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
 }
 
 MotionContext SampleSetup::motion_context() {
-  return {&group,    &body, &loads, &law, model.damping_rate(), model.stress_varies(), model.bulk_viscosity(),
-          more_terms};
+  return {&group,
+          &body,
+          &loads,
+          &law,
+          model.damping_rate(),
+          model.stress_varies(),
+          model.bulk_viscosity(),
+          more_terms,
+          contact_stiffness};
 }
 
 std::vector<mechanics::NodeStiffness> SampleSetup::set_supports() {
   if (more_terms.empty()) return {};
   MotionContext context{&group, &body, &loads, nullptr};
   context.more_terms = more_terms;
+  context.contact_stiffness = contact_stiffness;
   const Terms terms(context);
   for (const auto& term : terms) term->add_supports(loads.supports);
   parallel::check_peers(group);

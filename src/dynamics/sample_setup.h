@@ -46,6 +46,7 @@ struct SampleSetup {
   fracture::BodyWaves waves;
   mechanics::Conditions loads;
   std::vector<MakeTerm> more_terms;
+  double contact_stiffness;  ///< 0 without contact [Pa/m]
   const Splitting& splitting;
   double stable_step;  ///< [s]
   TimeGrid grid;

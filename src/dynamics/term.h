@@ -111,6 +111,8 @@ public:
 
   /// True if it acts on nodes of a block in a kick, or prescribes them.
   virtual bool acts_on([[maybe_unused]] std::size_t block) const { return false; }
+  /// True if what acts_on() says has changed since the last call. Asked after each step.
+  virtual bool acts_elsewhere() { return false; }
   virtual void before_kick(std::size_t, const Substep&, MovingNodes&) {}
   virtual void after_kick(std::size_t, const Substep&, MovingNodes&) {}
   virtual void after_drift(std::size_t, const Substep&, MovingNodes&) {}

@@ -59,6 +59,10 @@ Terms::Terms(const MotionContext& context, const MotionState& given, std::int32_
   terms_.push_back(std::make_unique<Dampers>(context, nodes_per_block));
   const auto n_owned = context.body->subdomain().layout.n_owned;
   acts_.resize(index(std::max(1, (n_owned + nodes_per_block - 1) / nodes_per_block)));
+  find_blocks();
+}
+
+void Terms::find_blocks() {
   for (std::size_t block = 0; block < acts_.size(); ++block)
     acts_[block] =
         std::ranges::any_of(terms_, [&](const auto& term) { return term->acts_on(block); }) ? 1 : 0;
@@ -96,7 +100,12 @@ void Terms::end_step(const mechanics::StepSpan& step, MovingNodes& nodes) {
   const Term::Drives drives = [&](const Term::Resistance& resistance) {
     for (const auto& term : terms_) term->move_against(step, resistance);
   };
-  for (const auto& term : terms_) term->end_step(step, nodes, drives);
+  bool is_elsewhere = false;
+  for (const auto& term : terms_) {
+    term->end_step(step, nodes, drives);
+    is_elsewhere = term->acts_elsewhere() || is_elsewhere;
+  }
+  if (is_elsewhere) find_blocks();
 }
 
 void Terms::end_loads(double time, const mechanics::NodesOfConditions& nodes,

@@ -68,6 +68,8 @@ public:
   void restore(const MotionCheckpoint& checkpoint);
 
 private:
+  void find_blocks();
+
   const parallel::Communicator* group_;
   std::vector<std::unique_ptr<Term>> terms_;
   std::vector<std::uint8_t> acts_;  // by block

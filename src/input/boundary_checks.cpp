@@ -285,10 +285,11 @@ void check_constrained_in_all_directions(const Parameters& parameters, Findings&
 }  // namespace
 
 void check_boundaries(const Parameters& parameters, Findings& findings) {
-  if (parameters.boundaries.empty() && parameters.loads.empty()) {
+  if (parameters.boundaries.empty() && parameters.loads.empty() && parameters.tools.empty()) {
     if (!findings.faulty("boundary"))
       findings.report("boundary",
-                      "the body has no boundary condition; give at least one [[boundary]] or [[load]] table");
+                      "the body has no boundary condition; give at least one [[boundary]], [[load]] or "
+                      "[[tool]] table");
     return;
   }
   const plane::Specimen& specimen = parameters.specimen;
@@ -313,7 +314,8 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
       check_absorbs(parameters, i, walls, findings);
     if (size_known && !findings.faulty(key)) check_idle_load(parameters, i, walls, findings);
   }
-  if (parameters.time.start != Start::rest && !findings.faulty("boundary") &&
+  // Tools may support the body; the mesh tells where they touch it.
+  if (parameters.time.start != Start::rest && parameters.tools.empty() && !findings.faulty("boundary") &&
       !findings.faulty("time.start")) {
     check_constrained_in_all_directions(parameters, findings);
   }

@@ -51,6 +51,7 @@ const Dimension body_force_rate_dimension{
 const Dimension angular_velocity_dimension{"an angular velocity", "rad/s", "3000 rpm", 0, {{"rad/s", 1}}};
 const Dimension number_density_dimension{
     "a number per volume", "m-3", "0.1 mm-3", 0, {{"mm-3", 1e9}, {"m-3", 1}}};
+const Dimension mass_dimension{"a mass", "kg", "5 g", 0, {{"kg", 1}, {"g", 1e-3}, {"mg", 1e-6}}};
 const Dimension velocity_gradient_dimension = with_example(rate_of_decay_dimension, "5000 1/s");
 
 Dimension impulse_dimension(double exponent) {
@@ -94,7 +95,7 @@ std::vector<Dimension> known_dimensions(double exponent) {
                                     temperature_dimension,      expansion_dimension,
                                     acceleration_dimension,     body_force_dimension,
                                     angular_velocity_dimension, acceleration_rate_dimension,
-                                    body_force_rate_dimension};
+                                    body_force_rate_dimension,  mass_dimension};
   for (const BoundaryTraits& traits : boundary_kinds) {
     if (!has_quantity(traits.kind)) continue;
     dimensions.push_back(value_dimension(traits.kind));

@@ -9,6 +9,7 @@
 #include "input/profile.h"
 #include "input/random_input.h"
 #include "input/release_kind.h"
+#include "input/tool.h"
 #include "plane/plate.h"
 
 #include <algorithm>
@@ -314,6 +315,7 @@ struct Model {
   std::vector<Boundary> boundaries;
   std::vector<InitialStress> initial_stresses = {};
   std::vector<BodyLoad> loads = {};
+  std::vector<Tool> tools = {};
   Time time;
   std::optional<Damping> damping = {};
   /// Number or name of the boundary condition for the load curve; unset: the driving condition.

@@ -25,7 +25,9 @@ Probe& probe(Parameters& parameters, std::size_t i) {
 }
 
 Key governing_key() {
-  const std::string form = "the name of a [[boundary]], such as \"rollers\", or its number, counted from 0";
+  const std::string form =
+      "the name of a [[boundary]] or [[tool]], such as \"rollers\", or the number of a [[boundary]], counted "
+      "from 0";
   return {"governing",
           "text or integer",
           optional("the driving condition"),
@@ -91,29 +93,38 @@ std::optional<std::string> reason_outside(const plane::Specimen& specimen, const
   return {};
 }
 
+/// Of the boundaries and tools; empty for those without a name.
+std::vector<std::string> condition_names(const Model& model) {
+  std::vector<std::string> names;
+  for (const Boundary& condition : model.boundaries) names.push_back(condition.name);
+  for (std::size_t i = 0; i < model.tools.size(); ++i) names.push_back(name_of(model.tools[i], i));
+  return names;
+}
+
 /// Conditions that can be governing: "0 to 3, \"rollers\" or \"grip\"".
-std::string known_conditions(const std::vector<Boundary>& conditions) {
-  std::vector<std::string> known{conditions.size() == 1 ? "0"
-                                                        : fmt::format("0 to {}", conditions.size() - 1)};
-  for (const Boundary& condition : conditions) {
-    const std::string name = fmt::format("\"{}\"", condition.name);
-    if (!condition.name.empty() && std::ranges::find(known, name) == known.end()) known.push_back(name);
+std::string known_conditions(const Parameters& parameters) {
+  const std::size_t n = parameters.boundaries.size();
+  std::vector<std::string> known;
+  if (n > 0) known.push_back(n == 1 ? "0" : fmt::format("0 to {}", n - 1));
+  for (const std::string& one : condition_names(parameters)) {
+    const std::string name = fmt::format("\"{}\"", one);
+    if (!one.empty() && std::ranges::find(known, name) == known.end()) known.push_back(name);
   }
   return fmt::format("{}", fmt::join(known, ", "));
 }
 
 void check_governing(const Parameters& parameters, Findings& findings) {
   const auto& governing = parameters.governing;
-  const std::vector<Boundary>& conditions = parameters.boundaries;
-  if (findings.faulty("output.governing") || findings.faulty("boundary") || conditions.empty()) return;
+  const std::vector<std::string> names = condition_names(parameters);
+  if (findings.faulty("output.governing") || findings.faulty("boundary") || names.empty()) return;
   if (const auto* const number = std::get_if<int>(&governing);
-      number != nullptr && *number >= std::ssize(conditions))
+      number != nullptr && *number >= std::ssize(parameters.boundaries))
     findings.report("output.governing", "there is no boundary[{}]; give one of {}", *number,
-                    known_conditions(conditions));
+                    known_conditions(parameters));
   if (const auto* const name = std::get_if<std::string>(&governing);
-      name != nullptr && std::ranges::find(conditions, *name, &Boundary::name) == conditions.end())
+      name != nullptr && std::ranges::find(names, *name) == names.end())
     findings.report("output.governing", "no [[boundary]] is called \"{}\"; give one of {}", shortened(*name),
-                    known_conditions(conditions));
+                    known_conditions(parameters));
 }
 
 }  // namespace

@@ -97,6 +97,31 @@ void write_probes(hid_t history, const std::vector<input::Probe>& probes,
   }
 }
 
+/// Writes a group for each tool, by its name.
+void write_tools(hid_t history, const std::vector<input::Tool>& tools, const std::vector<HistoryRow>& rows) {
+  using dynamics::ToolState;
+  const hdf5::Handle all = hdf5::create_group(history, "tools");
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    const hdf5::Handle group = hdf5::create_group(all, name_of(tools[t], t));
+    const auto write = [&](const char* name, Vector ToolState::*member, const char* units,
+                           const char* meaning) {
+      std::vector<double> values;
+      for (const HistoryRow& row : rows) hdf5::flatten(row.tools.at(t).*member, values);
+      hdf5::write_dataset<double>(group, name, {rows.size(), 3}, values, units, hdf5::Storage::compressed);
+      describe_dataset(group, name, meaning);
+    };
+    write("position", &ToolState::position, "m", "of the point `at` of the input (x, y, z)");
+    write("displacement", &ToolState::displacement, "m", "since the start (x, y, z)");
+    write("velocity", &ToolState::velocity, "m/s", "(x, y, z); 0 in equilibrium unless it is prescribed");
+    write("reaction", &ToolState::reaction, "N", "force on the body (x, y, z)");
+    label_as(group, {"position", "displacement", "velocity", "reaction"}, {"moment", "component"});
+    write_column<double>(
+        group, "friction_work", rows, [&](const HistoryRow& row) { return row.tools.at(t).friction_work; },
+        "J", "energy lost by friction so far, in dynamic phases since the start of the phase");
+    label_as(group, {"friction_work"}, {"moment"});
+  }
+}
+
 /// Writes a dataset for each quantity that terms record, by its name.
 void write_records(hid_t history, const std::vector<HistoryRow>& rows) {
   const hdf5::Handle group = hdf5::create_group(history, "terms");
@@ -171,6 +196,7 @@ void write_history(hid_t file, const input::Model& model, const std::vector<inpu
   hdf5::write_attribute(group, "rayleigh_speed", cracks.rayleigh_speed);
   if (!probes.empty()) write_probes(group, probes, rows);
   if (!rows.empty() && !rows.front().records.empty()) write_records(group, rows);
+  if (!rows.empty() && !rows.front().tools.empty()) write_tools(group, model.tools, rows);
 }
 
 }  // namespace crackle::io

@@ -40,6 +40,12 @@ Drive drive_of(const input::BodyLoad& load) {
   return {{}, load.value, load.rate, load.history, true, false, true};
 }
 
+Drive drive_of(const input::Tool& tool, std::size_t number) {
+  const bool is_velocity = tool.velocity && !tool.displacement && !tool.force;
+  const Vector value = tool.displacement.value_or(tool.force.value_or(tool.velocity.value_or(Vector{})));
+  return {name_of(tool, number), value, tool.rate, tool.history, true, is_velocity, true};
+}
+
 bool drives(const Drive& condition) {
   return condition.has_quantity && (condition.value != Vector{} || condition.rate != Vector{});
 }
@@ -81,6 +87,7 @@ std::vector<GoverningCondition> governing_conditions(const input::Model& model) 
   std::vector<Drive> conditions;
   for (const auto& condition : model.boundaries) conditions.push_back(drive_of(condition));
   for (const auto& load : model.body_forces()) conditions.push_back(drive_of(load));
+  for (std::size_t i = 0; i < model.tools.size(); ++i) conditions.push_back(drive_of(model.tools[i], i));
   const auto drive = driver(conditions);
   std::optional<std::size_t> first = drive;
   const auto& governing = model.governing;

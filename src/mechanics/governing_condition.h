@@ -8,9 +8,9 @@
 
 namespace crackle::mechanics {
 
-/// A boundary condition that contributes to the load curve of a sample.
+/// A boundary condition, body force or tool that contributes to the load curve of a sample.
 struct GoverningCondition {
-  int condition = 0;  ///< index into the input's boundaries, or their number plus that of a body force
+  int condition = 0;  ///< index into the input's boundaries, then its body forces, then its tools
   /// Unit vector along the prescribed quantity, or opposite to the drive for a condition that prescribes no
   /// motion or force itself; zero if undefined. For a pressure, which acts along the normal, x is 1 if it
   /// pushes and -1 if it pulls.
@@ -23,8 +23,8 @@ struct GoverningCondition {
 
 /// The conditions whose loads add up to that of the testing machine: all those with the name given by
 /// `[output] governing` or, without it, with the name of the driving condition. The driving condition is the
-/// first that changes with time, otherwise the first with a non-zero prescribed value; body forces come after
-/// the boundaries. Empty if there is none.
+/// first that changes with time, otherwise the first with a non-zero prescribed value; body forces and tools
+/// come after the boundaries. Empty if there is none.
 ///
 /// The direction of a condition is that of its rate or, for a velocity or without a rate, that of its value,
 /// reversed if the first non-zero factor of its history is negative.

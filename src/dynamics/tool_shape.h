@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "common/vector.h"
+#include "input/tool.h"
+
+namespace crackle::dynamics {
+
+/// The surface of a rigid tool, seen from a point.
+struct ToolSurface {
+  double distance = 0;  ///< of the point from the surface; negative inside [m]
+  Vector normal{};      ///< unit vector out of the tool at the nearest point of its surface
+};
+
+/// @param p point in the tool's frame: relative to the tool's point `at` [m]
+ToolSurface surface_from(const input::Tool& tool, const Vector& p);
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,537 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/tool_term.h"
+
+#include "common/index.h"
+#include "dynamics/contact_stiffness.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+namespace crackle::dynamics {
+
+namespace {
+
+/// A tool this close to the body, in spacings, touches its nearest node; one so far inside is refused.
+constexpr double touching_share = 0.05;
+constexpr double overlap_share = 0.25;
+/// The body is searched for nodes near a tool when the room that the last search left is this many times what
+/// node and tool have moved in the last step.
+constexpr double least_room = 8;
+/// Searches reach at least so many spacings, or steps.
+constexpr double search_spacings = 1, search_steps = 64;
+/// In equilibrium, nodes that a tool almost touches resist with this share of the stiffness of contact.
+constexpr double stabilizing_share = 1e-3;
+
+double spacing_of(double node_volume) {
+  return std::cbrt(std::numbers::sqrt2 * node_volume);
+}
+
+mechanics::Symmetric outer(double factor, const Vector& n) {
+  return {factor * n[0] * n[0], factor * n[1] * n[1], factor * n[2] * n[2],
+          factor * n[1] * n[2], factor * n[0] * n[2], factor * n[0] * n[1]};
+}
+
+Vector place(const geometry::Subdomain& subdomain, std::int32_t node) {
+  return subdomain.nodes[index(node)];
+}
+
+Vector displacement_of(std::span<const double> field, std::int32_t node) {
+  return {field[index(node, 0)], field[index(node, 1)], field[index(node, 2)]};
+}
+
+Vector displacement_of(const MovingNodes& nodes, std::int32_t node) {
+  return {nodes.displacement(node, 0), nodes.displacement(node, 1), nodes.displacement(node, 2)};
+}
+
+/// What is prescribed for a tool, by component.
+std::array<mechanics::LoadCurve, 3> curves_of(const input::Tool& tool) {
+  std::array<mechanics::LoadCurve, 3> curves;
+  const Vector none{};
+  const Vector value = tool.displacement ? *tool.displacement
+                       : tool.force      ? *tool.force
+                       : tool.has_mass() ? none
+                                         : tool.velocity.value_or(none);
+  for (std::size_t i = 0; i < 3; ++i) curves[i] = {value[i], tool.rate[i], tool.history};
+  return curves;
+}
+
+/// Areas that the owned nodes stand for: their shares of the surface, or of a node inside the body the side
+/// of a cube of its volume [m^2].
+std::vector<double> areas_of(const fracture::BreakableBody& body) {
+  std::vector<double> areas = surface_areas(body.subdomain());
+  for (std::size_t n = 0; n < areas.size(); ++n)
+    if (areas[n] == 0) areas[n] = std::pow(std::cbrt(body.operators().node_volume[n]), 2);
+  return areas;
+}
+
+}  // namespace
+
+ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>& tools,
+                   std::vector<ToolAtRest>& at_rest, std::int32_t nodes_per_block)
+    : context_(context),
+      tools_(&tools),
+      at_rest_(&at_rest),
+      nodes_per_block_(nodes_per_block),
+      area_(areas_of(*context.body)),
+      driven_(area_.size()),
+      moving_(tools.size()) {
+  for (const auto& motion : context.loads->motions)
+    for (const auto node : motion.nodes)
+      driven_[index(node)] = static_cast<std::uint8_t>(driven_[index(node)] | 1 << motion.component);
+  const double volume = parallel::exact_sum(*context.group, context.body->operators().node_volume);
+  spacing_ = spacing_of(volume / static_cast<double>(context.body->subdomain().layout.n_global));
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    moving_[t].curve = curves_of(tools[t]);
+    moving_[t].friction = tools[t].friction.value_or(0);
+    moving_[t].displacement = at_rest[t].displacement;
+    if (tools[t].has_mass()) moving_[t].velocity = tools[t].velocity.value_or(Vector{});
+  }
+  find_offsets();
+}
+
+void ToolTerm::find_offsets() {
+  const auto& subdomain = context_.body->subdomain();
+  parallel::check_peers(*context_.group);
+  for (std::size_t t = 0; t < tools_->size(); ++t) {
+    const input::Tool& tool = (*tools_)[t];
+    constexpr auto none = std::numeric_limits<std::int64_t>::max();
+    double least = infinity;
+    std::size_t nearest = 0;
+    for (std::size_t n = 0; n < area_.size(); ++n) {
+      const double distance = surface_from(tool, subdomain.nodes[n] - tool.at).distance;
+      if (distance < least) {
+        least = distance;
+        nearest = n;
+      }
+    }
+    const double agreed = parallel::all_reduce(*context_.group, least, MPI_MIN);
+    const std::int64_t own = least == agreed && !area_.empty() ? subdomain.layout.number[nearest] : none;
+    const std::int64_t number = parallel::all_reduce(*context_.group, own, MPI_MIN);
+    const double spacing = parallel::largest_of_all(
+        *context_.group, own == number ? spacing_of(context_.body->operators().node_volume[nearest]) : 0);
+    if (agreed < -overlap_share * spacing)
+      throw parallel::AgreedError(
+          0,
+          fmt::format("tool \"{}\" overlaps the body by {:.3g} mm at the start; move it, or make it smaller",
+                      name_of(tool, t), -1e3 * agreed));
+    if (agreed < touching_share * spacing) moving_[t].offset = agreed;
+  }
+}
+
+Vector ToolTerm::displacement_at(std::size_t tool, double time) const {
+  const input::Tool& given = (*tools_)[tool];
+  const Moving& moving = moving_[tool];
+  if (given.has_mass() && is_moving_) return moving.displacement + (time - time_) * moving.velocity;
+  if (given.is_driven_by_force()) return moving.displacement;
+  Vector displacement{};
+  for (std::size_t i = 0; i < 3; ++i)
+    displacement[i] = given.displacement ? moving.curve[i].at(time) : moving.curve[i].integral(time);
+  return displacement;
+}
+
+Vector ToolTerm::velocity_at(std::size_t tool, double time, const mechanics::StepSpan* step) const {
+  const input::Tool& given = (*tools_)[tool];
+  const Moving& moving = moving_[tool];
+  if (given.has_mass()) return is_moving_ ? moving.velocity : Vector{};
+  if (given.is_driven_by_force()) return {};
+  Vector velocity{};
+  for (std::size_t i = 0; i < 3; ++i)
+    velocity[i] = !given.displacement ? moving.curve[i].at(time)
+                  : step != nullptr   ? moving.curve[i].slope(time, *step)
+                                      : moving.curve[i].slope(time);
+  return velocity;
+}
+
+ToolTerm::Touch ToolTerm::touch(std::size_t tool, std::int32_t node, const Vector& displacement,
+                                const Vector& of_tool) const {
+  Touch touch;
+  touch.relative = displacement - of_tool;
+  const ToolSurface surface = surface_from(
+      (*tools_)[tool], place(context_.body->subdomain(), node) - (*tools_)[tool].at + touch.relative);
+  touch.depth = moving_[tool].offset - surface.distance;
+  touch.normal = surface.normal;
+  return touch;
+}
+
+double ToolTerm::stiffness(std::int32_t node) const {
+  return context_.contact_stiffness * area_[index(node)];
+}
+
+Vector ToolTerm::stretch(std::size_t tool, const Touch& touch, const Vector& anchor) const {
+  const Vector from = touch.relative - anchor;
+  const Vector along = from - dot(from, touch.normal) * touch.normal;
+  const double length = norm(along), most = moving_[tool].friction * touch.depth;
+  return length > most ? most / length * along : along;
+}
+
+Vector ToolTerm::force(std::size_t tool, std::int32_t node, const Touch& touch, const Vector* anchor) const {
+  Vector push = touch.depth * touch.normal;
+  if (anchor != nullptr) push = push - stretch(tool, touch, *anchor);
+  return stiffness(node) * push;
+}
+
+double ToolTerm::slide(std::size_t tool, std::int32_t node, const Touch& touch, Vector& anchor) const {
+  const Vector from = touch.relative - anchor;
+  const Vector along = from - dot(from, touch.normal) * touch.normal;
+  const Vector held = stretch(tool, touch, anchor);
+  const Vector slip = along - held;
+  anchor = touch.relative - held;
+  return stiffness(node) * norm(held) * norm(slip);
+}
+
+template <class Visit>
+void ToolTerm::for_touches(double time, std::span<const double> displacement, double gap,
+                           const Visit& visit) const {
+  for (std::size_t t = 0; t < tools_->size(); ++t) {
+    const Vector of_tool = displacement_at(t, time);
+    for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
+      const Touch one = touch(t, n, displacement_of(displacement, n), of_tool);
+      if (one.depth > -gap) visit(t, n, one);
+    }
+  }
+}
+
+const Vector* ToolTerm::anchor_of(std::size_t tool, std::int32_t node) const {
+  if (moving_[tool].friction == 0) return nullptr;
+  if (is_moving_) {
+    const auto found = std::ranges::lower_bound(contacts_, std::pair{node, tool}, {}, [](const Contact& one) {
+      return std::pair{one.node, one.tool};
+    });
+    const bool is_there = found != contacts_.end() && found->node == node && found->tool == tool;
+    return is_there && found->anchor ? &*found->anchor : nullptr;
+  }
+  const auto& anchors = (*at_rest_)[tool].anchor;
+  const auto found = anchors.find(node);
+  return found == anchors.end() ? nullptr : &found->second;
+}
+
+void ToolTerm::start(double time, const MotionState&) {
+  is_moving_ = true;
+  time_ = time;
+  moved_.resize(area_.size());
+  first_contact_.assign(index(std::max(1, (context_.body->subdomain().layout.n_owned + nodes_per_block_ - 1) /
+                                              nodes_per_block_)) +
+                            1,
+                        0);
+  for (std::size_t t = 0; t < tools_->size(); ++t)
+    for (const auto& [node, anchor] : (*at_rest_)[t].anchor)
+      contacts_.push_back({.node = node, .tool = t, .anchor = anchor});
+}
+
+void ToolTerm::find_contacts(double time, const MovingNodes& nodes, double margin) {
+  const auto place_of = [](const Contact& one) { return std::pair{one.node, one.tool}; };
+  std::vector<Contact> kept;
+  std::ranges::copy_if(contacts_, std::back_inserter(kept), &Contact::has_touched);
+  std::ranges::sort(kept, {}, place_of);
+  contacts_.clear();
+  auto next = kept.begin();
+  for (std::int32_t n = 0; index(n) < area_.size(); ++n)
+    for (std::size_t t = 0; t < tools_->size(); ++t) {
+      if (next != kept.end() && place_of(*next) == std::pair{n, t})
+        contacts_.push_back(*next++);
+      else if (touch(t, n, displacement_of(nodes, n), displacement_at(t, time)).depth > -margin)
+        contacts_.push_back({.node = n, .tool = t});
+    }
+  std::ranges::fill(first_contact_, contacts_.size());
+  for (std::size_t c = contacts_.size(); c-- > 0;)
+    first_contact_[index(contacts_[c].node / nodes_per_block_)] = c;
+  for (std::size_t b = first_contact_.size() - 1; b-- > 0;)
+    first_contact_[b] = std::min(first_contact_[b], first_contact_[b + 1]);
+  room_ = margin;
+  must_find_ = false;
+  has_new_contacts_ = true;
+}
+
+void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) {
+  if (must_find_) find_contacts(substep.kick_time, nodes, search_spacings * spacing_);
+  for (std::size_t c = first_contact_[block]; c < first_contact_[block + 1]; ++c) {
+    Contact& contact = contacts_[c];
+    const Touch now = touch(contact.tool, contact.node, displacement_of(nodes, contact.node),
+                            displacement_at(contact.tool, substep.kick_time));
+    if (now.depth <= 0) continue;
+    if (!contact.anchor) contact.anchor = now.relative;
+    const Vector force = this->force(contact.tool, contact.node, now,
+                                     moving_[contact.tool].friction > 0 ? &*contact.anchor : nullptr);
+    const Vector velocity = velocity_at(contact.tool, substep.kick_time, &substep.step);
+    for (int i = 0; i < 3; ++i) {
+      if ((driven_[index(contact.node)] >> i & 1) != 0) continue;
+      nodes.kick(contact.node, i, substep.kick, force[index(i)], contact.remainder[index(i)]);
+      contact.impulse[index(i)] += substep.kick * force[index(i)];
+      // What moves by forces does its work when it takes over the impulse.
+      if (!(*tools_)[contact.tool].has_mass())
+        contact.work += substep.kick * force[index(i)] * velocity[index(i)];
+    }
+  }
+}
+
+void ToolTerm::end_step(const mechanics::StepSpan& step, MovingNodes& nodes, const Drives&) {
+  // What moves by forces takes over the impulse.
+  std::vector<std::vector<double>> impulses(3 * tools_->size());
+  bool moves_by_forces = false;
+  for (std::size_t t = 0; t < tools_->size(); ++t)
+    moves_by_forces = moves_by_forces || (*tools_)[t].has_mass();
+  if (moves_by_forces)
+    for (const Contact& contact : contacts_)
+      for (std::size_t i = 0; i < 3; ++i)
+        if (contact.impulse[i] != 0) impulses[3 * contact.tool + i].push_back(contact.impulse[i]);
+  const double duration = step.end - step.begin;
+  double fastest = 0;
+  const auto sums = moves_by_forces ? parallel::exact_sums(*context_.group, impulses) : std::vector<double>();
+  for (std::size_t t = 0; t < tools_->size(); ++t) {
+    const Vector before = velocity_at(t, step.begin, &step);
+    fastest = std::max(fastest, norm(before));
+    if (!(*tools_)[t].has_mass()) continue;
+    Moving& moving = moving_[t];
+    for (int i = 0; i < 3; ++i) {
+      if (!(*tools_)[t].moves_along(i)) continue;
+      const auto& force = moving.curve[index(i)];
+      const double applied = (*tools_)[t].force ? force.integral(step.end) - force.integral(step.begin) : 0;
+      const double last = moving.velocity[index(i)];
+      moving.velocity[index(i)] += (applied - sums[3 * t + index(i)]) / (*tools_)[t].mass;
+      const double mean = 0.5 * (last + moving.velocity[index(i)]);
+      moving.displacement[index(i)] += duration * mean;
+      moving.work += sums[3 * t + index(i)] * mean;
+    }
+    fastest = std::max(fastest, norm(moving.velocity));
+  }
+  time_ = step.end;
+  // Anchors are let go, or slide.
+  for (Contact& contact : contacts_) {
+    contact.impulse = {};
+    if (!contact.anchor) continue;
+    const Touch now = touch(contact.tool, contact.node, displacement_of(nodes, contact.node),
+                            displacement_at(contact.tool, time_));
+    if (now.depth <= 0)
+      contact.anchor.reset();
+    else
+      contact.lost += slide(contact.tool, contact.node, now, *contact.anchor);
+  }
+  // The nodes near the tools are those that can touch them before the next search.
+  nodes.movements(moved_);
+  double farthest = 0;
+  for (const Vector& moved : moved_) farthest = std::max(farthest, norm(moved));
+  const double approach = farthest + duration * fastest;
+  room_ -= approach;
+  if (room_ < least_room * approach)
+    find_contacts(time_, nodes, std::max(search_spacings * spacing_, search_steps * approach));
+}
+
+void ToolTerm::add_supplied(double, const MotionState&, std::vector<double>& sum) const {
+  for (const Contact& contact : contacts_) sum.push_back(contact.work);
+  if (context_.group->is_root())
+    for (const Moving& one : moving_) sum.push_back(one.work);
+}
+
+bool ToolTerm::dissipates() const {
+  return std::ranges::any_of(moving_, [](const Moving& one) { return one.friction > 0; });
+}
+
+void ToolTerm::add_dissipated(std::vector<double>& sum) const {
+  for (const Contact& contact : contacts_) sum.push_back(contact.lost);
+  for (const Moving& one : moving_) sum.push_back(one.lost);
+}
+
+void ToolTerm::add_stored(const parallel::NodeField& displacement, std::vector<double>& sum) const {
+  for_touches(time_, displacement.owned(), 0, [&](std::size_t tool, std::int32_t node, const Touch& now) {
+    double square = now.depth * now.depth;
+    if (const Vector* const anchor = anchor_of(tool, node)) {
+      const Vector held = stretch(tool, now, *anchor);
+      square += dot(held, held);
+    }
+    sum.push_back(0.5 * stiffness(node) * square);
+  });
+}
+
+Demand ToolTerm::demand(double from, double to) const {
+  Demand demand;
+  for (std::size_t t = 0; t < tools_->size(); ++t) {
+    demand.holds = demand.holds || !(*tools_)[t].has_mass();
+    const auto& curve = moving_[t].curve;
+    for (double time = from; time < to;
+         time =
+             std::ranges::min({curve[0].next_kink(time), curve[1].next_kink(time), curve[2].next_kink(time)}))
+      demand.velocity = std::max(demand.velocity, norm(velocity_at(t, time, nullptr)));
+    demand.velocity = std::max({demand.velocity, norm(velocity_at(t, to, nullptr)),
+                                (*tools_)[t].has_mass() ? norm(moving_[t].velocity) : 0});
+  }
+  return demand;
+}
+
+void ToolTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
+  for (std::size_t t = 0; t < tools_->size(); ++t)
+    for (const auto& curve : moving_[t].curve)
+      if (!curve.is_zero())
+        loads.push_back(
+            {UnitLoad::Kind::other, &curve, {}, 0, !(*tools_)[t].displacement && !(*tools_)[t].force});
+}
+
+void ToolTerm::add_responses(double time, std::span<const double> displacement,
+                             std::vector<NodeResponse>& responses) const {
+  for_touches(time, displacement, touching_share * spacing_,
+              [&](std::size_t tool, std::int32_t node, const Touch& now) {
+                NodeResponse response;
+                response.node = node;
+                const bool is_inside = now.depth >= -1e-12 * spacing_;
+                const double normal = (is_inside ? 1 : stabilizing_share) * stiffness(node);
+                response.stiffness = outer(normal, now.normal);
+                if (is_inside && now.depth > 0) {
+                  const Vector* const anchor = anchor_of(tool, node);
+                  response.force = force(tool, node, now, anchor);
+                  if (anchor != nullptr) {
+                    const Vector from = now.relative - *anchor;
+                    const Vector along = from - dot(from, now.normal) * now.normal;
+                    if (norm(along) <= moving_[tool].friction * now.depth) {
+                      const mechanics::Symmetric across = outer(-normal, now.normal);
+                      for (std::size_t i = 0; i < 6; ++i)
+                        response.stiffness[i] += across[i] + (i < 3 ? normal : 0);
+                    }
+                  }
+                }
+                for (std::size_t i = 0; i < 3; ++i)
+                  if ((driven_[index(node)] >> i & 1) != 0) response.force[i] = 0;
+                responses.push_back(response);
+              });
+}
+
+void ToolTerm::add_stiffest(std::span<const double>, std::vector<NodeResponse>& most) const {
+  // A node may touch a tool on any side.
+  for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
+    NodeResponse response;
+    response.node = n;
+    for (std::size_t i = 0; i < 3; ++i) response.stiffness[i] = stiffness(n);
+    most.push_back(response);
+  }
+}
+
+void ToolTerm::add_supports(std::vector<mechanics::Support>& supports) const {
+  constexpr double negligible = 0.05;
+  for (std::size_t t = 0; t < tools_->size(); ++t)
+    for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
+      const Touch now = touch(t, n, {}, {});
+      if (now.depth <= -touching_share * spacing_) continue;
+      unsigned components = moving_[t].friction > 0 ? 7 : 0;
+      for (std::size_t i = 0; i < 3; ++i)
+        if (std::abs(now.normal[i]) > negligible) components |= 1U << i;
+      supports.push_back({n, static_cast<std::uint8_t>(components)});
+    }
+}
+
+void ToolTerm::rest_at(double time, const parallel::NodeField& displacement) {
+  time_ = time;
+  for (std::size_t t = 0; t < tools_->size(); ++t) {
+    (*at_rest_)[t].displacement = displacement_at(t, time);
+    if (moving_[t].friction == 0) continue;
+    std::map<std::int32_t, Vector> anchors;
+    for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
+      const Touch now = touch(t, n, displacement_of(displacement.owned(), n), (*at_rest_)[t].displacement);
+      if (now.depth < -1e-12 * spacing_) continue;
+      const auto found = (*at_rest_)[t].anchor.find(n);
+      Vector anchor = found == (*at_rest_)[t].anchor.end() ? now.relative : found->second;
+      if (now.depth > 0) moving_[t].lost += slide(t, n, now, anchor);
+      anchors.emplace(n, anchor);
+    }
+    (*at_rest_)[t].anchor = std::move(anchors);
+  }
+}
+
+void ToolTerm::measure(double time, const parallel::NodeField& displacement, const parallel::NodeField*,
+                       LoadState& state) const {
+  std::vector<std::vector<double>> terms(4 * tools_->size());
+  for_touches(time, displacement.owned(), 0, [&](std::size_t tool, std::int32_t node, const Touch& now) {
+    const Vector push = force(tool, node, now, anchor_of(tool, node));
+    for (std::size_t i = 0; i < 3; ++i)
+      if ((driven_[index(node)] >> i & 1) == 0) terms[4 * tool + i].push_back(push[i]);
+  });
+  for (const Contact& contact : contacts_) terms[4 * contact.tool + 3].push_back(contact.lost);
+  for (std::size_t t = 0; t < tools_->size(); ++t) terms[4 * t + 3].push_back(moving_[t].lost);
+  const auto sums = parallel::exact_sums(*context_.group, terms);
+  for (std::size_t t = 0; t < tools_->size(); ++t) {
+    ToolState tool;
+    tool.displacement = displacement_at(t, time);
+    tool.position = (*tools_)[t].at + tool.displacement;
+    tool.velocity = velocity_at(t, time, nullptr);
+    tool.reaction = {sums[4 * t], sums[4 * t + 1], sums[4 * t + 2]};
+    tool.friction_work = sums[4 * t + 3];
+    for (std::size_t i = 0; i < 3; ++i) state.works.push_back({tool.reaction[i], tool.displacement[i], true});
+    state.tools.push_back(tool);
+  }
+}
+
+std::vector<parallel::NumberedRows> ToolTerm::save() const {
+  std::vector<parallel::NumberedRows> tables;
+  const auto put = [](parallel::NumberedRows& rows, const auto& values) {
+    for (const double value : values) rows.values.push_back(std::bit_cast<std::int64_t>(value));
+  };
+  for (std::size_t t = 0; t < tools_->size(); ++t) {
+    parallel::NumberedRows local;
+    local.width = 9;
+    for (const Contact& contact : contacts_) {
+      if (contact.tool != t || !contact.has_touched()) continue;
+      local.numbers.push_back(context_.body->subdomain().layout.number[index(contact.node)]);
+      put(local, contact.remainder);
+      put(local, std::array{contact.work, contact.lost, contact.anchor ? 1.0 : 0.0});
+      put(local, contact.anchor.value_or(Vector{}));
+    }
+    tables.push_back(parallel::gather_rows(*context_.group, local));
+  }
+  parallel::NumberedRows tools;
+  tools.width = 8;
+  if (context_.group->is_root())
+    for (std::size_t t = 0; t < tools_->size(); ++t) {
+      tools.numbers.push_back(static_cast<std::int64_t>(t));
+      put(tools, moving_[t].displacement);
+      put(tools, moving_[t].velocity);
+      put(tools, std::array{time_, moving_[t].work});
+    }
+  tables.push_back(parallel::gather_rows(*context_.group, tools));
+  return tables;
+}
+
+void ToolTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
+  if (rows.size() != tools_->size() + 1)
+    throw std::runtime_error("the checkpoint has a different number of tools");
+  const auto vector_at = [](std::span<const std::int64_t> row, std::size_t first) {
+    Vector vector{};
+    for (std::size_t i = 0; i < 3; ++i) vector[i] = std::bit_cast<double>(row[first + i]);
+    return vector;
+  };
+  contacts_.clear();
+  for (std::size_t t = 0; t < tools_->size(); ++t) {
+    for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
+      const auto row = rows[t].find(context_.body->subdomain().layout.number[index(n)]);
+      if (row.empty()) continue;
+      Contact contact{.node = n, .tool = t};
+      for (std::size_t i = 0; i < 3; ++i) contact.remainder[i] = std::bit_cast<double>(row[i]);
+      contact.work = std::bit_cast<double>(row[3]);
+      contact.lost = std::bit_cast<double>(row[4]);
+      if (std::bit_cast<double>(row[5]) != 0) contact.anchor = vector_at(row, 6);
+      contacts_.push_back(contact);
+    }
+    const auto tool = rows.back().find(static_cast<std::int64_t>(t));
+    if (tool.empty()) throw std::runtime_error("the checkpoint lacks a tool");
+    moving_[t].displacement = vector_at(tool, 0);
+    moving_[t].velocity = vector_at(tool, 3);
+    time_ = std::bit_cast<double>(tool[6]);
+    moving_[t].work = std::bit_cast<double>(tool[7]);
+  }
+  must_find_ = true;
+}
+
+MakeTerm make_tools(const std::vector<input::Tool>& tools) {
+  const auto at_rest = std::make_shared<std::vector<ToolAtRest>>(tools.size());
+  return [&tools, at_rest](const MotionContext& context, const MotionState&, std::int32_t nodes_per_block) {
+    return std::make_unique<ToolTerm>(context, tools, *at_rest, nodes_per_block);
+  };
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "dynamics/moving_body.h"
+#include "dynamics/term.h"
+#include "dynamics/tool_shape.h"
+#include "input/tool.h"
+#include "mechanics/load_curve.h"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// A tool as it is found when the body is at rest, handed from the equilibria to the motion that follows.
+struct ToolAtRest {
+  Vector displacement{};                  ///< since the start [m]
+  std::map<std::int32_t, Vector> anchor;  ///< by owned node, see ToolTerm
+};
+
+/// Rigid tools that touch the body: a node inside a tool is pushed out along the normal of the tool's surface
+/// by a force in proportion to its depth and to the surface that it stands for. Friction is Coulomb's: along
+/// the surface a spring as stiff holds the node at its anchor, which slides where the force would exceed the
+/// coefficient times the normal force. Nodes inside the body take part once breaking has laid them open.
+///
+/// A tool that does not touch the body's nodes, but comes closer to one than a twentieth of the spacing,
+/// touches that one: its surface is offset by the gap.
+///
+/// In motion a tool with a mass moves by the position Verlet scheme: over a step it goes on at its velocity,
+/// then it takes over the impulse of the step. In equilibrium its position, or that of any tool with a force,
+/// is an unknown along the axes of the force.
+class ToolTerm final : public Term {
+public:
+  /// Collective. The references must outlive the object.
+  /// @param at_rest of each tool; receives what equilibria find
+  /// @throws parallel::AgreedError on every rank when a tool overlaps the body at the start
+  ToolTerm(const MotionContext& context, const std::vector<input::Tool>& tools,
+           std::vector<ToolAtRest>& at_rest, std::int32_t nodes_per_block);
+
+  void start(double time, const MotionState& state) override;
+  bool acts_on(std::size_t block) const override {
+    return must_find_ || first_contact_[block] < first_contact_[block + 1];
+  }
+  bool acts_elsewhere() override { return std::exchange(has_new_contacts_, false); }
+  void after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) override;
+  void end_step(const mechanics::StepSpan& step, MovingNodes& nodes, const Drives& drives) override;
+
+  void add_supplied(double time, const MotionState& state, std::vector<double>& sum) const override;
+  void add_dissipated(std::vector<double>& sum) const override;
+  void add_stored(const parallel::NodeField& displacement, std::vector<double>& sum) const override;
+  bool dissipates() const override;
+  bool stores() const override { return true; }
+  Demand demand(double from, double to) const override;
+
+  bool is_linear() const override { return false; }
+  void add_unit_loads(std::vector<UnitLoad>& loads) const override;
+  void add_responses(double time, std::span<const double> displacement,
+                     std::vector<NodeResponse>& responses) const override;
+  void add_stiffest(std::span<const double> no_displacement, std::vector<NodeResponse>& most) const override;
+  void add_supports(std::vector<mechanics::Support>& supports) const override;
+  void rest_at(double time, const parallel::NodeField& displacement) override;
+  void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
+               LoadState& state) const override;
+
+  std::vector<parallel::NumberedRows> save() const override;
+  void restore(const std::vector<parallel::NumberedRows>& rows) override;
+
+private:
+  /// How a node is inside a tool.
+  struct Touch {
+    double depth = 0;  ///< negative outside [m]
+    Vector normal{};
+    Vector relative{};  ///< displacement of the node from the tool [m]
+  };
+  /// A node near a tool, in motion.
+  struct Contact {
+    std::int32_t node = 0;
+    std::size_t tool = 0;
+    std::array<double, 3> remainder{};  // of MovingNodes::kick
+    Vector impulse{};                   // on the body in this step [N s]
+    double work = 0;                    // of the tool on the node [J]
+    double lost = 0;                    // by friction [J]
+    std::optional<Vector> anchor = {};  // relative displacement [m]
+    bool has_touched() const {
+      return work != 0 || lost != 0 || anchor || remainder != decltype(remainder){};
+    }
+  };
+  struct Moving {
+    std::array<mechanics::LoadCurve, 3> curve;  // of what is prescribed
+    double offset = 0;                          // of the surface [m]
+    double friction = 0;
+    Vector displacement{}, velocity{};  // at time_, of one that moves by forces
+    double work = 0;                    // on the body, of one with a mass [J]
+    double lost = 0;                    // by friction in equilibria, of this rank [J]
+  };
+
+  Vector displacement_at(std::size_t tool, double time) const;
+  Vector velocity_at(std::size_t tool, double time, const mechanics::StepSpan* step) const;
+  Touch touch(std::size_t tool, std::int32_t node, const Vector& displacement, const Vector& of_tool) const;
+  /// Force on the node, with friction if it has an anchor [N].
+  Vector force(std::size_t tool, std::int32_t node, const Touch& touch, const Vector* anchor) const;
+  /// The stretch of the spring along the surface, at most as the friction allows [m].
+  Vector stretch(std::size_t tool, const Touch& touch, const Vector& anchor) const;
+  /// Lets the anchor slide. @return energy lost [J]
+  double slide(std::size_t tool, std::int32_t node, const Touch& touch, Vector& anchor) const;
+  double stiffness(std::int32_t node) const;  // [N/m]
+  /// Calls visit(tool, node, touch) for all owned nodes inside a tool, or closer than `gap`.
+  template <class Visit>
+  void for_touches(double time, std::span<const double> displacement, double gap, const Visit& visit) const;
+  const Vector* anchor_of(std::size_t tool, std::int32_t node) const;
+  void find_offsets();
+  /// Finds all nodes to which a tool is closer than the margin [m].
+  void find_contacts(double time, const MovingNodes& nodes, double margin);
+  void move_tools(const mechanics::StepSpan& step);
+
+  MotionContext context_;
+  const std::vector<input::Tool>* tools_;
+  std::vector<ToolAtRest>* at_rest_;
+  std::int32_t nodes_per_block_;
+  std::vector<double> area_;          // of each owned node [m^2]
+  std::vector<std::uint8_t> driven_;  // per owned node: bits of components that a motion prescribes
+  double spacing_ = 0;                // mean one of the body [m]
+  std::vector<Moving> moving_;
+  double time_ = 0;
+  bool is_moving_ = false;  // in a dynamic phase
+
+  std::vector<Contact> contacts_;           // by node, then by tool
+  std::vector<std::size_t> first_contact_;  // of each block, and their number
+  bool must_find_ = true;                   // contacts_, before the first kick
+  bool has_new_contacts_ = false;
+  double room_ = 0;  // by which node and tool may approach before a node outside contacts_ is touched [m]
+  std::vector<Vector> moved_;
+};
+
+/// Makes the terms of a sample's phases. @param tools must outlive them
+MakeTerm make_tools(const std::vector<input::Tool>& tools);
+
+}  // namespace crackle::dynamics
