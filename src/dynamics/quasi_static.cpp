@@ -49,13 +49,21 @@ constexpr double slight_overload = 1.2;
 constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-4, .of_displacement = 5e-3};
 
 // Where a term is not linear.
-/// Forces that strain the body less than this count as none.
+/// Forces that strain the body less than this count as none, and so does this share of the energy at which
+/// it has its strength everywhere.
 constexpr double negligible_strain = 1e-9;
+constexpr double negligible_energy_share = 1e-7;
 /// Largest unbalanced force in equilibrium, relative to the forces.
 constexpr double equilibrium_tolerance = 1e-8;
 constexpr int max_newton_steps = 40;
-/// An increment is straight if half-way along it the unbalanced force, relative to the forces, is at most
-/// this, or after so many halvings. One without an equilibrium at its end is halved so many times.
+/// The same where it hardly falls any more: by rounding, or as the terms' stiffness is not exact.
+constexpr double slow_tolerance = 1e-5;
+/// A step of Newton's method is cut where the unbalanced force does at most this share of the work on it that
+/// it does at its start, or after so many trials.
+constexpr double step_accuracy = 0.5;
+constexpr int max_step_cuts = 10;
+/// An increment is straight if half-way along it the unbalanced force would do at most this share of the work
+/// of the body's stiffness on it, or after so many halvings. One without an equilibrium at its end is halved so many times.
 constexpr double straightness = 0.02;
 constexpr int max_bends = 10;
 constexpr int max_halvings = 30;
@@ -87,6 +95,7 @@ QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double pati
   extent_ = std::ranges::max(box.upper - box.lower);
   if (!is_linear_) {
     negligible_force_ = negligible_strain * extent_ * bar_stiffness(*group_, *body_);
+    negligible_work_ = negligible_energy_share * energy_at_strength(*group_, *body_, law_->strengths());
     group_->enter("static solve");
     find_equilibrium(time_);
     come_to_rest();
@@ -203,8 +212,8 @@ void QuasiStaticLoading::find_equilibrium(double time) {
     const Imbalance now = find_imbalance(time, force);
     forces = std::max(forces, now.forces);  // where it ends without any, those on the way count
     const double residual = now.norm / forces;
-    const bool is_rounding = residual <= mechanics::rounding_allowance && residual > 0.5 * last;
-    if (residual <= equilibrium_tolerance || is_rounding) {
+    const bool is_slow = residual <= slow_tolerance && residual > 0.5 * last;
+    if (residual <= equilibrium_tolerance || is_slow) {
       residual_ = std::max(residual_, residual);
       return;
     }
@@ -222,10 +231,41 @@ void QuasiStaticLoading::find_equilibrium(double time) {
     } catch (const mechanics::NoEquilibrium&) {
       no_equilibrium = std::current_exception();  // on every rank; how far the body moves may tell why
     }
-    for (std::size_t i = 0; i < displacement_.local().size(); ++i)
-      displacement_.local()[i] += change.local()[i];
+    const double share = no_equilibrium ? 1 : step_share(time, change, force);
+    if (share == 1)
+      for (std::size_t i = 0; i < displacement_.local().size(); ++i)
+        displacement_.local()[i] += change.local()[i];
+    if (getenv("DBG")) fprintf(stderr, "newton t=%g n=%d res=%g share=%g\n", time, n, residual, share);
     if (no_equilibrium) std::rethrow_exception(no_equilibrium);
   }
+}
+
+double QuasiStaticLoading::step_share(double time, const parallel::NodeField& change,
+                                      std::vector<double>& force) {
+  // The unbalanced force falls along the step, as its potential is convex: where its work on the step changes
+  // sign, the potential is least.
+  const std::vector<double> start(displacement_.local().begin(), displacement_.local().end());
+  const auto work_at = [&](double share) {
+    for (std::size_t i = 0; i < start.size(); ++i)
+      displacement_.local()[i] = start[i] + share * change.local()[i];
+    find_imbalance(time, force);
+    return parallel::exact_dot(*group_, std::span<const double>(force).first(change.owned().size()),
+                               change.owned());
+  };
+  double low = 0, at_low = work_at(0), high = 1, at_high = work_at(1);
+  const double least = -step_accuracy * at_low;
+  double share = 1;
+  for (int n = 0; at_low > 0 && at_high < least && n < max_step_cuts; ++n) {
+    share = std::clamp(low + (high - low) * at_low / (at_low - at_high), std::lerp(low, high, 0.1),
+                       std::lerp(low, high, 0.9));
+    const double now = work_at(share);
+    if (std::abs(now) <= -least) break;
+    (now > 0 ? low : high) = share;
+    (now > 0 ? at_low : at_high) = now;
+  }
+  for (std::size_t i = 0; i < start.size(); ++i)
+    displacement_.local()[i] = start[i] + (share == 1 ? 0 : share) * change.local()[i];
+  return share;
 }
 
 void QuasiStaticLoading::take(std::span<const double> displacement, double time) {
@@ -241,18 +281,25 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
     const auto u = std::as_const(displacement_).local();
     return std::vector<double>(u.begin(), u.end());
   };
-  std::vector<double> start = current(), end, between(start.size());
+  std::vector<double> start = current(), end, between(start.size()), change(start.size());
   double from = time_, to = std::min(until, from + increment_);
   group_->enter("static solve");
   for (int n = 0;; ++n) {
     bool is_straight = false;
     try {
+      if (getenv("DBG")) fprintf(stderr, "increment %g to %g\n", from, to);
       find_equilibrium(to);
       end = current();
       for (std::size_t i = 0; i < end.size(); ++i) between[i] = 0.5 * (start[i] + end[i]);
       take(between, 0.5 * (from + to));
-      const Imbalance half_way = find_imbalance(time_, between);
-      is_straight = n >= max_bends || half_way.norm <= straightness * half_way.forces;
+      find_imbalance(time_, between);
+      for (std::size_t i = 0; i < end.size(); ++i) change[i] = end[i] - start[i];
+      const std::size_t n_owned = displacement_.owned().size();
+      const double bend = parallel::exact_dot(*group_, std::span<const double>(between).first(n_owned),
+                                              std::span<const double>(change).first(n_owned));
+      const double work = 2 * change_energy(*group_, *body_, {}, change);
+      if (getenv("DBG")) fprintf(stderr, "bend %g work %g\n", bend, work);
+      is_straight = n >= max_bends || std::abs(bend) <= straightness * (work + negligible_work_);
     } catch (const mechanics::NoEquilibrium&) {  // on every rank
       if (n == max_halvings || !(0.5 * (from + to) > from)) throw;
       take(start, from);

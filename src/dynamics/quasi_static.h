@@ -133,6 +133,10 @@ private:
   /// Newton's method for the equilibrium at a time, from the current displacement.
   /// @throws mechanics::NoEquilibrium on every rank
   void find_equilibrium(double time);
+  /// Goes along a step of Newton's method as far as the potential falls, unless it falls over all of it.
+  /// @param force workspace
+  /// @return the share, 1 if the step is left to the caller
+  double step_share(double time, const parallel::NodeField& change, std::vector<double>& force);
   struct Imbalance {
     double norm = 0;    ///< of the unbalanced force
     double forces = 0;  ///< largest norm of the loads, the terms' forces and the body's, if not negligible
@@ -213,6 +217,7 @@ private:
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
   double extent_ = 0;                 // of the body, the largest along an axis [m]
   double negligible_force_ = 0;       // where a term is not linear [N]
+  double negligible_work_ = 0;        // likewise, of an increment [J]
   double time_ = 0;
   double increment_ = 1;  // of the load time, to be tried next where a term is not linear [s]
   double load_ = 0;       // [N]

@@ -379,24 +379,24 @@ void ToolTerm::add_responses(double time, std::span<const double> displacement,
                              std::vector<NodeResponse>& responses) const {
   for_touches(time, displacement, touching_share * spacing_,
               [&](std::size_t tool, std::int32_t node, const Touch& now) {
+                const bool is_inside = now.depth >= -1e-12 * spacing_,
+                           has_friction = moving_[tool].friction > 0;
+                const double contact = stiffness(node), barely = stabilizing_share * contact;
                 NodeResponse response;
                 response.node = node;
-                const bool is_inside = now.depth >= -1e-12 * spacing_;
-                const double normal = (is_inside ? 1 : stabilizing_share) * stiffness(node);
-                response.stiffness = outer(normal, now.normal);
-                if (is_inside && now.depth > 0) {
+                // Along the surface it is held if it sticks.
+                double along = has_friction ? barely : 0;
+                if (is_inside) {
                   const Vector* const anchor = anchor_of(tool, node);
-                  response.force = force(tool, node, now, anchor);
+                  if (now.depth > 0) response.force = force(tool, node, now, anchor);
                   if (anchor != nullptr) {
                     const Vector from = now.relative - *anchor;
-                    const Vector along = from - dot(from, now.normal) * now.normal;
-                    if (norm(along) <= moving_[tool].friction * now.depth) {
-                      const mechanics::Symmetric across = outer(-normal, now.normal);
-                      for (std::size_t i = 0; i < 6; ++i)
-                        response.stiffness[i] += across[i] + (i < 3 ? normal : 0);
-                    }
+                    const Vector offset = from - dot(from, now.normal) * now.normal;
+                    if (norm(offset) <= moving_[tool].friction * std::max(now.depth, 0.0)) along = contact;
                   }
                 }
+                response.stiffness = outer((is_inside ? contact : barely) - along, now.normal);
+                for (std::size_t i = 0; i < 3; ++i) response.stiffness[i] += along;
                 for (std::size_t i = 0; i < 3; ++i)
                   if ((driven_[index(node)] >> i & 1) != 0) response.force[i] = 0;
                 responses.push_back(response);
@@ -434,7 +434,12 @@ void ToolTerm::rest_at(double time, const parallel::NodeField& displacement) {
     std::map<std::int32_t, Vector> anchors;
     for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
       const Touch now = touch(t, n, displacement_of(displacement.owned(), n), (*at_rest_)[t].displacement);
-      if (now.depth < -1e-12 * spacing_) continue;
+      if (now.depth < -touching_share * spacing_) continue;
+      // A node that comes into contact is held from where it was in the last equilibrium.
+      if (now.depth < 0) {
+        anchors.emplace(n, now.relative);
+        continue;
+      }
       const auto found = (*at_rest_)[t].anchor.find(n);
       Vector anchor = found == (*at_rest_)[t].anchor.end() ? now.relative : found->second;
       if (now.depth > 0) moving_[t].lost += slide(t, n, now, anchor);

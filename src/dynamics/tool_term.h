@@ -21,7 +21,7 @@ namespace crackle::dynamics {
 /// A tool as it is found when the body is at rest, handed from the equilibria to the motion that follows.
 struct ToolAtRest {
   Vector displacement{};                  ///< since the start [m]
-  std::map<std::int32_t, Vector> anchor;  ///< by owned node, see ToolTerm
+  std::map<std::int32_t, Vector> anchor;  ///< by owned node that it touches or almost does, see ToolTerm
 };
 
 /// Rigid tools that touch the body: a node inside a tool is pushed out along the normal of the tool's surface

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -188,6 +189,37 @@ std::vector<ConditionRegion> condition_regions(const Body& body,
   return regions;
 }
 
+std::vector<ConditionRegion> touched_regions(const Body& body, std::span<const input::Tool> tools) {
+  constexpr double parallel = 1e-9;
+  const double near = merging_distance(body);
+  std::vector<ConditionRegion> regions;
+  for (const input::Tool& tool : tools) {
+    const bool is_line = tool.shape == input::ToolShape::cylinder;
+    if (!is_line && tool.shape != input::ToolShape::sphere) continue;
+    ConditionRegion region;
+    region.n_dimensions = is_line ? 1 : 0;
+    for (std::size_t f = 0; f < body.faces().size(); ++f) {
+      const Face& face = body.faces()[f];
+      const double height = dot(tool.at - face.patch.at(face.patch.domain.lower), face.outward);
+      if (std::abs(height - tool.radius) > near) continue;
+      const Point foot = tool.at - height * face.outward;
+      plane::Region limits = plane::everywhere;
+      std::size_t n_limits = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (std::abs(std::abs(face.outward[i]) - 1) < parallel) continue;
+        if (is_line && std::abs(std::abs(tool.axis[i]) - norm(tool.axis)) < parallel * norm(tool.axis)) continue;
+        limits[i] = {foot[i], foot[i]};
+        ++n_limits;
+      }
+      // Other lines are not parallel to the axes of the face.
+      if (n_limits != (is_line ? 1 : 2)) continue;
+      if (auto part = part_of(body, static_cast<FaceId>(f), limits)) region.parts.push_back(std::move(*part));
+    }
+    if (!region.parts.empty()) regions.push_back(std::move(region));
+  }
+  return regions;
+}
+
 std::unique_ptr<const Body> make_body(const plane::Specimen& specimen) {
   return std::make_unique<Body>(complex_of(specimen));
 }
@@ -201,7 +233,8 @@ std::unique_ptr<const Body> make_composite_body(const input::Model& model) {
 
 std::unique_ptr<const Body> make_body(const input::Model& model) {
   auto plain = make_composite_body(model);
-  const auto regions = condition_regions(*plain, model.boundaries);
+  auto regions = condition_regions(*plain, model.boundaries);
+  std::ranges::move(touched_regions(*plain, model.tools), std::back_inserter(regions));
   if (!has_borders(*plain, regions)) return plain;
   return std::make_unique<Body>(imprint(*plain, regions));
 }
@@ -209,7 +242,7 @@ std::unique_ptr<const Body> make_body(const input::Model& model) {
 std::vector<RegionRefinement> region_refinements(const input::Model& model) {
   std::map<int, double> finest;
   for (const SpacingSource& source : make_body(model)->spacing_sources(model.mesh)) {
-    if (source.condition < 0) continue;
+    if (source.condition < 0 || index(source.condition) >= model.boundaries.size()) continue;
     const auto [entry, is_new] = finest.emplace(source.condition, source.spacing);
     entry->second = std::min(entry->second, source.spacing);
   }

@@ -48,6 +48,10 @@ ConditionRegion condition_region(const Body& body, const input::Boundary& condit
 /// The regions of all conditions of an input, in their order.
 std::vector<ConditionRegion> condition_regions(const Body& body, std::span<const input::Boundary> conditions);
 
+/// The lines and points at which cylinders and spheres touch level faces: nodes lie on them in every
+/// realization.
+std::vector<ConditionRegion> touched_regions(const Body& body, std::span<const input::Tool> tools);
+
 /// A condition whose region requires a finer mesh than the rest of the input.
 struct RegionRefinement {
   std::size_t condition;

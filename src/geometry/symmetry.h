@@ -17,7 +17,8 @@ std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh);
 /// what acts onto those of something that acts. Equilibria do not know a support from the load that it
 /// balances, nor a rigid motion: unless the body starts from rest, a support that alone carries a central
 /// load may change places with it, prescribed motions may differ by a common translation, and a component in
-/// which nothing is driven may be held on one of two loaded faces only. The identity is always among them.
+/// which nothing is driven may be held on one of two loaded faces only. The identity is always among them,
+/// and the only one with tools.
 ///
 /// Factors, body forces and the initial velocity must be mapped onto themselves, and with them no support
 /// changes places with a load.
