@@ -18,11 +18,13 @@
 #include "stiffness_ratio.h"
 
 #include <fmt/format.h>
+#include <Eigen/Dense>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <exception>
+#include <iterator>
 #include <unordered_map>
 #include <utility>
 
@@ -53,6 +55,8 @@ constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-4, .of_displacem
 /// it has its strength everywhere.
 constexpr double negligible_strain = 1e-9;
 constexpr double negligible_energy_share = 1e-7;
+/// A body that has broken and carries less than this share of the largest load counts as separated.
+constexpr double least_load_share = 0.01;
 /// Largest unbalanced force in equilibrium, relative to the forces.
 constexpr double equilibrium_tolerance = 1e-8;
 constexpr int max_newton_steps = 40;
@@ -63,7 +67,8 @@ constexpr double slow_tolerance = 1e-5;
 constexpr double step_accuracy = 0.5;
 constexpr int max_step_cuts = 10;
 /// An increment is straight if half-way along it the unbalanced force would do at most this share of the work
-/// of the body's stiffness on it, or after so many halvings. One without an equilibrium at its end is halved so many times.
+/// of the body's stiffness on it, or after so many halvings. One without an equilibrium at its end is halved
+/// so many times.
 constexpr double straightness = 0.02;
 constexpr int max_bends = 10;
 constexpr int max_halvings = 30;
@@ -86,6 +91,7 @@ QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double pati
       patience_(patience),
       terms_(context_),
       is_linear_(std::ranges::all_of(terms_, [](const auto& term) { return term->is_linear(); })),
+      unknowns_(terms_.unknowns()),
       unit_loads_(terms_.unit_loads()),
       held_(terms_.held_components(body_->subdomain())),
       solver_(*group_, body_->subdomain(), body_->operators(), body_->elasticity(), body_->edges(),
@@ -190,7 +196,74 @@ QuasiStaticLoading::Imbalance QuasiStaticLoading::find_imbalance(double time, st
   };
   const double forces = std::max({square(loads), square(of_terms), square(force)});
   for (std::size_t i = 0; i < n_owned; ++i) force[i] = held_[i] != 0 ? 0 : loads[i] + of_terms[i] - force[i];
-  return {std::sqrt(square(force)), std::max(std::sqrt(forces), negligible_force_)};
+  double unbalanced = square(force), largest = forces;
+  if (!unknowns_.empty())
+    for (const UnknownResponse& one : terms_.unknown_responses(time, displacement_.local())) {
+      unbalanced += one.force * one.force;
+      largest = std::max(largest, one.load * one.load);
+    }
+  return {std::sqrt(unbalanced), std::max(std::sqrt(largest), negligible_force_)};
+}
+
+std::vector<double> QuasiStaticLoading::unknowns() const {
+  std::vector<double> values;
+  for (const double* one : unknowns_) values.push_back(*one);
+  return values;
+}
+
+std::vector<double> QuasiStaticLoading::current() const {
+  const auto u = displacement_.local();
+  std::vector<double> state(u.begin(), u.end());
+  std::ranges::copy(unknowns(), std::back_inserter(state));
+  return state;
+}
+
+template <class Function>
+auto QuasiStaticLoading::with_unknowns(const std::vector<double>& values, const Function& function) {
+  const auto exchange = [&](const std::vector<double>& other) {
+    for (std::size_t k = 0; k < unknowns_.size(); ++k) *unknowns_[k] = other[k];
+  };
+  const std::vector<double> now = unknowns();
+  exchange(values);
+  auto result = function();
+  exchange(now);
+  return result;
+}
+
+void QuasiStaticLoading::find_step(double time, std::span<const double> force, parallel::NodeField& change,
+                                   std::vector<double>& of_unknowns) {
+  // Block elimination: the response of the body to each unknown, then the unknowns, then the body.
+  const auto n = static_cast<Eigen::Index>(unknowns_.size());
+  const auto responses =
+      n > 0 ? terms_.unknown_responses(time, displacement_.local()) : std::vector<UnknownResponse>();
+  std::vector<parallel::NodeField> of_each;
+  std::vector<std::vector<double>> couplings;
+  for (const UnknownResponse& one : responses) {
+    auto& coupling = couplings.emplace_back(displacement_.owned().size());
+    for (const auto& [node, pull] : one.coupling)
+      for (std::size_t i = 0; i < 3; ++i)
+        if (held_[index(node, 0) + i] == 0) coupling[index(node, 0) + i] += pull[i];
+    solve(coupling, of_each.emplace_back(*group_, body_->subdomain().layout), {});
+  }
+  solve(force, change, {});
+  Eigen::MatrixXd matrix(n, n);
+  Eigen::VectorXd balance(n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    const auto& coupling = couplings[index(a)];
+    for (Eigen::Index b = 0; b < n; ++b)
+      matrix(a, b) = (a == b ? responses[index(a)].stiffness : 0) -
+                     parallel::exact_dot(*group_, coupling, std::as_const(of_each[index(b)]).owned());
+    balance[a] =
+        responses[index(a)].force + parallel::exact_dot(*group_, coupling, std::as_const(change).owned());
+    // What touches nothing comes closer, but not far.
+    if (!(matrix(a, a) > 0))
+      matrix(a, a) = std::max(std::abs(balance[a]), negligible_force_) / (1e-6 * extent_);
+  }
+  const Eigen::VectorXd unknown = matrix.ldlt().solve(balance);
+  of_unknowns.assign(unknown.begin(), unknown.end());
+  for (Eigen::Index a = 0; a < n; ++a)
+    for (std::size_t i = 0; i < change.local().size(); ++i)
+      change.local()[i] += unknown[a] * of_each[index(a)].local()[i];
 }
 
 void QuasiStaticLoading::find_equilibrium(double time) {
@@ -226,31 +299,41 @@ void QuasiStaticLoading::find_equilibrium(double time) {
     parallel::NodeField change(*group_, body_->subdomain().layout);
     solver_.set_node_stiffness(springs_);
     std::exception_ptr no_equilibrium;
+    std::vector<double> of_unknowns(unknowns_.size());
     try {
-      solve(std::span<const double>(force).first(u.size()), change, {});
+      find_step(time, std::span<const double>(force).first(u.size()), change, of_unknowns);
     } catch (const mechanics::NoEquilibrium&) {
       no_equilibrium = std::current_exception();  // on every rank; how far the body moves may tell why
     }
-    const double share = no_equilibrium ? 1 : step_share(time, change, force);
-    if (share == 1)
+    if (!no_equilibrium) take_step(time, change, of_unknowns, force);
+    if (no_equilibrium)
       for (std::size_t i = 0; i < displacement_.local().size(); ++i)
         displacement_.local()[i] += change.local()[i];
-    if (getenv("DBG")) fprintf(stderr, "newton t=%g n=%d res=%g share=%g\n", time, n, residual, share);
     if (no_equilibrium) std::rethrow_exception(no_equilibrium);
   }
 }
 
-double QuasiStaticLoading::step_share(double time, const parallel::NodeField& change,
-                                      std::vector<double>& force) {
+void QuasiStaticLoading::take_step(double time, const parallel::NodeField& change,
+                                   const std::vector<double>& of_unknowns, std::vector<double>& force) {
   // The unbalanced force falls along the step, as its potential is convex: where its work on the step changes
   // sign, the potential is least.
-  const std::vector<double> start(displacement_.local().begin(), displacement_.local().end());
+  const std::vector<double> start = current();
+  const std::size_t n_local = change.local().size();
+  const auto go = [&](double share) {
+    for (std::size_t i = 0; i < n_local; ++i) displacement_.local()[i] = start[i] + share * change.local()[i];
+    for (std::size_t k = 0; k < unknowns_.size(); ++k)
+      *unknowns_[k] = start[n_local + k] + share * of_unknowns[k];
+  };
   const auto work_at = [&](double share) {
-    for (std::size_t i = 0; i < start.size(); ++i)
-      displacement_.local()[i] = start[i] + share * change.local()[i];
+    go(share);
     find_imbalance(time, force);
-    return parallel::exact_dot(*group_, std::span<const double>(force).first(change.owned().size()),
-                               change.owned());
+    double work = parallel::exact_dot(*group_, std::span<const double>(force).first(change.owned().size()),
+                                      change.owned());
+    if (!unknowns_.empty()) {
+      const auto responses = terms_.unknown_responses(time, displacement_.local());
+      for (std::size_t k = 0; k < unknowns_.size(); ++k) work += responses[k].force * of_unknowns[k];
+    }
+    return work;
   };
   double low = 0, at_low = work_at(0), high = 1, at_high = work_at(1);
   const double least = -step_accuracy * at_low;
@@ -263,31 +346,26 @@ double QuasiStaticLoading::step_share(double time, const parallel::NodeField& ch
     (now > 0 ? low : high) = share;
     (now > 0 ? at_low : at_high) = now;
   }
-  for (std::size_t i = 0; i < start.size(); ++i)
-    displacement_.local()[i] = start[i] + (share == 1 ? 0 : share) * change.local()[i];
-  return share;
+  go(share);
 }
 
 void QuasiStaticLoading::take(std::span<const double> displacement, double time) {
+  const std::size_t n_local = displacement_.local().size();
   if (displacement.data() != displacement_.local().data())
-    std::ranges::copy(displacement, displacement_.local().begin());
+    std::ranges::copy(displacement.first(n_local), displacement_.local().begin());
+  for (std::size_t k = n_local; k < displacement.size(); ++k) *unknowns_[k - n_local] = displacement[k];
   time_ = time;
   body_->set_time(time);
   means_.clear();
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
-  const auto current = [&] {
-    const auto u = std::as_const(displacement_).local();
-    return std::vector<double>(u.begin(), u.end());
-  };
   std::vector<double> start = current(), end, between(start.size()), change(start.size());
   double from = time_, to = std::min(until, from + increment_);
   group_->enter("static solve");
   for (int n = 0;; ++n) {
     bool is_straight = false;
     try {
-      if (getenv("DBG")) fprintf(stderr, "increment %g to %g\n", from, to);
       find_equilibrium(to);
       end = current();
       for (std::size_t i = 0; i < end.size(); ++i) between[i] = 0.5 * (start[i] + end[i]);
@@ -297,8 +375,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
       const std::size_t n_owned = displacement_.owned().size();
       const double bend = parallel::exact_dot(*group_, std::span<const double>(between).first(n_owned),
                                               std::span<const double>(change).first(n_owned));
-      const double work = 2 * change_energy(*group_, *body_, {}, change);
-      if (getenv("DBG")) fprintf(stderr, "bend %g work %g\n", bend, work);
+      const double work =
+          2 * change_energy(*group_, *body_, {}, std::span(change).first(displacement_.local().size()));
       is_straight = n >= max_bends || std::abs(bend) <= straightness * (work + negligible_work_);
     } catch (const mechanics::NoEquilibrium&) {  // on every rank
       if (n == max_halvings || !(0.5 * (from + to) > from)) throw;
@@ -312,7 +390,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
   for (int n = 0;; ++n) {
     for (std::size_t i = 0; i < end.size(); ++i) between[i] = (end[i] - start[i]) / (to - from);
     take(start, from);
-    Critical next = first_to_break(to, between);
+    Critical next = first_to_break(to, std::span(between).first(displacement_.local().size()));
     if (next.number < 0) {
       take(end, to);
       // At the end of a refined interval a tetrahedron may have reached its strength.
@@ -364,8 +442,7 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
     }
     if (!loads_are_supported(*group_, *body_, *loads_, labels)) return false;
   }
-  parallel::NodeField last(*group_, body_->subdomain().layout);
-  last.assign(displacement_);
+  const std::vector<double> last = current();
   const double residual = residual_;
   group_->enter("static solve");
   std::exception_ptr no_equilibrium;
@@ -379,8 +456,10 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   }
   group_->enter("quasi-static loading");
   if (is_linear_) combine();
-  if (carries_nothing(!no_equilibrium)) {
-    displacement_.assign(last);
+  // Under a force on a tool a body that no longer carries it gives way.
+  const bool gives_way = no_equilibrium && !unknowns_.empty();
+  if (gives_way || carries_nothing(!no_equilibrium)) {
+    take(last, time_);
     residual_ = residual;  // of a solution that is discarded
     return false;
   }
@@ -548,10 +627,13 @@ double QuasiStaticLoading::time_to_break(std::int32_t tetrahedron, double load) 
   return parallel::all_reduce(*group_, time, MPI_MIN);
 }
 
-double QuasiStaticLoading::relaxation(const parallel::NodeField& before) const {
-  if (!is_linear_)
-    return stored(before) - stored(displacement_) +
-           static_work(measure(before, time_), measure(displacement_, time_));
+double QuasiStaticLoading::relaxation(const parallel::NodeField& before,
+                                      const std::vector<double>& unknowns) {
+  if (!is_linear_) {
+    const double stored_before = with_unknowns(unknowns, [&] { return stored(before); });
+    const LoadState loads_before = with_unknowns(unknowns, [&] { return measure(before, time_); });
+    return stored_before - stored(displacement_) + static_work(loads_before, measure(displacement_, time_));
+  }
   std::vector<double> difference(before.local().size());
   for (std::size_t i = 0; i < difference.size(); ++i)
     difference[i] = before.local()[i] - displacement_.local()[i];
@@ -635,6 +717,10 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account, const std::fu
       if (const auto end = raise_loads(account, on_equilibrium, state, next)) return *end;
     load_ = machine_load(*loads_, state).force;
     if (!break_and_relax(account, next, state)) return QuasiStaticEnd::separated;
+    // Without unit solutions the load tells that hardly anything carries it.
+    largest_load_ = std::max(largest_load_, load_);
+    if (!is_linear_ && machine_load(*loads_, state).force < least_load_share * largest_load_)
+      return QuasiStaticEnd::separated;
   }
 }
 
@@ -642,12 +728,12 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
                                                               const OnEquilibrium& on_equilibrium,
                                                               LoadState& state, Critical& next) {
   if (on_equilibrium) on_equilibrium(state);
-  std::vector<double> rate(displacement_.local().size()), last(rate.size());
+  std::vector<double> rate(displacement_.local().size()), last;
   for (;;) {
     double kink = infinity;
     for (const UnitLoad& load : unit_loads_) kink = std::min(kink, load.curve->next_kink(time_));
     const double last_time = time_;
-    std::ranges::copy(displacement_.local(), last.begin());
+    last = current();
     if (is_linear_) {
       superpose(rate, [this](const UnitLoad& load) { return load.rate(time_); });
       next = first_to_break(kink, rate);
@@ -667,6 +753,9 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
     come_to_rest();
     LoadState reached = measure(displacement_, time_);
     account.add_static_work(state, reached);
+    // What friction took on the way; breaks account for theirs.
+    account.add_relaxation(terms_.dissipated() - lost_by_terms_);
+    lost_by_terms_ = terms_.dissipated();
     state = std::move(reached);
     if (on_equilibrium) on_equilibrium(state);
     if (next.number >= 0) return {};
@@ -689,6 +778,7 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
                          [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
   parallel::NodeField before(*group_, body_->subdomain().layout);
   before.assign(displacement_);
+  const std::vector<double> unknowns_before = unknowns();
   ++n_events_;
   const std::int64_t n_before = n_breaks_;
   parallel::check_peers(*group_);
@@ -697,10 +787,11 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
   const bool has_lost_bridges =
       parallel::any_of_all(*group_, std::ssize(body_->bridge_releases()) > n_bridges);
   if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return false;
-  account.add_relaxation(relaxation(before));
+  account.add_relaxation(relaxation(before, unknowns_before));
+  lost_by_terms_ = terms_.dissipated();
   LoadState relaxed = measure(displacement_, time_);
   // At constant load only the loads on fragments that have not come loose still do work.
-  state = measure(before, time_);
+  state = with_unknowns(unknowns_before, [&] { return measure(before, time_); });
   account.add_static_work(state, relaxed);
   state = std::move(relaxed);
   return true;
@@ -713,10 +804,12 @@ bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::Nod
   body_->set_time(time);
   account.add_static_work(held, measure(displacement, time));
   time_ = time;
+  const std::vector<double> unknowns_before = unknowns();
   if (!update_after_breaks(true)) return false;
-  account.add_relaxation(kinetic + relaxation(displacement));
+  account.add_relaxation(kinetic + relaxation(displacement, unknowns_before));
+  lost_by_terms_ = terms_.dissipated();
   // Counts only loads that still act.
-  const LoadState before = measure(displacement, time);
+  const LoadState before = with_unknowns(unknowns_before, [&] { return measure(displacement, time); });
   account.add_static_work(before, measure(displacement_, time));
   return true;
 }

@@ -133,10 +133,18 @@ private:
   /// Newton's method for the equilibrium at a time, from the current displacement.
   /// @throws mechanics::NoEquilibrium on every rank
   void find_equilibrium(double time);
-  /// Goes along a step of Newton's method as far as the potential falls, unless it falls over all of it.
-  /// @param force workspace
-  /// @return the share, 1 if the step is left to the caller
-  double step_share(double time, const parallel::NodeField& change, std::vector<double>& force);
+  /// Displacement, 3 n_local, and the terms' unknowns after it.
+  std::vector<double> current() const;
+  std::vector<double> unknowns() const;
+  /// Evaluates with other values of the terms' unknowns.
+  template <class Function>
+  auto with_unknowns(const std::vector<double>& values, const Function& function);
+  /// A step of Newton's method. @param force the imbalance @param change receives it, and that of unknowns
+  void find_step(double time, std::span<const double> force, parallel::NodeField& change,
+                 std::vector<double>& of_unknowns);
+  /// Goes along it as far as the potential falls. @param force workspace
+  void take_step(double time, const parallel::NodeField& change, const std::vector<double>& of_unknowns,
+                 std::vector<double>& force);
   struct Imbalance {
     double norm = 0;    ///< of the unbalanced force
     double forces = 0;  ///< largest norm of the loads, the terms' forces and the body's, if not negligible
@@ -147,7 +155,7 @@ private:
   /// Raises the loads by an increment along the path of equilibria, or up to a break on it.
   /// @return the tetrahedron that breaks, if any
   Critical follow_path(double until);
-  /// Takes a displacement, 3 n_local, as that at a time.
+  /// Takes a displacement, as of current(), or without the unknowns, as that at a time.
   void take(std::span<const double> displacement, double time);
   void come_to_rest();
   double stored(const parallel::NodeField& displacement) const;
@@ -155,7 +163,8 @@ private:
   LoadState measure(const parallel::NodeField& displacement, double time) const;
   /// The potential energy that the body loses, at constant loads, between a displacement and its equilibrium
   /// [J]. Collective.
-  double relaxation(const parallel::NodeField& before) const;
+  /// @param unknowns before
+  double relaxation(const parallel::NodeField& before, const std::vector<double>& unknowns);
   /// Takes displacement and initial strain at time_.
   void combine();
   void end_loads(const mechanics::NodesOfConditions& nodes);
@@ -205,6 +214,7 @@ private:
   double patience_;
   Terms terms_;
   bool is_linear_;
+  std::vector<double*> unknowns_;  // of the terms
   std::vector<UnitLoad> unit_loads_;
   mechanics::HeldComponents held_;
   mechanics::StaticSolver solver_;
@@ -218,9 +228,11 @@ private:
   double extent_ = 0;                 // of the body, the largest along an axis [m]
   double negligible_force_ = 0;       // where a term is not linear [N]
   double negligible_work_ = 0;        // likewise, of an increment [J]
+  double lost_by_terms_ = 0;          // so far, as the energy account has it [J]
   double time_ = 0;
-  double increment_ = 1;  // of the load time, to be tried next where a term is not linear [s]
-  double load_ = 0;       // [N]
+  double increment_ = 1;     // of the load time, to be tried next where a term is not linear [s]
+  double load_ = 0;          // [N]
+  double largest_load_ = 0;  // so far [N]
   double load_at_first_break_ = not_a_number;
   double overload_ = 0, onset_delay_ = 0;
   double residual_ = 0;

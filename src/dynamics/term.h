@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -92,6 +93,15 @@ struct NodeResponse : mechanics::NodeStiffness {  ///< by which the force falls 
   Vector force{};                                 ///< on the body [N]
 };
 
+/// The balance of an unknown of a term at rest.
+struct UnknownResponse {
+  double force = 0;      ///< unbalanced: of its load and of the body on it; equal on every rank [N]
+  double load = 0;       ///< its load alone [N]
+  double stiffness = 0;  ///< by which the force falls with the unknown; equal on every rank [N/m]
+  /// Forces on owned nodes per unknown [N/m].
+  std::vector<std::pair<std::int32_t, Vector>> coupling = {};
+};
+
 /// A contribution to the equation of motion besides the stiffness of the body. An object serves one dynamic
 /// phase, or the equilibria of a sample; nodes are the owned ones of this rank, in consecutive blocks. Local
 /// unless stated otherwise. It leaves out components that a motion prescribes: it would act on the drive.
@@ -157,6 +167,13 @@ public:
   virtual void add_responses([[maybe_unused]] double time,
                              [[maybe_unused]] std::span<const double> displacement,
                              [[maybe_unused]] std::vector<NodeResponse>& responses) const {}
+  /// Displacements that are found with those of the body, such as that of a tool under a force; equal on
+  /// every rank [m].
+  virtual std::vector<double*> unknowns() { return {}; }
+  /// Adds the balance of each. Collective.
+  virtual void add_unknown_responses([[maybe_unused]] double time,
+                                     [[maybe_unused]] std::span<const double> displacement,
+                                     [[maybe_unused]] std::vector<UnknownResponse>& responses) const {}
   /// Adds the largest stiffness that it may ever have, to which the time step is fitted; that of responses if
   /// it is linear.
   virtual void add_stiffest(std::span<const double> no_displacement, std::vector<NodeResponse>& most) const {

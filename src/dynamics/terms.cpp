@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -170,6 +171,19 @@ std::vector<NodeResponse> Terms::responses(double time, std::span<const double> 
   std::vector<NodeResponse> all;
   for (const auto& term : terms_) term->add_responses(time, displacement, all);
   return sums_of(std::move(all));
+}
+
+std::vector<double*> Terms::unknowns() const {
+  std::vector<double*> all;
+  for (const auto& term : terms_) std::ranges::copy(term->unknowns(), std::back_inserter(all));
+  return all;
+}
+
+std::vector<UnknownResponse> Terms::unknown_responses(double time,
+                                                      std::span<const double> displacement) const {
+  std::vector<UnknownResponse> all;
+  for (const auto& term : terms_) term->add_unknown_responses(time, displacement, all);
+  return all;
 }
 
 std::vector<NodeResponse> Terms::stiffest(std::span<const double> no_displacement) const {

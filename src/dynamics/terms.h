@@ -59,7 +59,10 @@ public:
   mechanics::HeldComponents held_components(const geometry::Subdomain& subdomain) const;
   /// The sums at each node, ascending.
   std::vector<NodeResponse> responses(double time, std::span<const double> displacement) const;
-  /// Likewise, of what they add at most.
+  /// Of all terms, in their order.
+  std::vector<double*> unknowns() const;
+  std::vector<UnknownResponse> unknown_responses(double time, std::span<const double> displacement) const;
+  /// As responses(), of what they add at most.
   std::vector<NodeResponse> stiffest(std::span<const double> no_displacement) const;
 
   /// Adds their state to the checkpoint. Collective.

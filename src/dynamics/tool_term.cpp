@@ -375,32 +375,74 @@ void ToolTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
             {UnitLoad::Kind::other, &curve, {}, 0, !(*tools_)[t].displacement && !(*tools_)[t].force});
 }
 
+NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch& now) const {
+  const bool is_inside = now.depth >= -1e-12 * spacing_;
+  const double contact = stiffness(node), barely = stabilizing_share * contact;
+  NodeResponse response;
+  response.node = node;
+  // Along the surface it is held if it sticks.
+  double along = moving_[tool].friction > 0 ? barely : 0;
+  if (is_inside) {
+    const Vector* const anchor = anchor_of(tool, node);
+    if (now.depth > 0) response.force = force(tool, node, now, anchor);
+    if (anchor != nullptr) {
+      const Vector from = now.relative - *anchor;
+      const Vector offset = from - dot(from, now.normal) * now.normal;
+      if (norm(offset) <= moving_[tool].friction * std::max(now.depth, 0.0)) along = contact;
+    }
+  }
+  response.stiffness = outer((is_inside ? contact : barely) - along, now.normal);
+  for (std::size_t i = 0; i < 3; ++i) response.stiffness[i] += along;
+  for (std::size_t i = 0; i < 3; ++i)
+    if ((driven_[index(node)] >> i & 1) != 0) response.force[i] = 0;
+  return response;
+}
+
 void ToolTerm::add_responses(double time, std::span<const double> displacement,
                              std::vector<NodeResponse>& responses) const {
   for_touches(time, displacement, touching_share * spacing_,
               [&](std::size_t tool, std::int32_t node, const Touch& now) {
-                const bool is_inside = now.depth >= -1e-12 * spacing_,
-                           has_friction = moving_[tool].friction > 0;
-                const double contact = stiffness(node), barely = stabilizing_share * contact;
-                NodeResponse response;
-                response.node = node;
-                // Along the surface it is held if it sticks.
-                double along = has_friction ? barely : 0;
-                if (is_inside) {
-                  const Vector* const anchor = anchor_of(tool, node);
-                  if (now.depth > 0) response.force = force(tool, node, now, anchor);
-                  if (anchor != nullptr) {
-                    const Vector from = now.relative - *anchor;
-                    const Vector offset = from - dot(from, now.normal) * now.normal;
-                    if (norm(offset) <= moving_[tool].friction * std::max(now.depth, 0.0)) along = contact;
-                  }
-                }
-                response.stiffness = outer((is_inside ? contact : barely) - along, now.normal);
-                for (std::size_t i = 0; i < 3; ++i) response.stiffness[i] += along;
-                for (std::size_t i = 0; i < 3; ++i)
-                  if ((driven_[index(node)] >> i & 1) != 0) response.force[i] = 0;
-                responses.push_back(response);
+                responses.push_back(response(tool, node, now));
               });
+}
+
+std::vector<double*> ToolTerm::unknowns() {
+  std::vector<double*> all;
+  for (std::size_t t = 0; t < tools_->size(); ++t)
+    for (std::size_t i = 0; i < 3; ++i)
+      if (is_unknown(t, i)) all.push_back(&moving_[t].displacement[i]);
+  return all;
+}
+
+void ToolTerm::add_unknown_responses(double time, std::span<const double> displacement,
+                                     std::vector<UnknownResponse>& responses) const {
+  std::vector<std::array<UnknownResponse, 3>> of_tools(tools_->size());
+  std::vector<std::vector<double>> forces(6 * tools_->size());
+  for_touches(time, displacement, touching_share * spacing_,
+              [&](std::size_t tool, std::int32_t node, const Touch& now) {
+                const NodeResponse one = response(tool, node, now);
+                for (std::size_t i = 0; i < 3; ++i) {
+                  if (!is_unknown(tool, i)) continue;
+                  Vector along{};
+                  along[i] = 1;
+                  Vector pull = mechanics::apply(one.stiffness, along);
+                  forces[6 * tool + i].push_back(-one.force[i]);
+                  forces[6 * tool + 3 + i].push_back(pull[i]);
+                  for (std::size_t k = 0; k < 3; ++k)
+                    if ((driven_[index(node)] >> k & 1) != 0) pull[k] = 0;
+                  of_tools[tool][i].coupling.emplace_back(node, pull);
+                }
+              });
+  const auto sums = parallel::exact_sums(*context_.group, forces);
+  for (std::size_t t = 0; t < tools_->size(); ++t)
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!is_unknown(t, i)) continue;
+      UnknownResponse& one = of_tools[t][i];
+      one.load = moving_[t].curve[i].at(time);
+      one.force = one.load + sums[6 * t + i];
+      one.stiffness = sums[6 * t + 3 + i];
+      responses.push_back(std::move(one));
+    }
 }
 
 void ToolTerm::add_stiffest(std::span<const double>, std::vector<NodeResponse>& most) const {

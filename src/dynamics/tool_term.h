@@ -62,6 +62,9 @@ public:
   void add_unit_loads(std::vector<UnitLoad>& loads) const override;
   void add_responses(double time, std::span<const double> displacement,
                      std::vector<NodeResponse>& responses) const override;
+  std::vector<double*> unknowns() override;
+  void add_unknown_responses(double time, std::span<const double> displacement,
+                             std::vector<UnknownResponse>& responses) const override;
   void add_stiffest(std::span<const double> no_displacement, std::vector<NodeResponse>& most) const override;
   void add_supports(std::vector<mechanics::Support>& supports) const override;
   void rest_at(double time, const parallel::NodeField& displacement) override;
@@ -100,6 +103,12 @@ private:
     double lost = 0;                    // by friction in equilibria, of this rank [J]
   };
 
+  /// The axes along which a tool's position is an unknown of equilibria.
+  bool is_unknown(std::size_t tool, std::size_t axis) const {
+    return (*tools_)[tool].force && !moving_[tool].curve[axis].is_zero();
+  }
+  /// How contact at a node resists, and by which force.
+  NodeResponse response(std::size_t tool, std::int32_t node, const Touch& touch) const;
   Vector displacement_at(std::size_t tool, double time) const;
   Vector velocity_at(std::size_t tool, double time, const mechanics::StepSpan* step) const;
   Touch touch(std::size_t tool, std::int32_t node, const Vector& displacement, const Vector& of_tool) const;

@@ -207,7 +207,8 @@ std::vector<ConditionRegion> touched_regions(const Body& body, std::span<const i
       std::size_t n_limits = 0;
       for (std::size_t i = 0; i < 3; ++i) {
         if (std::abs(std::abs(face.outward[i]) - 1) < parallel) continue;
-        if (is_line && std::abs(std::abs(tool.axis[i]) - norm(tool.axis)) < parallel * norm(tool.axis)) continue;
+        if (is_line && std::abs(std::abs(tool.axis[i]) - norm(tool.axis)) < parallel * norm(tool.axis))
+          continue;
         limits[i] = {foot[i], foot[i]};
         ++n_limits;
       }

@@ -199,6 +199,70 @@ void expect_weakened(const SampleResult& result) {
   EXPECT_LT(result.energy_error, 1e-3);
 }
 
+/// A ball strikes a plate's middle, rubs along it, and breaks it.
+input::Parameters struck_plate(input::Integrator integrator) {
+  auto parameters = test::brittle({0.001, 0.006, 0.008});
+  parameters.time.start = input::Start::rest;
+  parameters.time.integrator = integrator;
+  parameters.time.duration = 8e-6;
+  parameters.fracture.impulse = 1e4;
+  parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
+                           test::boundary(Face::z_max, BoundaryKind::fix, {true, true, true})};
+  input::Tool ball;
+  ball.at = {0.00301, 0.0031, 0.0042};
+  ball.radius = 0.002;
+  ball.mass = 2e-5;
+  ball.velocity = Vector{-20, 5, 0};
+  ball.friction = 0.2;
+  parameters.tools = {ball};
+  return parameters;
+}
+
+void expect_struck(const SampleResult& result) {
+  const ToolState& ball = result.history.back().tools.at(0);
+  std::printf("the ball flies at %.4g m/s after %zu breaks, friction took %.3g uJ\n", ball.velocity[0],
+              result.breaks.size(), 1e6 * ball.friction_work);
+  EXPECT_GT(result.breaks.size(), 10U);
+  EXPECT_GT(ball.velocity[0], -19);
+  EXPECT_GT(ball.friction_work, 0);
+  EXPECT_LT(result.energy_error, 0.02);
+}
+
+/// A beam on two rollers under a third one that is pressed by a force, or driven.
+input::Parameters bent_beam(bool by_force) {
+  auto parameters = test::brittle({0.003, 0.006, 0.024});
+  parameters.time.duration = 1e-5;
+  parameters.time.arrest = 2e-6;
+  const auto roller = [](double y, double z) {
+    input::Tool tool;
+    tool.shape = input::ToolShape::cylinder;
+    tool.at = {0.0015, y, z};
+    tool.axis = {1, 0, 0};
+    tool.radius = 0.002;
+    tool.friction = 0.3;
+    return tool;
+  };
+  parameters.tools = {roller(-0.002, 0.003), roller(-0.002, 0.021), roller(0.008, 0.012)};
+  parameters.tools[2].friction.reset();
+  if (by_force) {
+    parameters.tools[2].force = Vector{};
+    parameters.tools[2].rate = {0, -10, 0};
+  } else {
+    parameters.tools[2].displacement = Vector{};
+    parameters.tools[2].rate = {0, -1e-5, 0};
+  }
+  return parameters;
+}
+
+void expect_bent(const SampleResult& result) {
+  // Three-point bending of a beam: sigma = 3 F L / (2 b h^2), with the concentrations of a coarse mesh.
+  const double load = result.first_break_load, beam = 35e6 * 2 * 0.003 * 0.006 * 0.006 / (3 * 0.018);
+  std::printf("first break at %.4g N, %.2f of the beam's\n", load, load / beam);
+  EXPECT_NEAR(load / beam, 1, 0.25);
+  EXPECT_GE(result.counts.dynamic_phases, 1);
+  EXPECT_LT(result.energy_error, 5e-3);
+}
+
 struct Case {
   std::string name;
   input::Parameters parameters;
@@ -262,6 +326,10 @@ std::vector<Case> cases() {
            expect_no_work_on_fragments},
           {"PreCracked", pre_cracked_bar(Release::element), {4, 8, 16}, expect_weakened},
           {"PreCrackedByFacets", pre_cracked_bar(Release::facet), {4, 8, 16}, expect_weakened},
+          {"StruckByBilateral4", struck_plate(Integrator::bilateral4), {2, 12, 16}, expect_struck},
+          {"StruckByVerlet", struck_plate(Integrator::verlet), {2, 12, 16}, expect_struck},
+          {"BentByAForce", bent_beam(true), {3, 6, 24}, expect_bent},
+          {"BentByADisplacement", bent_beam(false), {3, 6, 24}, expect_bent},
           {"Finger", bar_with_finger(), {3, 6, 12}, expect_more_than_the_finger, is_beside_finger},
           spring_case("OnSprings", test::SpringBed::Kind::linear),
           spring_case("OnSpringsInIncrements", test::SpringBed::Kind::in_increments),
