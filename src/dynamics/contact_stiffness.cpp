@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact_stiffness.h"
+
+#include "common/index.h"
+#include "common/real.h"
+#include "common/vector.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+
+#include <algorithm>
+
+namespace crackle::dynamics {
+
+std::vector<double> surface_areas(const geometry::Subdomain& subdomain) {
+  std::vector<double> areas(index(subdomain.layout.n_owned), 0.0);
+  for (const auto& triangle : subdomain.boundary) {
+    const auto& x = subdomain.nodes;
+    const auto& [a, b, c] = triangle.nodes;
+    const double area = norm(cross(x[index(b)] - x[index(a)], x[index(c)] - x[index(a)])) / 2;
+    for (const auto node : triangle.nodes)
+      if (node < subdomain.layout.n_owned) areas[index(node)] += area / 3;
+  }
+  return areas;
+}
+
+double contact_stiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                         const mechanics::PdsOperators& operators, double omega_max, double share) {
+  const auto areas = parallel::agree(group, [&] { return surface_areas(subdomain); });
+  double least = infinity;  // mass per area
+  for (std::size_t n = 0; n < areas.size(); ++n)
+    if (areas[n] > 0) least = std::min(least, operators.node_mass[n] / areas[n]);
+  parallel::check_peers(group);
+  return share * omega_max * omega_max * parallel::all_reduce(group, least, MPI_MIN);
+}
+
+}  // namespace crackle::dynamics
