@@ -2,6 +2,9 @@
 #pragma once
 
 #include "geometry/subdomain.h"
+#include "input/model.h"
+#include "mechanics/internal_force.h"
+#include "mechanics/node_stiffness.h"
 #include "mechanics/operators.h"
 #include "parallel/communicator.h"
 
@@ -20,5 +23,22 @@ std::vector<double> surface_areas(const geometry::Subdomain& subdomain);
 /// @param omega_max largest circular frequency of the body alone, as of largest_frequency() [1/s]
 double contact_stiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                          const mechanics::PdsOperators& operators, double omega_max, double share);
+
+/// The scale of contact between the surfaces of a body.
+struct ContactScale {
+  double friction = 0;   ///< Coulomb's coefficient
+  double stiffness = 0;  ///< as of contact_stiffness() [Pa/m]; 0: only cuts that close are in contact
+  double rate = 0;       ///< share of the squared largest frequency [1/s^2]
+  double spacing = 0;    ///< of nodes, on average [m]
+};
+
+/// Collective; bitwise equal for any number of ranks.
+ContactScale contact_scale(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                           const mechanics::PdsOperators& operators, const mechanics::InternalForce& force,
+                           const input::SurfaceContact& contact);
+
+/// Springs at all owned nodes to which the stable step is fitted: as stiff as contact is at most.
+std::vector<mechanics::NodeStiffness> largest_contact(const ContactScale& scale,
+                                                      const mechanics::PdsOperators& operators);
 
 }  // namespace crackle::dynamics

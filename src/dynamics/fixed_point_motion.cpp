@@ -88,7 +88,7 @@ public:
     const std::span<const Substep> substeps = substeps_;
     if (force_is_current_ && !substeps.front().has_kick) clear_forces();
     // Contact is not part of the edge sweep, so it needs whole substeps.
-    if (context_.body->has_contact()) {
+    if (context_.body->has_contact() || terms_.couple_nodes()) {
       for (const Substep& substep : substeps) run_substep(substep);
     } else {
       for (std::size_t first = 0, last = 0; first < substeps.size(); first = last) {
@@ -213,7 +213,8 @@ public:
                          sizeof(Real) == 4
                              ? "time.precision = \"double\""
                              : "time.engine = \"petsc\", or raise the loads, which barely strain the body");
-    if (force_has_overflown_ || !forces_are_in_range_ || largest_force_ >= limit)
+    if (force_has_overflown_ || !forces_are_in_range_ || !nodes_.forces_stay_in_range() ||
+        largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
     // Edges are only checked once their ends may have separated that far.
     if (stretch_bound_ + 2 * max_displacement_change() >= limit) stretch_bound_ = force_.largest_stretch();
@@ -402,6 +403,8 @@ private:
         force_.add_block(b);
       }
       add_contacts(0);
+      ghosts_.end();
+      terms_.add_forces(nodes_);
     }
     for (std::int32_t b = 0; b < force_.n_blocks(); ++b) update_nodes(b, substep);
     if (substep.has_drift) ghosts_.begin();
@@ -413,6 +416,7 @@ private:
     const auto& residual_stiffness = context_.body->residual_stiffness();
     const auto nodes = force_.nodes();
     for (std::size_t c = first; c < residual_stiffness.contacts().size(); ++c) {
+      if (residual_stiffness.cut_contact(c).is_apart) continue;
       const auto number = residual_stiffness.contacts()[c];
       const mechanics::Symmetric sigma = residual_stiffness.contact_stress(c, strain(number));
       if (sigma == mechanics::Symmetric{}) continue;

@@ -3,6 +3,7 @@
 
 #include "common/instruction_set.h"
 #include "dynamics/checkpoint.h"
+#include "dynamics/contact_stiffness.h"
 #include "dynamics/integrator.h"
 #include "dynamics/sample_result.h"
 #include "dynamics/term.h"
@@ -124,6 +125,7 @@ struct MotionContext {
   bool material_varies = false;
   input::BulkViscosity bulk_viscosity = {};
   std::vector<MakeTerm> more_terms = {};  ///< beside the conditions and the damping
+  ContactScale contact = {};              ///< of surfaces that meet
 };
 
 /// The reference implementation: all operations in double precision, in sequence, with the plain loop over

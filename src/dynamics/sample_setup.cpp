@@ -57,10 +57,14 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
       model(input),
       subdomain(part),
       body(part, fracture::make_material_field(input, sample, fracture::span_of(part)), nullptr,
-           input.fracture.contact),
+           input.surface_contact() ? input::Contact::frictionless : input::Contact::none,
+           input.surface_contact().value_or(input::SurfaceContact{}).friction),
       waves(fracture::slowest_waves(ranks, input, body)),
       loads(all_loads(ranks, input, body)),
       more_terms(std::move(terms)),
+      contact(input.surface_contact()
+                  ? contact_scale(ranks, part, body.operators(), body.force(), *input.surface_contact())
+                  : ContactScale{}),
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(dynamics::stable_step(ranks, input.time.integrator, input.bulk_viscosity(), part,
                                         body.operators(), body.material(), body.force(), set_supports())),
@@ -69,17 +73,22 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
           {.ends = parallel::agree(ranks, [&] { return crack_ends(input); })}) {
   refuse_overdamping(input.damping_rate(), grid);
   fracture::refuse_short_releases(ranks, part, body.release_law().time(), grid.step);
+  // Equilibria are without contact, which a dynamic phase turns on.
+  body.residual_stiffness().let_contacts_act(false);
   // After the stable step, which depends on the stiffness alone.
   body.set_initial_strain(fracture::make_initial_strain(input, body.elasticity(), fracture::span_of(part)));
 }
 
 MotionContext SampleSetup::motion_context() {
-  return {&group,    &body, &loads, &law, model.damping_rate(), model.stress_varies(), model.bulk_viscosity(),
-          more_terms};
+  return {
+      &group,     &body,  &loads, &law, model.damping_rate(), model.stress_varies(), model.bulk_viscosity(),
+      more_terms, contact};
 }
 
 std::vector<mechanics::NodeStiffness> SampleSetup::set_supports() {
-  if (more_terms.empty()) return {};
+  std::vector<mechanics::NodeStiffness> springs = largest_contact(contact, body.operators());
+  if (!body.has_contact()) springs.clear();
+  if (more_terms.empty()) return springs;
   MotionContext context{&group, &body, &loads, nullptr};
   context.more_terms = more_terms;
   const Terms terms(context);
@@ -87,7 +96,8 @@ std::vector<mechanics::NodeStiffness> SampleSetup::set_supports() {
   parallel::check_peers(group);
   loads.has_supports = parallel::any_of_all(group, !loads.supports.empty());
   const auto most = terms.stiffest(std::vector<double>(3 * subdomain.nodes.size()));
-  return {most.begin(), most.end()};
+  springs.insert(springs.end(), most.begin(), most.end());
+  return springs;
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {

@@ -60,6 +60,8 @@ Table boundary_table();
 Table initial_stress_table();
 /// [[load]]
 Table load_table();
+/// [contact]
+Table contact_table();
 
 /// [output] and [[output.probe]].
 Table output_table();
