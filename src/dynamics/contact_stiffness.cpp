@@ -40,8 +40,7 @@ ContactScale contact_scale(const parallel::Communicator& group, const geometry::
                            const mechanics::PdsOperators& operators, const mechanics::InternalForce& force,
                            const input::SurfaceContact& contact) {
   const double omega_max = largest_frequency(group, subdomain, operators, force);
-  return {contact.friction, contact_stiffness(group, subdomain, operators, omega_max, contact.stiffness),
-          contact.stiffness * omega_max * omega_max,
+  return {contact.friction, contact.stiffness * omega_max * omega_max,
           std::cbrt(parallel::exact_sum(group, operators.node_volume) /
                     static_cast<double>(subdomain.layout.n_global))};
 }

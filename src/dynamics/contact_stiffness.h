@@ -26,10 +26,10 @@ double contact_stiffness(const parallel::Communicator& group, const geometry::Su
 
 /// The scale of contact between the surfaces of a body.
 struct ContactScale {
-  double friction = 0;   ///< Coulomb's coefficient
-  double stiffness = 0;  ///< as of contact_stiffness() [Pa/m]; 0: only cuts that close are in contact
-  double rate = 0;       ///< share of the squared largest frequency [1/s^2]
-  double spacing = 0;    ///< of nodes, on average [m]
+  double friction = 0;  ///< Coulomb's coefficient
+  /// Share of the squared largest frequency [1/s^2]; 0: only cuts that close are in contact.
+  double rate = 0;
+  double spacing = 0;  ///< of nodes, on average [m]
 };
 
 /// Collective; bitwise equal for any number of ranks.

@@ -22,9 +22,13 @@ constexpr double steps_per_search = 256;
 /// Least and largest margin of a search [spacings].
 constexpr double least_margin = 0.02;
 constexpr double largest_margin = 0.5;
-/// A node keeps its face up to this far beyond the face's edges, in barycentric coordinates.
+/// A node finds a face up to this far beyond the face's edges, in barycentric coordinates, so that none falls
+/// between two faces.
+constexpr double found_beyond = 0.01;
+/// It keeps its face up to this far.
 constexpr double kept_beyond = 0.1;
-/// A penalty acts from both sides of a contact, on two nodes each: four times the stiffness of one spring.
+/// Springs act from both sides of a contact, and pull on nodes of both: with this share of what a node's mass
+/// allows, all together raise no squared frequency by more than that.
 constexpr double springs_of_contact = 4;
 
 std::int64_t as_word(double value) {
@@ -41,13 +45,8 @@ ContactTerm::ContactTerm(const MotionContext& context)
     : context_(context),
       scale_(context.contact),
       cuts_acted_before_(context.body->residual_stiffness().contacts_act()),
-      areas_(surface_areas(context.body->subdomain())),
-      dissipated_(areas_.size(), 0.0),
-      work_(context.body->subdomain().nodes.size()) {
-  // A node that breaking brings to the surface has the area of its volume.
-  for (std::size_t n = 0; n < areas_.size(); ++n)
-    if (areas_[n] == 0) areas_[n] = std::pow(std::cbrt(context.body->operators().node_volume[n]), 2);
-}
+      dissipated_(index(context.body->subdomain().layout.n_owned), 0.0),
+      work_(context.body->subdomain().nodes.size()) {}
 
 ContactTerm::~ContactTerm() {
   context_.body->residual_stiffness().let_contacts_act(cuts_acted_before_);
@@ -139,7 +138,6 @@ void ContactTerm::connect() {
       nodes.push_back({one,
                        {static_cast<std::int32_t>(group.rank()), n},
                        context_.body->subdomain().nodes[index(n)],
-                       areas_[index(n)],
                        context_.body->operators().node_mass[index(n)],
                        contact == known_.end() ? Contact{} : contact->second});
     }
@@ -201,8 +199,7 @@ void ContactTerm::connect() {
           candidate.corners[a] = place_of(pairs_[p].corners[a]);
           if (a < 3) lightest = std::min(lightest, node_of(pairs_[p].corners[a]).mass);
         }
-        candidate.stiffness =
-            std::min(scale_.stiffness * node.area, scale_.rate * lightest) / springs_of_contact;
+        candidate.stiffness = scale_.rate * lightest / springs_of_contact;
         candidates_.push_back(candidate);
       }
       meeting.last = candidates_.size();
@@ -277,7 +274,7 @@ ContactTerm::Force ContactTerm::force(const Meeting& meeting) const {
 }
 
 void ContactTerm::add_forces(MovingNodes& nodes) {
-  if (scale_.stiffness == 0 || pairs_.empty()) return;
+  if (scale_.rate == 0 || pairs_.empty()) return;
   if (!is_connected_) connect();
   receive(nodes);
   for (const Meeting& meeting : meetings_) {
@@ -303,7 +300,7 @@ void ContactTerm::add_forces(MovingNodes& nodes) {
 bool ContactTerm::is_below(const Meeting& meeting, const Candidate& candidate,
                            const Position& position) const {
   if (!(position.depth > 0 && position.depth < candidate.depth)) return false;
-  if (!(std::ranges::min(position.weight) >= 0)) return false;
+  if (!(std::ranges::min(position.weight) >= -found_beyond)) return false;
   for (std::size_t a = 0; a < 3; ++a) {
     if (((candidate.open >> a) & 1) == 0) continue;
     const Vector& apex = corners_[candidate.corners[3]].now;
@@ -399,7 +396,7 @@ void ContactTerm::settle(Meeting& meeting) {
 
 void ContactTerm::end_step(const mechanics::StepSpan&, MovingNodes& nodes, const Drives&) {
   settle_cuts(nodes);
-  if (scale_.stiffness == 0) return;
+  if (scale_.rate == 0) return;
   if (!pairs_.empty()) {
     if (!is_connected_) connect();
     receive(nodes);
@@ -411,7 +408,7 @@ void ContactTerm::end_step(const mechanics::StepSpan&, MovingNodes& nodes, const
 /// Finds the pairs again if nodes have moved so far that others may meet. Collective.
 void ContactTerm::search(MovingNodes& nodes) {
   const parallel::Communicator& group = *context_.group;
-  const std::size_t n_owned = areas_.size();
+  const std::size_t n_owned = dissipated_.size();
   nodes.movements(work_);
   double farthest = 0;
   for (std::size_t n = 0; n < n_owned; ++n) farthest = std::max(farthest, dot(work_[n], work_[n]));

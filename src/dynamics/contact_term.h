@@ -28,7 +28,8 @@ namespace crackle::dynamics {
 /// Within a step, nodes keep their faces and stick to their points, so that all forces but those of a
 /// limited friction have a potential. Whatever changes is decided at the end of a step, and what that changes
 /// of the potential is dissipated. A node's contact starts where it is first found, below the face by its
-/// movement in one step, without force: contact never adds energy. A node has at most one face.
+/// movement in one step, without force: contact never adds energy. A node has at most one face. Springs are
+/// as stiff as the lightest of their nodes allows, see ContactScale.
 class ContactTerm final : public Term {
 public:
   /// The context's members must outlive the object. Local.
@@ -65,7 +66,6 @@ private:
     std::int64_t number;
     parallel::GhostSource source;
     Vector at_start;
-    double area;  // of the surface
     double mass;
     Contact contact;
   };
@@ -123,7 +123,6 @@ private:
   MotionContext context_;
   ContactScale scale_;
   bool cuts_acted_before_ = true;
-  std::vector<double> areas_;                        // of owned nodes [m^2]
   std::vector<double> dissipated_;                   // at owned nodes [J]
   std::vector<Vector> work_;                         // of local nodes
   std::vector<ContactPair> pairs_;                   // of all ranks
