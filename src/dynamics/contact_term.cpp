@@ -94,6 +94,8 @@ bool ContactTerm::is_apart(std::int32_t tetrahedron, const std::array<Vector, 4>
 
 void ContactTerm::settle_cuts(const MovingNodes& nodes) {
   mechanics::ResidualStiffness& stiffness = context_.body->residual_stiffness();
+  const bool has_initial_strain = !context_.body->initial_strain().is_none();
+  const bool looks = n_steps_ % steps_per_look == 0;
   for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
     mechanics::CutContact& cut = stiffness.cut_contact(i);
     if (cut.is_apart) continue;
@@ -102,10 +104,9 @@ void ContactTerm::settle_cuts(const MovingNodes& nodes) {
     for (std::size_t a = 0; a < 4; ++a)
       for (int k = 0; k < 3; ++k)
         displacement[a][index(k)] = nodes.displacement(context_.body->subdomain().tetrahedra[index(t)][a], k);
-    const mechanics::Symmetric strain = cut_strain(t, displacement);
-    stiffness.settle_contact(i, strain);
-    if (stiffness.contact_stress(i, strain) == mechanics::Symmetric{} && is_apart(t, displacement))
-      cut.is_apart = true;
+    if (!cut.is_open || has_initial_strain || cut.opening(displacement) < mechanics::surely_open)
+      stiffness.settle_contact(i, cut_strain(t, displacement));
+    if (cut.is_open && looks) cut.is_apart = is_apart(t, displacement);
   }
 }
 
@@ -308,7 +309,7 @@ bool ContactTerm::is_below(const Meeting& meeting, const Candidate& candidate,
     const Vector& q = corners_[candidate.corners[(a + 2) % 3]].now;
     const Vector area = cross(q - p, apex - p);
     const Vector& corner = corners_[candidate.corners[a]].now;
-    if (dot(area, corners_[meeting.node].now - p) * dot(area, corner - p) < 0) return false;
+    if (dot(area, corners_[meeting.node].now - p) / dot(area, corner - p) < -found_beyond) return false;
   }
   return true;
 }
@@ -396,13 +397,14 @@ void ContactTerm::settle(Meeting& meeting) {
 
 void ContactTerm::end_step(const mechanics::StepSpan&, MovingNodes& nodes, const Drives&) {
   settle_cuts(nodes);
+  ++n_steps_;
   if (scale_.rate == 0) return;
   if (!pairs_.empty()) {
     if (!is_connected_) connect();
     receive(nodes);
     for (Meeting& meeting : meetings_) settle(meeting);
   }
-  if (n_steps_++ % steps_per_look == 0) search(nodes);
+  if (n_steps_ % steps_per_look == 1) search(nodes);
 }
 
 /// Finds the pairs again if nodes have moved so far that others may meet. Collective.
@@ -442,6 +444,15 @@ void ContactTerm::add_stored(const parallel::NodeField&, std::vector<double>& su
     if (is_mine(meeting)) sum.push_back(meeting.contact.energy);
 }
 
+void ContactTerm::add_lost_at_rest(const parallel::NodeField& displacement, std::vector<double>& sum) const {
+  add_stored(displacement, sum);
+  const fracture::BreakableBody& body = *context_.body;
+  const auto& stiffness = body.residual_stiffness();
+  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i)
+    if (const std::int32_t t = stiffness.contacts()[i]; body.subdomain().owned[index(t)] != 0)
+      sum.push_back(stiffness.contact_energy(i, body.strain(t, displacement.local())));
+}
+
 std::vector<parallel::NumberedRows> ContactTerm::save() const {
   const parallel::Communicator& group = *context_.group;
   const geometry::Subdomain& part = context_.body->subdomain();
@@ -478,9 +489,10 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
     if (part.owned[t] == 0) continue;
     const mechanics::CutContact& cut = stiffness.cut_contact(i);
     cuts.numbers.push_back(part.tetrahedron_number[t]);
-    cuts.values.insert(cuts.values.end(), {as_word(cut.closed_at), as_word(cut.slip[0]), as_word(cut.slip[1]),
-                                           as_word(cut.slip[2]), as_word(cut.friction),
-                                           as_word(cut.dissipated), cut.is_apart ? 1 : 0});
+    cuts.values.insert(
+        cuts.values.end(),
+        {as_word(cut.closed_at), as_word(cut.slip[0]), as_word(cut.slip[1]), as_word(cut.slip[2]),
+         as_word(cut.friction), as_word(cut.dissipated), (cut.is_apart ? 2 : 0) + (cut.is_open ? 1 : 0)});
   }
   std::vector<parallel::NumberedRows> rows;
   for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &cuts})
@@ -523,7 +535,8 @@ void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
     cut.slip = {as_number(v[1]), as_number(v[2]), as_number(v[3])};
     cut.friction = as_number(v[4]);
     cut.dissipated = as_number(v[5]);
-    cut.is_apart = v[6] != 0;
+    cut.is_open = v[6] % 2 != 0;
+    cut.is_apart = v[6] >= 2;
   }
 }
 

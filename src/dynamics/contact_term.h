@@ -39,12 +39,13 @@ public:
   ContactTerm& operator=(const ContactTerm&) = delete;
 
   void start(double time, const MotionState& state) override;
-  bool couples_nodes() const override { return true; }
+  bool couples_nodes() const override { return !pairs_.empty(); }
   void add_forces(MovingNodes& nodes) override;
   void end_step(const mechanics::StepSpan& step, MovingNodes& nodes, const Drives& drives) override;
 
   void add_dissipated(std::vector<double>& sum) const override;
   void add_stored(const parallel::NodeField& displacement, std::vector<double>& sum) const override;
+  void add_lost_at_rest(const parallel::NodeField& displacement, std::vector<double>& sum) const override;
   bool dissipates() const override { return true; }
   bool stores() const override { return true; }
 

@@ -88,7 +88,7 @@ public:
     const std::span<const Substep> substeps = substeps_;
     if (force_is_current_ && !substeps.front().has_kick) clear_forces();
     // Contact is not part of the edge sweep, so it needs whole substeps.
-    if (context_.body->has_contact() || terms_.couple_nodes()) {
+    if (!context_.body->residual_stiffness().contacts().empty() || terms_.couple_nodes()) {
       for (const Substep& substep : substeps) run_substep(substep);
     } else {
       for (std::size_t first = 0, last = 0; first < substeps.size(); first = last) {
@@ -196,6 +196,9 @@ public:
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
+  double energy_lost_at_rest(const MotionState& state) const override {
+    return terms_.lost_at_rest(state.displacement);
+  }
   LoadState measure(double time, const MotionState& state) const override {
     return terms_.measure(time, state.displacement, &state.velocity);
   }
@@ -349,6 +352,18 @@ private:
     return context_.body->initial_strain().elastic(number, mechanics::strain(t, u));
   }
 
+  std::array<Vector, 4> corner_displacements(std::int32_t tetrahedron) const {
+    const auto& corners = subdomain_.tetrahedra[index(tetrahedron)];
+    std::array<Vector, 4> displacements{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::int64_t origin = state_.whole_displacement(index(corners[0]), i);
+      for (std::size_t a = 1; a < 4; ++a)
+        displacements[a][i] = scale_.displacement *
+                              static_cast<double>(state_.whole_displacement(index(corners[a]), i) - origin);
+    }
+    return displacements;
+  }
+
   void clear_forces() {
     for (auto& node : force_.nodes()) std::ranges::fill(node.force, Integer(0));
   }
@@ -416,8 +431,12 @@ private:
     const auto& residual_stiffness = context_.body->residual_stiffness();
     const auto nodes = force_.nodes();
     for (std::size_t c = first; c < residual_stiffness.contacts().size(); ++c) {
-      if (residual_stiffness.cut_contact(c).is_apart) continue;
+      const mechanics::CutContact& cut = residual_stiffness.cut_contact(c);
+      if (cut.is_apart) continue;
       const auto number = residual_stiffness.contacts()[c];
+      if (context_.body->initial_strain().is_none() &&
+          cut.opening(corner_displacements(number)) > mechanics::surely_open)
+        continue;
       const mechanics::Symmetric sigma = residual_stiffness.contact_stress(c, strain(number));
       if (sigma == mechanics::Symmetric{}) continue;
       const auto& t = context_.body->operators().tetrahedra[index(number)];

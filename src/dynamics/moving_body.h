@@ -80,6 +80,9 @@ public:
 
   /// Dissipated by the terms since the start [J]. Collective.
   virtual double dissipated_energy() const { return 0; }
+  /// What terms store in motion only [J]. Collective.
+  /// @param state as currently returned by read()
+  virtual double energy_lost_at_rest([[maybe_unused]] const MotionState& state) const { return 0; }
 
   /// The loads, and what else the terms measure. Collective; bitwise equal for any number of ranks if the
   /// state is.

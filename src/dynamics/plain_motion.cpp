@@ -225,6 +225,9 @@ public:
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
+  double energy_lost_at_rest(const MotionState& state) const override {
+    return terms_.lost_at_rest(state.displacement);
+  }
   LoadState measure(double time, const MotionState& state) const override {
     return terms_.measure(time, state.displacement, &state.velocity);
   }

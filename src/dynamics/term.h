@@ -120,7 +120,7 @@ public:
   virtual void after_kick(std::size_t, const Substep&, MovingNodes&) {}
   virtual void after_drift(std::size_t, const Substep&, MovingNodes&) {}
 
-  /// True if it has forces between nodes, added by add_forces(); equal on every rank.
+  /// True if it has forces between nodes in the coming step, added by add_forces(); equal on every rank.
   virtual bool couples_nodes() const { return false; }
   /// The internal force at the current displacement has been found, and ghosts are current. Collective.
   virtual void add_forces(MovingNodes&) {}
@@ -142,6 +142,9 @@ public:
   /// The energy that it stores now, such as that of a spring [J].
   virtual void add_stored([[maybe_unused]] const parallel::NodeField& displacement,
                           [[maybe_unused]] std::vector<double>& sum) const {}
+  /// Adds what it stores in motion only, so that it is lost when the body comes to rest [J].
+  virtual void add_lost_at_rest([[maybe_unused]] const parallel::NodeField& displacement,
+                                [[maybe_unused]] std::vector<double>& sum) const {}
   /// True if it may do so; equal on every rank.
   virtual bool dissipates() const { return false; }
   virtual bool stores() const { return false; }

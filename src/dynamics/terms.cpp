@@ -134,6 +134,12 @@ double Terms::stored(const parallel::NodeField& displacement) const {
   return parallel::exact_sum(*group_, sum);
 }
 
+double Terms::lost_at_rest(const parallel::NodeField& displacement) const {
+  std::vector<double> sum;
+  for (const auto& term : terms_) term->add_lost_at_rest(displacement, sum);
+  return parallel::exact_sum(*group_, sum);
+}
+
 LoadState Terms::measure(double time, const parallel::NodeField& displacement,
                          const parallel::NodeField* velocity) const {
   LoadState state;

@@ -44,6 +44,7 @@ public:
   double supplied(double time, const MotionState& state) const;
   double dissipated() const;
   double stored(const parallel::NodeField& displacement) const;
+  double lost_at_rest(const parallel::NodeField& displacement) const;
 
   /// The measurements of all terms, see Term. Collective.
   LoadState measure(double time, const parallel::NodeField& displacement,

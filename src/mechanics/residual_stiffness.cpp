@@ -4,6 +4,7 @@
 #include "geometry/dual_facets.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace crackle::mechanics {
 
@@ -110,8 +111,11 @@ void ResidualStiffness::add_contact(std::int32_t tetrahedron, const Vector& norm
   contact_place_[index(tetrahedron)] = static_cast<std::int32_t>(contacts_.size());
   contacts_.push_back(tetrahedron);
   const auto reduction = reductions_.find(tetrahedron);
-  cuts_.push_back(
-      {.normal = normal, .share = reduction == reductions_.end() ? 1 : 1 - reduction->second.share});
+  CutContact& cut = cuts_.emplace_back();
+  cut.normal = normal;
+  const TetrahedronOperator t = operators_->tetrahedra[index(tetrahedron)];
+  for (std::size_t a = 0; a < 4; ++a) cut.closer[a] = dot(normal, t.gradient[a]);
+  if (reduction != reductions_.end()) cut.share = 1 - reduction->second.share;
 }
 
 ResidualStiffness::CutState ResidualStiffness::cut_state(std::size_t i, const Symmetric& strain) const {
@@ -119,9 +123,10 @@ ResidualStiffness::CutState ResidualStiffness::cut_state(std::size_t i, const Sy
   const Vector stretch = mechanics::apply(strain, cut.normal);
   const double along = dot(cut.normal, stretch);
   CutState state{along - cut.closed_at, {}, {}, false};
-  if (friction_ == 0) return state;
+  if (friction_ == 0 || (state.closing >= 0 && cut.is_open)) return state;
   state.shear = 2 * (stretch - along * cut.normal);
   const IsotropicElasticity& material = (*elasticity_)[contacts_[i]];
+  if (cut.is_open) return state;
   state.traction = material.mu * (state.shear - cut.slip);
   const double most = friction_ * material.youngs_modulus() * std::max(-state.closing, 0.0);
   const double size = norm(state.traction);
@@ -152,10 +157,10 @@ void ResidualStiffness::start_contact(std::size_t i, const Symmetric& strain) {
   CutContact& cut = cuts_[i];
   const Vector stretch = mechanics::apply(strain, cut.normal);
   const double along = dot(cut.normal, stretch);
-  cut = {.normal = cut.normal,
-         .share = cut.share,
-         .closed_at = std::min(along, 0.0),
-         .slip = 2 * (stretch - along * cut.normal)};
+  cut.closed_at = std::min(along, 0.0);
+  cut.slip = 2 * (stretch - along * cut.normal);
+  cut.friction = cut.dissipated = 0;
+  cut.is_open = cut.is_apart = false;
 }
 
 void ResidualStiffness::settle_contact(std::size_t i, const Symmetric& strain) {
@@ -163,7 +168,12 @@ void ResidualStiffness::settle_contact(std::size_t i, const Symmetric& strain) {
   if (cut.is_apart) return;
   const CutState state = cut_state(i, strain);
   if (state.closing >= 0) cut.closed_at = std::min(cut.closed_at + state.closing, 0.0);
+  const bool was_open = std::exchange(cut.is_open, cut.closed_at == 0 && state.closing > 0);
   if (friction_ == 0) return;
+  if (was_open) {
+    cut.slip = state.shear;
+    return;
+  }
   const double carried = cut.share * norm(state.traction);
   if (state.slips) {
     const Vector slip = state.shear - state.traction / (*elasticity_)[contacts_[i]].mu;
@@ -181,20 +191,24 @@ void ResidualStiffness::settle_new_contact(std::int32_t tetrahedron, const Symme
   cuts_[i].dissipated = 0;
 }
 
-double ResidualStiffness::energy(std::int32_t tetrahedron, const Symmetric& strain) const {
-  const auto energy_of = [&](const Symmetric& sigma, const Symmetric& stretch) {
-    return 0.5 * operators_->tetrahedra[index(tetrahedron)].volume * contract(sigma, stretch);
-  };
-  if (!has_contact(tetrahedron)) return energy_of(stress(tetrahedron, strain), strain);
-  const double carried = carries(tetrahedron) ? energy_of(partial(tetrahedron).stress(strain), strain) : 0;
-  const auto i = index(contact_place_[index(tetrahedron)]);
+double ResidualStiffness::contact_energy(std::size_t i, const Symmetric& strain) const {
   const CutContact& cut = cuts_[i];
+  if (!contacts_act_ || cut.is_apart) return 0;
   const CutState state = cut_state(i, strain);
-  if (!contacts_act_ || cut.is_apart || state.closing >= 0) return carried;
-  const IsotropicElasticity& material = (*elasticity_)[tetrahedron];
-  return carried + 0.5 * operators_->tetrahedra[index(tetrahedron)].volume * cut.share *
-                       (material.youngs_modulus() * state.closing * state.closing +
-                        dot(state.traction, state.traction) / material.mu);
+  if (state.closing >= 0) return 0;
+  const IsotropicElasticity& material = (*elasticity_)[contacts_[i]];
+  return 0.5 * operators_->tetrahedra[index(contacts_[i])].volume * cut.share *
+         (material.youngs_modulus() * state.closing * state.closing +
+          dot(state.traction, state.traction) / material.mu);
+}
+
+double ResidualStiffness::energy(std::int32_t tetrahedron, const Symmetric& strain) const {
+  const auto energy_of = [&](const Symmetric& sigma) {
+    return 0.5 * operators_->tetrahedra[index(tetrahedron)].volume * contract(sigma, strain);
+  };
+  if (!has_contact(tetrahedron)) return energy_of(stress(tetrahedron, strain));
+  return (carries(tetrahedron) ? energy_of(partial(tetrahedron).stress(strain)) : 0) +
+         contact_energy(index(contact_place_[index(tetrahedron)]), strain);
 }
 
 void ResidualStiffness::release(std::int32_t tetrahedron, EdgeSet edges) {

@@ -39,15 +39,28 @@ struct EdgeStiffness {
 EdgeStiffness edge_stiffness(const TetrahedronOperator& tetrahedron, const IsotropicElasticity& elasticity,
                              EdgeSet released);
 
+/// A strain above which a cut is open, whatever the rounding.
+inline constexpr double surely_open = 1e-9;
+
 /// The contact of a broken tetrahedron's cut, and what it remembers of its motion.
 struct CutContact {
-  Vector normal{};        ///< of the cut, unit vector
-  double share = 1;       ///< of the stiffness in contact
-  double closed_at = 0;   ///< strain along the normal below which it resists closing
-  Vector slip{};          ///< shear strain at which the cut carries no friction
-  double friction = 0;    ///< magnitude of the shear traction when it was settled last [Pa]
-  double dissipated = 0;  ///< by friction [J]
-  bool is_apart = false;  ///< its sides have moved apart so far that it does not act any more
+  Vector normal{};                 ///< of the cut, unit vector
+  std::array<double, 4> closer{};  ///< strain along it per displacement along it of each corner [1/m]
+  double share = 1;                ///< of the stiffness in contact
+  double closed_at = 0;            ///< strain along the normal below which it resists closing
+  Vector slip{};                   ///< shear strain at which the cut carries no friction
+  double friction = 0;             ///< magnitude of the shear traction when it was settled last [Pa]
+  double dissipated = 0;           ///< by friction [J]
+  bool is_open = false;            ///< when it was settled last: without friction until it is settled again
+  bool is_apart = false;           ///< its sides have moved apart so far that it does not act any more
+
+  /// The strain along the normal, up to rounding.
+  /// @param displacement of the corners
+  double opening(const std::array<Vector, 4>& displacement) const {
+    double sum = 0;
+    for (std::size_t a = 1; a < 4; ++a) sum += closer[a] * dot(normal, displacement[a] - displacement[0]);
+    return sum;
+  }
 };
 
 /// The residual stiffness of each tetrahedron of a subdomain.
@@ -110,6 +123,7 @@ public:
   const CutContact& cut_contact(std::size_t i) const { return cuts_[i]; }
   /// Stress of contact number i at a strain of its tetrahedron [Pa]; 0 while it is open.
   Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
+  double contact_energy(std::size_t i, const Symmetric& strain) const;  ///< likewise [J]
   /// A phase starts: where cuts overlap they resist closing further, without friction so far.
   void start_contact(std::size_t i, const Symmetric& strain);
   /// Lets a cut slip where friction has reached its limit, and accounts for the work.

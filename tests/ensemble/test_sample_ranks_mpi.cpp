@@ -349,7 +349,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithContact) {
   compare(parameters, 50);
 }
 
-/// A bar crushed to rubble, whose pieces meet, stick and slide.
+/// A bar crushed to rubble, whose pieces meet, stick and slide: in one piece at first, and in two that meet.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankAsRubble) {
   for (const auto release : {input::Release::element, input::Release::facet}) {
     auto parameters = torn_bar();
@@ -360,6 +360,13 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankAsRubble) {
         test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
         test::boundary(Face::z_max, BoundaryKind::velocity, {true, true, true}, {5, 0, -60})};
     compare(parameters, 50);
+    const auto& size = parameters.specimen.size;
+    const auto in_two = test::make_box(
+        {.size = size, .cells = {3, 5, 45}, .disturbance = 0.2, .removed = [&](const geometry::Point& p) {
+           return std::abs(p[2] - size[2] / 2) < size[2] / 90;
+         }});
+    const auto cases = test::hostile_partitions(size);
+    compare(parameters, in_two, 50, {cases.begin(), cases.begin() + 2});
   }
 }
 
