@@ -4,10 +4,13 @@
 #include "common/index.h"
 #include "common/real.h"
 #include "common/vector.h"
+#include "dynamics/stable_step.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace crackle::dynamics {
 
@@ -23,14 +26,23 @@ std::vector<double> surface_areas(const geometry::Subdomain& subdomain) {
   return areas;
 }
 
-double contact_stiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                         const mechanics::PdsOperators& operators, double omega_max, double share) {
-  const auto areas = parallel::agree(group, [&] { return surface_areas(subdomain); });
-  double least = infinity;  // mass per area
-  for (std::size_t n = 0; n < areas.size(); ++n)
-    if (areas[n] > 0) least = std::min(least, operators.node_mass[n] / areas[n]);
-  parallel::check_peers(group);
-  return share * omega_max * omega_max * parallel::all_reduce(group, least, MPI_MIN);
+ContactScale contact_scale(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                           const mechanics::PdsOperators& operators, const mechanics::InternalForce& force,
+                           const input::SurfaceContact& contact) {
+  const double omega_max = largest_frequency(group, subdomain, operators, force);
+  return {contact.friction, contact.stiffness * omega_max * omega_max,
+          std::cbrt(parallel::exact_sum(group, operators.node_volume) /
+                    static_cast<double>(subdomain.layout.n_global))};
+}
+
+std::vector<mechanics::NodeStiffness> largest_contact(const ContactScale& scale,
+                                                      const mechanics::PdsOperators& operators) {
+  std::vector<mechanics::NodeStiffness> springs;
+  for (std::size_t n = 0; n < operators.node_mass.size(); ++n) {
+    const double stiffness = scale.rate * operators.node_mass[n];
+    springs.push_back({static_cast<std::int32_t>(n), {stiffness, stiffness, stiffness, 0, 0, 0}});
+  }
+  return springs;
 }
 
 }  // namespace crackle::dynamics

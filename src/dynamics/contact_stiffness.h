@@ -2,6 +2,9 @@
 #pragma once
 
 #include "geometry/subdomain.h"
+#include "input/model.h"
+#include "mechanics/internal_force.h"
+#include "mechanics/node_stiffness.h"
 #include "mechanics/operators.h"
 #include "parallel/communicator.h"
 
@@ -13,12 +16,23 @@ namespace crackle::dynamics {
 /// the body [m^2]. Local; bitwise equal for any number of ranks.
 std::vector<double> surface_areas(const geometry::Subdomain& subdomain);
 
-/// Pressure by which surfaces resist overlap, per depth, the same everywhere [Pa/m]: the largest with which
-/// no surface node alone oscillates faster than sqrt(share) omega_max against a rigid surface. The stable
-/// step of the body is then shortened by 1 / sqrt(1 + share) at most. Collective; bitwise equal for any
-/// number of ranks.
-/// @param omega_max largest circular frequency of the body alone, as of largest_frequency() [1/s]
-double contact_stiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                         const mechanics::PdsOperators& operators, double omega_max, double share);
+/// The scale of contact between the surfaces of a body.
+struct ContactScale {
+  double friction = 0;  ///< Coulomb's coefficient
+  /// The squared largest frequency at which contact makes a node alone oscillate, a share of that of the
+  /// body: the stable step is shortened by 1 / sqrt(1 + share) [1/s^2]; 0: only cuts that close are in
+  /// contact.
+  double rate = 0;
+  double spacing = 0;  ///< of nodes, on average [m]
+};
+
+/// Collective; bitwise equal for any number of ranks.
+ContactScale contact_scale(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                           const mechanics::PdsOperators& operators, const mechanics::InternalForce& force,
+                           const input::SurfaceContact& contact);
+
+/// Springs at all owned nodes to which the stable step is fitted: as stiff as contact is at most.
+std::vector<mechanics::NodeStiffness> largest_contact(const ContactScale& scale,
+                                                      const mechanics::PdsOperators& operators);
 
 }  // namespace crackle::dynamics

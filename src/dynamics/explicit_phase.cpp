@@ -274,7 +274,7 @@ private:
     result_.kinetic = result_.energy.back().kinetic;
     if (result_.arrested) {
       result_.external_work = motion_.external_work(load_time(), state_);
-      result_.dissipated = motion_.dissipated_energy();
+      result_.dissipated = motion_.dissipated_energy() + motion_.energy_lost_at_rest(state_);
     }
   }
 

@@ -48,7 +48,7 @@ struct PhaseResult {
   std::string note;          ///< reason for an unplanned early end
   double kinetic = 0;        ///< kinetic energy at the end [J]
   double external_work = 0;  ///< external work in the phase [J]
-  double dissipated = 0;     ///< dissipated in the phase by damping, viscosity and absorbing faces [J]
+  double dissipated = 0;     ///< dissipated in the phase by terms, and what they no longer store at rest [J]
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
   std::vector<EnergyRow> energy;

@@ -88,7 +88,7 @@ public:
     const std::span<const Substep> substeps = substeps_;
     if (force_is_current_ && !substeps.front().has_kick) clear_forces();
     // Contact is not part of the edge sweep, so it needs whole substeps.
-    if (context_.body->has_contact()) {
+    if (!context_.body->residual_stiffness().contacts().empty() || terms_.couple_nodes()) {
       for (const Substep& substep : substeps) run_substep(substep);
     } else {
       for (std::size_t first = 0, last = 0; first < substeps.size(); first = last) {
@@ -196,6 +196,9 @@ public:
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
+  double energy_lost_at_rest(const MotionState& state) const override {
+    return terms_.lost_at_rest(state.displacement);
+  }
   LoadState measure(double time, const MotionState& state) const override {
     return terms_.measure(time, state.displacement, &state.velocity);
   }
@@ -213,7 +216,8 @@ public:
                          sizeof(Real) == 4
                              ? "time.precision = \"double\""
                              : "time.engine = \"petsc\", or raise the loads, which barely strain the body");
-    if (force_has_overflown_ || !forces_are_in_range_ || largest_force_ >= limit)
+    if (force_has_overflown_ || !forces_are_in_range_ || !nodes_.forces_stay_in_range() ||
+        largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
     // Edges are only checked once their ends may have separated that far.
     if (stretch_bound_ + 2 * max_displacement_change() >= limit) stretch_bound_ = force_.largest_stretch();
@@ -348,6 +352,18 @@ private:
     return context_.body->initial_strain().elastic(number, mechanics::strain(t, u));
   }
 
+  std::array<Vector, 4> corner_displacements(std::int32_t tetrahedron) const {
+    const auto& corners = subdomain_.tetrahedra[index(tetrahedron)];
+    std::array<Vector, 4> displacements{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::int64_t origin = state_.whole_displacement(index(corners[0]), i);
+      for (std::size_t a = 1; a < 4; ++a)
+        displacements[a][i] = scale_.displacement *
+                              static_cast<double>(state_.whole_displacement(index(corners[a]), i) - origin);
+    }
+    return displacements;
+  }
+
   void clear_forces() {
     for (auto& node : force_.nodes()) std::ranges::fill(node.force, Integer(0));
   }
@@ -402,6 +418,8 @@ private:
         force_.add_block(b);
       }
       add_contacts(0);
+      ghosts_.end();
+      terms_.add_forces(nodes_);
     }
     for (std::int32_t b = 0; b < force_.n_blocks(); ++b) update_nodes(b, substep);
     if (substep.has_drift) ghosts_.begin();
@@ -413,7 +431,12 @@ private:
     const auto& residual_stiffness = context_.body->residual_stiffness();
     const auto nodes = force_.nodes();
     for (std::size_t c = first; c < residual_stiffness.contacts().size(); ++c) {
+      const mechanics::CutContact& cut = residual_stiffness.cut_contact(c);
+      if (cut.is_apart) continue;
       const auto number = residual_stiffness.contacts()[c];
+      if (context_.body->initial_strain().is_none() &&
+          cut.opening(corner_displacements(number)) > mechanics::surely_open)
+        continue;
       const mechanics::Symmetric sigma = residual_stiffness.contact_stress(c, strain(number));
       if (sigma == mechanics::Symmetric{}) continue;
       const auto& t = context_.body->operators().tetrahedra[index(number)];

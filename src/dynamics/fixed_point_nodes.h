@@ -77,6 +77,16 @@ public:
     driven_.high[component] = std::max(driven_.high[component], moved);
   }
 
+  void add_balanced_forces(std::span<const std::int32_t> nodes, std::span<const Vector> forces) override {
+    for (std::size_t k = 1; k < nodes.size(); ++k)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto force = quantized<Integer>(forces[k][i], scale_.force, forces_stay_in_range_);
+        // The internal force acts with the opposite sign.
+        if (nodes[k] >= 0) subtract(force, state_->nodes()[index(nodes[k])].force[i]);
+        if (nodes[0] >= 0) subtract(-force, state_->nodes()[index(nodes[0])].force[i]);
+      }
+  }
+
   void movements(std::span<Vector> moved) const override {
     for (std::size_t n = 0; n < moved.size(); ++n) {
       const auto& before = state_->displacement_before(n, 1);
@@ -89,6 +99,7 @@ public:
 
   /// True if every displacement and velocity has fitted the format so far.
   bool stay_in_range() const { return stays_in_range_; }
+  bool forces_stay_in_range() const { return forces_stay_in_range_; }
   /// Extends a bound on the movement of nodes by what terms have moved since the last call, in quanta.
   void extend(kernels::Movement<double>& movement) {
     for (std::size_t c = 0; c < 3; ++c) {
@@ -105,12 +116,16 @@ private:
   void add(Integer change, Integer& value) {
     if (__builtin_add_overflow(value, change, &value)) stays_in_range_ = false;
   }
+  void subtract(Integer force, Integer& sum) {
+    if (__builtin_sub_overflow(sum, force, &sum)) forces_stay_in_range_ = false;
+  }
 
   mechanics::FixedPointScale scale_;
   FixedPointState<Real>* state_;
   std::vector<double> per_impulse_;  // change of velocity of each owned node [quanta / (N s)]
   kernels::Movement<double> driven_{}, changed_{};
   bool stays_in_range_ = true;
+  bool forces_stay_in_range_ = true;
 };
 
 }  // namespace crackle::dynamics

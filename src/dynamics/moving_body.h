@@ -3,6 +3,7 @@
 
 #include "common/instruction_set.h"
 #include "dynamics/checkpoint.h"
+#include "dynamics/contact_stiffness.h"
 #include "dynamics/integrator.h"
 #include "dynamics/sample_result.h"
 #include "dynamics/term.h"
@@ -79,6 +80,9 @@ public:
 
   /// Dissipated by the terms since the start [J]. Collective.
   virtual double dissipated_energy() const { return 0; }
+  /// What terms store in motion only [J]. Collective.
+  /// @param state as currently returned by read()
+  virtual double energy_lost_at_rest([[maybe_unused]] const MotionState& state) const { return 0; }
 
   /// The loads, and what else the terms measure. Collective; bitwise equal for any number of ranks if the
   /// state is.
@@ -124,7 +128,7 @@ struct MotionContext {
   bool material_varies = false;
   input::BulkViscosity bulk_viscosity = {};
   std::vector<MakeTerm> more_terms = {};  ///< beside the conditions and the damping
-  double contact_stiffness = 0;           ///< see dynamics::contact_stiffness() [Pa/m]
+  ContactScale contact = {};              ///< of surfaces that meet
 };
 
 /// The reference implementation: all operations in double precision, in sequence, with the plain loop over

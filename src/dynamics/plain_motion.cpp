@@ -74,18 +74,18 @@ public:
   /// The references must outlive the object.
   /// @param inverse_mass of each component
   /// @param before displacement of local nodes at the start of the last step
-  PlainNodes(MotionState& state, const parallel::NodeField& force, const std::vector<double>& inverse_mass,
+  PlainNodes(MotionState& state, parallel::NodeField& force, const std::vector<double>& inverse_mass,
              const std::vector<double>& before)
       : state_(&state), force_(&force), inverse_mass_(&inverse_mass), before_(&before) {}
 
   double displacement(std::int32_t node, int component) const override {
-    return std::as_const(state_->displacement).owned()[index(node, component)];
+    return std::as_const(state_->displacement).local()[index(node, component)];
   }
   double velocity(std::int32_t node, int component) const override {
     return std::as_const(state_->velocity).owned()[index(node, component)];
   }
   double internal_force(std::int32_t node, int component) const override {
-    return force_->owned()[index(node, component)];
+    return std::as_const(*force_).owned()[index(node, component)];
   }
   void kick(std::int32_t node, int component, double duration, double force, double&) override {
     const auto i = index(node, component);
@@ -103,6 +103,14 @@ public:
     state_->displacement.owned()[index(node, component)] = displacement;
     set_velocity(node, component, velocity);
   }
+  void add_balanced_forces(std::span<const std::int32_t> nodes, std::span<const Vector> forces) override {
+    const auto f = force_->owned();
+    for (std::size_t k = 1; k < nodes.size(); ++k)
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (nodes[k] >= 0) f[index(nodes[k], i)] -= forces[k][i];
+        if (nodes[0] >= 0) f[index(nodes[0], i)] += forces[k][i];
+      }
+  }
   void movements(std::span<Vector> moved) const override {
     const auto u = std::as_const(state_->displacement).local();
     for (std::size_t n = 0; n < moved.size(); ++n)
@@ -112,7 +120,7 @@ public:
 
 private:
   MotionState* state_;
-  const parallel::NodeField* force_;
+  parallel::NodeField* force_;
   const std::vector<double>* inverse_mass_;
   const std::vector<double>* before_;
 };
@@ -217,6 +225,9 @@ public:
   }
 
   double dissipated_energy() const override { return terms_.dissipated(); }
+  double energy_lost_at_rest(const MotionState& state) const override {
+    return terms_.lost_at_rest(state.displacement);
+  }
   LoadState measure(double time, const MotionState& state) const override {
     return terms_.measure(time, state.displacement, &state.velocity);
   }
@@ -288,6 +299,7 @@ private:
   void kick(const Substep& substep) {
     if (!force_is_current_) {
       product_.apply(state_->displacement, force_);
+      terms_.add_forces(nodes_);
       force_is_current_ = true;
       ++n_forces_;
     }

@@ -45,15 +45,6 @@ std::vector<MakeTerm> all_terms(const input::Model& model, std::vector<MakeTerm>
   return terms;
 }
 
-/// Collective.
-double stiffness_of_contact(const parallel::Communicator& group, const input::Model& model,
-                            const fracture::BreakableBody& body) {
-  constexpr double share = 0.2;
-  if (model.tools.empty()) return 0;
-  const double frequency = largest_frequency(group, body.subdomain(), body.operators(), body.force());
-  return contact_stiffness(group, body.subdomain(), body.operators(), frequency, share);
-}
-
 /// The square ends of slots that count as cracks: where cracks start by means around nodes, those narrow
 /// enough. The spacings of points from a file are not known.
 std::vector<fracture::SquareEnd> crack_ends(const input::Model& model) {
@@ -74,11 +65,14 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
       model(input),
       subdomain(part),
       body(part, fracture::make_material_field(input, sample, fracture::span_of(part)), nullptr,
-           input.fracture.contact),
+           input.surface_contact() ? input::Contact::frictionless : input::Contact::none,
+           input.surface_contact().value_or(input::SurfaceContact{}).friction),
       waves(fracture::slowest_waves(ranks, input, body)),
       loads(all_loads(ranks, input, body)),
       more_terms(all_terms(input, std::move(terms))),
-      contact_stiffness(stiffness_of_contact(ranks, input, body)),
+      contact(input.any_contact()
+                  ? contact_scale(ranks, part, body.operators(), body.force(), *input.any_contact())
+                  : ContactScale{}),
       splitting(dynamics::splitting(input.time.integrator)),
       stable_step(dynamics::stable_step(ranks, input.time.integrator, input.bulk_viscosity(), part,
                                         body.operators(), body.material(), body.force(), set_supports())),
@@ -87,33 +81,32 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
           {.ends = parallel::agree(ranks, [&] { return crack_ends(input); })}) {
   refuse_overdamping(input.damping_rate(), grid);
   fracture::refuse_short_releases(ranks, part, body.release_law().time(), grid.step);
+  // Equilibria are without contact, which a dynamic phase turns on.
+  body.residual_stiffness().let_contacts_act(false);
   // After the stable step, which depends on the stiffness alone.
   body.set_initial_strain(fracture::make_initial_strain(input, body.elasticity(), fracture::span_of(part)));
 }
 
 MotionContext SampleSetup::motion_context() {
-  return {&group,
-          &body,
-          &loads,
-          &law,
-          model.damping_rate(),
-          model.stress_varies(),
-          model.bulk_viscosity(),
-          more_terms,
-          contact_stiffness};
+  return {
+      &group,     &body,  &loads, &law, model.damping_rate(), model.stress_varies(), model.bulk_viscosity(),
+      more_terms, contact};
 }
 
 std::vector<mechanics::NodeStiffness> SampleSetup::set_supports() {
-  if (more_terms.empty()) return {};
+  std::vector<mechanics::NodeStiffness> springs;
+  if (contact.rate > 0) springs = largest_contact(contact, body.operators());
+  if (more_terms.empty()) return springs;
   MotionContext context{&group, &body, &loads, nullptr};
   context.more_terms = more_terms;
-  context.contact_stiffness = contact_stiffness;
+  context.contact = contact;
   const Terms terms(context);
   for (const auto& term : terms) term->add_supports(loads.supports);
   parallel::check_peers(group);
   loads.has_supports = parallel::any_of_all(group, !loads.supports.empty());
   const auto most = terms.stiffest(std::vector<double>(3 * subdomain.nodes.size()));
-  return {most.begin(), most.end()};
+  springs.insert(springs.end(), most.begin(), most.end());
+  return springs;
 }
 
 std::vector<std::string> SampleSetup::free_motions() const {

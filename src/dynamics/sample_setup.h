@@ -46,14 +46,14 @@ struct SampleSetup {
   fracture::BodyWaves waves;
   mechanics::Conditions loads;
   std::vector<MakeTerm> more_terms;
-  double contact_stiffness;  ///< 0 without contact [Pa/m]
+  ContactScale contact;
   const Splitting& splitting;
   double stable_step;  ///< [s]
   TimeGrid grid;
   fracture::FractureLaw law;
 
 private:
-  /// Lets the other terms hold the body. @return their stiffness. Collective.
+  /// Lets the other terms hold the body. @return their stiffness, with that of contact. Collective.
   std::vector<mechanics::NodeStiffness> set_supports();
 };
 

@@ -11,6 +11,7 @@
 #include "parallel/exact_sum.h"
 #include "parallel/ghost_exchange.h"
 
+#include "contact_stiffness.h"
 #include "viscous_force.h"
 
 #include <Eigen/Eigenvalues>
@@ -139,8 +140,11 @@ double stable_step(const input::Model& model, const geometry::Realization& reali
   const auto operators = mechanics::make_operators(subdomain, material.density);
   const mechanics::ResidualStiffness intact(operators, material.elasticity);
   const mechanics::InternalForce force(operators, intact);
+  std::vector<mechanics::NodeStiffness> springs;
+  if (const auto contact = model.any_contact())
+    springs = largest_contact(contact_scale(self, subdomain, operators, force, *contact), operators);
   return stable_step(self, model.time.integrator, model.bulk_viscosity(), subdomain, operators, material,
-                     force);
+                     force, springs);
 }
 
 TimeGrid choose_time_grid(const input::Time& time, double stable_step) {

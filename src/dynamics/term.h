@@ -27,7 +27,7 @@ struct MotionState {
 };
 
 /// The owned nodes of a moving body as a Term sees them: in SI units, but in the numbers of the
-/// implementation, to which changes are rounded.
+/// implementation, to which changes are rounded. Of ghosts the displacement, once they are current.
 class MovingNodes {
 public:
   virtual ~MovingNodes() = default;
@@ -48,6 +48,11 @@ public:
   /// Puts a node at a displacement after a drift.
   virtual void drive(std::int32_t node, int component, double displacement, double velocity,
                      double drift) = 0;
+
+  /// Adds forces on nodes, which end with the next evaluation of the internal force: rounded, so that the
+  /// first node balances the others exactly.
+  /// @param nodes -1: of another rank, which does the same @param forces [N], of the first node not read
+  virtual void add_balanced_forces(std::span<const std::int32_t> nodes, std::span<const Vector> forces) = 0;
 
   /// How far each local node, ghosts included, has moved in the last step [m].
   virtual void movements(std::span<Vector> moved) const = 0;
@@ -127,12 +132,17 @@ public:
   virtual void after_kick(std::size_t, const Substep&, MovingNodes&) {}
   virtual void after_drift(std::size_t, const Substep&, MovingNodes&) {}
 
+  /// True if it has forces between nodes in the coming step, added by add_forces(); equal on every rank.
+  virtual bool couples_nodes() const { return false; }
+  /// The internal force at the current displacement has been found, and ghosts are current. Collective.
+  virtual void add_forces(MovingNodes&) {}
+
   /// A force against which the driven component of a node moves: gets the displacement over the step [m], and
   /// returns the force [N].
   using Resistance = std::function<double(std::int32_t node, int component, double displacement)>;
   /// Calls a resistance for all components that any term drives.
   using Drives = std::function<void(const Resistance&)>;
-  /// A step ends, once ghosts are current.
+  /// A step ends, once ghosts are current. Collective.
   virtual void end_step(const mechanics::StepSpan&, MovingNodes&, const Drives&) {}
   /// Calls `resistance` for all components that this term drives, and does the work.
   virtual void move_against(const mechanics::StepSpan&, const Resistance&) {}
@@ -144,6 +154,9 @@ public:
   /// The energy that it stores now, such as that of a spring [J].
   virtual void add_stored([[maybe_unused]] const parallel::NodeField& displacement,
                           [[maybe_unused]] std::vector<double>& sum) const {}
+  /// Adds what it stores in motion only, so that it is lost when the body comes to rest [J].
+  virtual void add_lost_at_rest([[maybe_unused]] const parallel::NodeField& displacement,
+                                [[maybe_unused]] std::vector<double>& sum) const {}
   /// True if it may do so; equal on every rank.
   virtual bool dissipates() const { return false; }
   virtual bool stores() const { return false; }

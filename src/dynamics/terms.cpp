@@ -7,6 +7,7 @@
 #include "parallel/ghost_exchange.h"
 
 #include "condition_terms.h"
+#include "contact_term.h"
 #include "dampers.h"
 
 #include <algorithm>
@@ -57,6 +58,7 @@ Demand& Demand::operator+=(const Demand& other) {
 
 Terms::Terms(const MotionContext& context, const MotionState& given, std::int32_t nodes_per_block)
     : group_(context.group), terms_(make_terms(context, given, nodes_per_block)) {
+  if (context.body->has_contact()) terms_.push_back(std::make_unique<ContactTerm>(context));
   terms_.push_back(std::make_unique<Dampers>(context, nodes_per_block));
   const auto n_owned = context.body->subdomain().layout.n_owned;
   acts_.resize(index(std::max(1, (n_owned + nodes_per_block - 1) / nodes_per_block)));
@@ -97,6 +99,14 @@ void Terms::after_drift(std::size_t block, const Substep& substep, MovingNodes& 
   for (const auto& term : terms_) term->after_drift(block, substep, nodes);
 }
 
+bool Terms::couple_nodes() const {
+  return std::ranges::any_of(terms_, [](const auto& term) { return term->couples_nodes(); });
+}
+
+void Terms::add_forces(MovingNodes& nodes) {
+  for (const auto& term : terms_) term->add_forces(nodes);
+}
+
 void Terms::end_step(const mechanics::StepSpan& step, MovingNodes& nodes) {
   const Term::Drives drives = [&](const Term::Resistance& resistance) {
     for (const auto& term : terms_) term->move_against(step, resistance);
@@ -131,6 +141,12 @@ double Terms::stored(const parallel::NodeField& displacement) const {
   if (std::ranges::none_of(terms_, [](const auto& term) { return term->stores(); })) return 0;
   std::vector<double> sum;
   for (const auto& term : terms_) term->add_stored(displacement, sum);
+  return parallel::exact_sum(*group_, sum);
+}
+
+double Terms::lost_at_rest(const parallel::NodeField& displacement) const {
+  std::vector<double> sum;
+  for (const auto& term : terms_) term->add_lost_at_rest(displacement, sum);
   return parallel::exact_sum(*group_, sum);
 }
 

@@ -34,6 +34,8 @@ public:
   void before_kick(std::size_t block, const Substep& substep, MovingNodes& nodes);
   void after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes);
   void after_drift(std::size_t block, const Substep& substep, MovingNodes& nodes);
+  bool couple_nodes() const;
+  void add_forces(MovingNodes& nodes);
   void end_step(const mechanics::StepSpan& step, MovingNodes& nodes);
   void end_loads(double time, const mechanics::NodesOfConditions& nodes,
                  const parallel::NodeField& displacement);
@@ -42,6 +44,7 @@ public:
   double supplied(double time, const MotionState& state) const;
   double dissipated() const;
   double stored(const parallel::NodeField& displacement) const;
+  double lost_at_rest(const parallel::NodeField& displacement) const;
 
   /// The measurements of all terms, see Term. Collective.
   LoadState measure(double time, const parallel::NodeField& displacement,

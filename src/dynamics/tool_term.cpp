@@ -65,15 +65,6 @@ std::array<mechanics::LoadCurve, 3> curves_of(const input::Tool& tool) {
   return curves;
 }
 
-/// Areas that the owned nodes stand for: their shares of the surface, or of a node inside the body the side
-/// of a cube of its volume [m^2].
-std::vector<double> areas_of(const fracture::BreakableBody& body) {
-  std::vector<double> areas = surface_areas(body.subdomain());
-  for (std::size_t n = 0; n < areas.size(); ++n)
-    if (areas[n] == 0) areas[n] = std::pow(std::cbrt(body.operators().node_volume[n]), 2);
-  return areas;
-}
-
 }  // namespace
 
 ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>& tools,
@@ -82,21 +73,40 @@ ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>&
       tools_(&tools),
       at_rest_(&at_rest),
       nodes_per_block_(nodes_per_block),
-      area_(areas_of(*context.body)),
-      driven_(area_.size()),
+      driven_(context.body->operators().node_mass.size()),
       moving_(tools.size()) {
   for (const auto& motion : context.loads->motions)
     for (const auto node : motion.nodes)
       driven_[index(node)] = static_cast<std::uint8_t>(driven_[index(node)] | 1 << motion.component);
   const double volume = parallel::exact_sum(*context.group, context.body->operators().node_volume);
   spacing_ = spacing_of(volume / static_cast<double>(context.body->subdomain().layout.n_global));
+  find_stiffness();
   for (std::size_t t = 0; t < tools.size(); ++t) {
     moving_[t].curve = curves_of(tools[t]);
-    moving_[t].friction = tools[t].friction.value_or(0);
+    moving_[t].friction = tools[t].friction.value_or(context.contact.friction);
     moving_[t].displacement = at_rest[t].displacement;
     if (tools[t].has_mass()) moving_[t].velocity = tools[t].velocity.value_or(Vector{});
   }
   find_offsets();
+}
+
+void ToolTerm::find_stiffness() {
+  const auto& mass = context_.body->operators().node_mass;
+  const std::vector<double> surface = surface_areas(context_.body->subdomain());
+  std::vector<double> ratios;
+  for (std::size_t n = 0; n < mass.size(); ++n)
+    if (surface[n] > 0) ratios.push_back(mass[n] / surface[n]);
+  auto all = parallel::gather_all<double>(*context_.group, ratios);
+  const auto middle = all.begin() + std::ssize(all) / 2;
+  std::ranges::nth_element(all, middle);
+  const double pressure = context_.contact.rate * *middle;
+  stiffness_.resize(mass.size());
+  for (std::size_t n = 0; n < mass.size(); ++n) {
+    // A node inside the body stands for the side of a cube of its volume.
+    const double area =
+        surface[n] > 0 ? surface[n] : std::pow(std::cbrt(context_.body->operators().node_volume[n]), 2);
+    stiffness_[n] = std::min(pressure * area, context_.contact.rate * mass[n]);
+  }
 }
 
 void ToolTerm::find_offsets() {
@@ -107,7 +117,7 @@ void ToolTerm::find_offsets() {
     constexpr auto none = std::numeric_limits<std::int64_t>::max();
     double least = infinity;
     std::size_t nearest = 0;
-    for (std::size_t n = 0; n < area_.size(); ++n) {
+    for (std::size_t n = 0; n < driven_.size(); ++n) {
       const double distance = surface_from(tool, subdomain.nodes[n] - tool.at).distance;
       if (distance < least) {
         least = distance;
@@ -115,7 +125,7 @@ void ToolTerm::find_offsets() {
       }
     }
     const double agreed = parallel::all_reduce(*context_.group, least, MPI_MIN);
-    const std::int64_t own = least == agreed && !area_.empty() ? subdomain.layout.number[nearest] : none;
+    const std::int64_t own = least == agreed && !driven_.empty() ? subdomain.layout.number[nearest] : none;
     const std::int64_t number = parallel::all_reduce(*context_.group, own, MPI_MIN);
     const double spacing = parallel::largest_of_all(
         *context_.group, own == number ? spacing_of(context_.body->operators().node_volume[nearest]) : 0);
@@ -163,10 +173,6 @@ ToolTerm::Touch ToolTerm::touch(std::size_t tool, std::int32_t node, const Vecto
   return touch;
 }
 
-double ToolTerm::stiffness(std::int32_t node) const {
-  return context_.contact_stiffness * area_[index(node)];
-}
-
 Vector ToolTerm::stretch(std::size_t tool, const Touch& touch, const Vector& anchor) const {
   const Vector from = touch.relative - anchor;
   const Vector along = from - dot(from, touch.normal) * touch.normal;
@@ -177,7 +183,7 @@ Vector ToolTerm::stretch(std::size_t tool, const Touch& touch, const Vector& anc
 Vector ToolTerm::force(std::size_t tool, std::int32_t node, const Touch& touch, const Vector* anchor) const {
   Vector push = touch.depth * touch.normal;
   if (anchor != nullptr) push = push - stretch(tool, touch, *anchor);
-  return stiffness(node) * push;
+  return stiffness_[index(node)] * push;
 }
 
 double ToolTerm::slide(std::size_t tool, std::int32_t node, const Touch& touch, Vector& anchor) const {
@@ -186,7 +192,7 @@ double ToolTerm::slide(std::size_t tool, std::int32_t node, const Touch& touch, 
   const Vector held = stretch(tool, touch, anchor);
   const Vector slip = along - held;
   anchor = touch.relative - held;
-  return stiffness(node) * norm(held) * norm(slip);
+  return stiffness_[index(node)] * norm(held) * norm(slip);
 }
 
 template <class Visit>
@@ -194,7 +200,7 @@ void ToolTerm::for_touches(double time, std::span<const double> displacement, do
                            const Visit& visit) const {
   for (std::size_t t = 0; t < tools_->size(); ++t) {
     const Vector of_tool = displacement_at(t, time);
-    for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
+    for (std::int32_t n = 0; index(n) < driven_.size(); ++n) {
       const Touch one = touch(t, n, displacement_of(displacement, n), of_tool);
       if (one.depth > -gap) visit(t, n, one);
     }
@@ -218,7 +224,7 @@ const Vector* ToolTerm::anchor_of(std::size_t tool, std::int32_t node) const {
 void ToolTerm::start(double time, const MotionState&) {
   is_moving_ = true;
   time_ = time;
-  moved_.resize(area_.size());
+  moved_.resize(driven_.size());
   first_contact_.assign(index(std::max(1, (context_.body->subdomain().layout.n_owned + nodes_per_block_ - 1) /
                                               nodes_per_block_)) +
                             1,
@@ -235,7 +241,7 @@ void ToolTerm::find_contacts(double time, const MovingNodes& nodes, double margi
   std::ranges::sort(kept, {}, place_of);
   contacts_.clear();
   auto next = kept.begin();
-  for (std::int32_t n = 0; index(n) < area_.size(); ++n)
+  for (std::int32_t n = 0; index(n) < driven_.size(); ++n)
     for (std::size_t t = 0; t < tools_->size(); ++t) {
       if (next != kept.end() && place_of(*next) == std::pair{n, t})
         contacts_.push_back(*next++);
@@ -348,7 +354,7 @@ void ToolTerm::add_stored(const parallel::NodeField& displacement, std::vector<d
       const Vector held = stretch(tool, now, *anchor);
       square += dot(held, held);
     }
-    sum.push_back(0.5 * stiffness(node) * square);
+    sum.push_back(0.5 * stiffness_[index(node)] * square);
   });
 }
 
@@ -377,7 +383,7 @@ void ToolTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
 
 NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch& now) const {
   const bool is_inside = now.depth >= -1e-12 * spacing_;
-  const double contact = stiffness(node), barely = stabilizing_share * contact;
+  const double contact = stiffness_[index(node)], barely = stabilizing_share * contact;
   NodeResponse response;
   response.node = node;
   // Along the surface it is held if it sticks.
@@ -445,20 +451,10 @@ void ToolTerm::add_unknown_responses(double time, std::span<const double> displa
     }
 }
 
-void ToolTerm::add_stiffest(std::span<const double>, std::vector<NodeResponse>& most) const {
-  // A node may touch a tool on any side.
-  for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
-    NodeResponse response;
-    response.node = n;
-    for (std::size_t i = 0; i < 3; ++i) response.stiffness[i] = stiffness(n);
-    most.push_back(response);
-  }
-}
-
 void ToolTerm::add_supports(std::vector<mechanics::Support>& supports) const {
   constexpr double negligible = 0.05;
   for (std::size_t t = 0; t < tools_->size(); ++t)
-    for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
+    for (std::int32_t n = 0; index(n) < driven_.size(); ++n) {
       const Touch now = touch(t, n, {}, {});
       if (now.depth <= -touching_share * spacing_) continue;
       unsigned components = moving_[t].friction > 0 ? 7 : 0;
@@ -474,7 +470,7 @@ void ToolTerm::rest_at(double time, const parallel::NodeField& displacement) {
     (*at_rest_)[t].displacement = displacement_at(t, time);
     if (moving_[t].friction == 0) continue;
     std::map<std::int32_t, Vector> anchors;
-    for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
+    for (std::int32_t n = 0; index(n) < driven_.size(); ++n) {
       const Touch now = touch(t, n, displacement_of(displacement.owned(), n), (*at_rest_)[t].displacement);
       if (now.depth < -touching_share * spacing_) continue;
       // A node that comes into contact is held from where it was in the last equilibrium.
@@ -554,7 +550,7 @@ void ToolTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
   };
   contacts_.clear();
   for (std::size_t t = 0; t < tools_->size(); ++t) {
-    for (std::int32_t n = 0; index(n) < area_.size(); ++n) {
+    for (std::int32_t n = 0; index(n) < driven_.size(); ++n) {
       const auto row = rows[t].find(context_.body->subdomain().layout.number[index(n)]);
       if (row.empty()) continue;
       Contact contact{.node = n, .tool = t};

@@ -25,7 +25,8 @@ struct ToolAtRest {
 };
 
 /// Rigid tools that touch the body: a node inside a tool is pushed out along the normal of the tool's surface
-/// by a force in proportion to its depth and to the surface that it stands for. Friction is Coulomb's: along
+/// by a force in proportion to its depth and to the surface that it stands for, limited as ContactScale says.
+/// Friction is Coulomb's: along
 /// the surface a spring as stiff holds the node at its anchor, which slides where the force would exceed the
 /// coefficient times the normal force. Nodes inside the body take part once breaking has laid them open.
 ///
@@ -65,7 +66,8 @@ public:
   std::vector<double*> unknowns() override;
   void add_unknown_responses(double time, std::span<const double> displacement,
                              std::vector<UnknownResponse>& responses) const override;
-  void add_stiffest(std::span<const double> no_displacement, std::vector<NodeResponse>& most) const override;
+  /// The stable step is fitted to ContactScale.
+  void add_stiffest(std::span<const double>, std::vector<NodeResponse>&) const override {}
   void add_supports(std::vector<mechanics::Support>& supports) const override;
   void rest_at(double time, const parallel::NodeField& displacement) override;
   void measure(double time, const parallel::NodeField& displacement, const parallel::NodeField* velocity,
@@ -118,11 +120,11 @@ private:
   Vector stretch(std::size_t tool, const Touch& touch, const Vector& anchor) const;
   /// Lets the anchor slide. @return energy lost [J]
   double slide(std::size_t tool, std::int32_t node, const Touch& touch, Vector& anchor) const;
-  double stiffness(std::int32_t node) const;  // [N/m]
   /// Calls visit(tool, node, touch) for all owned nodes inside a tool, or closer than `gap`.
   template <class Visit>
   void for_touches(double time, std::span<const double> displacement, double gap, const Visit& visit) const;
   const Vector* anchor_of(std::size_t tool, std::int32_t node) const;
+  void find_stiffness();
   void find_offsets();
   /// Finds all nodes to which a tool is closer than the margin [m].
   void find_contacts(double time, const MovingNodes& nodes, double margin);
@@ -132,7 +134,7 @@ private:
   const std::vector<input::Tool>* tools_;
   std::vector<ToolAtRest>* at_rest_;
   std::int32_t nodes_per_block_;
-  std::vector<double> area_;          // of each owned node [m^2]
+  std::vector<double> stiffness_;     // of contact of each owned node [N/m]
   std::vector<std::uint8_t> driven_;  // per owned node: bits of components that a motion prescribes
   double spacing_ = 0;                // mean one of the body [m]
   std::vector<Moving> moving_;

@@ -38,7 +38,7 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const Sym
 }
 
 BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, mechanics::MaterialField material,
-                             std::unique_ptr<Release> release, input::Contact contact)
+                             std::unique_ptr<Release> release, input::Contact contact, double friction)
     : subdomain_(&subdomain),
       release_(release ? std::move(release) : make_release({})),
       contact_(contact),
@@ -47,7 +47,9 @@ BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, mechanics::Ma
       edges_(mechanics::make_edges(subdomain)),
       residual_stiffness_(operators_, material_.elasticity),
       force_(operators_, residual_stiffness_, &initial_strain_),
-      broken_(subdomain.tetrahedra.size(), 0) {}
+      broken_(subdomain.tetrahedra.size(), 0) {
+  residual_stiffness_.set_friction(friction);
+}
 
 void BreakableBody::set_release(std::unique_ptr<Release> release) {
   release_ = std::move(release);
@@ -69,6 +71,7 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
   const int cut = most_loaded_cut(operators_.tetrahedra[index], intact_stress(tetrahedron, strain));
   const double remaining = moves ? release_->remaining(tetrahedron, 0) : 0;
   open(tetrahedron, cut, remaining);
+  residual_stiffness_.settle_new_contact(tetrahedron, strain);
   const bool is_counted = subdomain_->owned[index] != 0;
   if (remaining > 0)
     releasing_.push_back(
@@ -116,7 +119,7 @@ void BreakableBody::open(std::int32_t tetrahedron, int cut, double remaining) {
   }
   broken_[index] = 1;
   order_.push_back(tetrahedron);
-  if (contact_ == input::Contact::frictionless) {
+  if (has_contact()) {
     const Vector area = cut_areas(operators_.tetrahedra[index])[static_cast<std::size_t>(cut)];
     residual_stiffness_.add_contact(tetrahedron, area / norm(area));
   }

@@ -41,10 +41,12 @@ public:
   /// @param subdomain must outlive the object
   /// @param release nullptr: by elements, at once
   BreakableBody(const geometry::Subdomain& subdomain, mechanics::MaterialField material,
-                std::unique_ptr<Release> release = nullptr, input::Contact contact = input::Contact::none);
+                std::unique_ptr<Release> release = nullptr, input::Contact contact = input::Contact::none,
+                double friction = 0);
   BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
-                std::unique_ptr<Release> release = nullptr, input::Contact contact = input::Contact::none)
-      : BreakableBody(subdomain, mechanics::MaterialField(material), std::move(release), contact) {}
+                std::unique_ptr<Release> release = nullptr, input::Contact contact = input::Contact::none,
+                double friction = 0)
+      : BreakableBody(subdomain, mechanics::MaterialField(material), std::move(release), contact, friction) {}
   BreakableBody(const BreakableBody&) = delete;
   BreakableBody& operator=(const BreakableBody&) = delete;
 
@@ -56,6 +58,8 @@ public:
   const mechanics::InternalForce& force() const { return force_; }
   const mechanics::InitialStrain& initial_strain() const { return initial_strain_; }
   const mechanics::ResidualStiffness& residual_stiffness() const { return residual_stiffness_; }
+  /// For contacts, which remember their motion.
+  mechanics::ResidualStiffness& residual_stiffness() { return residual_stiffness_; }
   /// True if broken tetrahedra resist closing.
   bool has_contact() const { return contact_ != input::Contact::none; }
 

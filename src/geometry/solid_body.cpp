@@ -25,7 +25,7 @@ namespace {
 
 /// Details of the body are at least this share of the spacing there.
 constexpr double finest_detail = 1.0 / 50;
-constexpr double most_pieces_of_side = 1000;  ///< of a border, for measuring distances
+constexpr double most_flat_pieces = 1000;  ///< of a border, for measuring distances
 
 /// Own axes of a face: those of the coordinates as far as they lie in its plane, else level with z.
 std::array<Vector, 3> axes_of(const Vector& outward) {
@@ -152,7 +152,7 @@ private:
     for (std::size_t s = 0; s < ends.size(); ++s) {
       const auto& [from, to] = face.rim[s];
       const double n_pieces =
-          std::clamp(std::ceil(plane::distance(from, to, to) / spacing), 1.0, most_pieces_of_side);
+          std::clamp(std::ceil(plane::distance(from, to, to) / spacing), 1.0, most_flat_pieces);
       for (double piece = 0; piece < n_pieces; ++piece) {
         const plane::Point a = plane::between(from, to, piece / n_pieces);
         const plane::Point b = plane::between(from, to, (piece + 1) / n_pieces);

@@ -262,13 +262,6 @@ void check_release(const std::string& table, Findings& findings) {
 void check_fracture(const Parameters& parameters, Findings& findings) {
   check_release("fracture", findings);
   if (parameters.fracture.variation) check_variation(findings, *parameters.fracture.variation);
-  if (parameters.fracture.contact == Contact::frictionless && parameters.time.start != Start::rest)
-    findings.report("fracture.contact",
-                    "\"frictionless\" contact is available in dynamics only; give time.start = \"rest\"");
-  if (parameters.fracture.contact == Contact::frictionless && parameters.time.engine == Engine::petsc)
-    findings.report("fracture.contact",
-                    "\"frictionless\" contact is nonlinear and not available with time.engine = \"petsc\"; "
-                    "give \"none\", or time.engine = \"fixed-point\"");
   const auto& size = parameters.specimen.size;
   if (const double largest = std::max({size[0], size[1], size[2]});
       size_is_known(findings) && parameters.fracture.length >= largest)

@@ -59,6 +59,8 @@ std::vector<std::string> idle_load_warnings(const Model& model);
 void check_initial_stresses(const Parameters& parameters, Findings& findings);
 void check_loads(const Parameters& parameters, Findings& findings);
 void check_tools(const Parameters& parameters, Findings& findings);
+/// Checks [contact] and fracture.contact.
+void check_contact(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);
 void check_output(const Parameters& parameters, Findings& findings);
 void check_random(const Parameters& parameters, Findings& findings);

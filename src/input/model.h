@@ -142,7 +142,13 @@ enum class Accumulation { cumulative, step };  ///< of damage
 enum class Nucleation { nodal_mean, own_stress };
 /// Shape of the curve of stress over opening.
 enum class SofteningCurve { linear, exponential };
-enum class Contact { none, frictionless };  ///< of opened facets that close again
+enum class Contact { none, frictionless };  ///< of the body's surfaces and of cracks that close again
+
+/// [contact]
+struct SurfaceContact {
+  double friction = 0;     ///< Coulomb's coefficient
+  double stiffness = 0.2;  ///< share of the squared largest frequency, see dynamics::ContactScale
+};
 
 /// The quantity multiplied by the material's random field. The toughness of a strength criterion is
 /// proportional to the strength squared, so both share one field f: with `toughness` the strength is
@@ -318,11 +324,21 @@ struct Model {
   std::vector<Tool> tools = {};
   Time time;
   std::optional<Damping> damping = {};
+  std::optional<SurfaceContact> contact = {};
   /// Number or name of the boundary condition for the load curve; unset: the driving condition.
   std::variant<std::monostate, int, std::string> governing = {};
 
   /// The material of a uniform body; in others the one outside the regions.
   const Material& material() const { return materials.front(); }
+  /// Contact as given in either way; empty: none.
+  std::optional<SurfaceContact> surface_contact() const {
+    return fracture.contact == Contact::none || contact ? contact : SurfaceContact{};
+  }
+  /// That of surfaces, or with tools alone; empty: none.
+  std::optional<SurfaceContact> any_contact() const {
+    const auto of_surfaces = surface_contact();
+    return of_surfaces || tools.empty() ? of_surfaces : SurfaceContact{};
+  }
   /// [fracture] as it applies to a material.
   Fracture fracture_of(std::size_t material) const;
 

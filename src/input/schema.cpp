@@ -305,7 +305,8 @@ Table fracture_table() {
        choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
                            {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
                            by_default("\"none\""),
-                           "compression across closed cracks; \"frictionless\" needs start = \"rest\"")}};
+                           "of cracks that close and of surfaces that meet, in dynamic phases; with friction "
+                           "see [contact]")}};
 }
 
 Table variation_table() {
@@ -450,7 +451,7 @@ const std::vector<Table>& schema() {
     add(Affects::points, {mesh_table(), region_table()});
     add(Affects::sample, material_tables());
     add(Affects::sample, {fracture_table(), variation_table(), boundary_table(), load_table(), tool_table(),
-                          initial_stress_table(), time_table(), damping_table()});
+                          initial_stress_table(), time_table(), damping_table(), contact_table()});
     add(Affects::reading, {sections_table(), line_table(), plane_table()});
     add(Affects::records, {output_table(), probe_table()});
     add(Affects::draws, {random_table()});

@@ -62,6 +62,8 @@ Table initial_stress_table();
 Table load_table();
 /// [[tool]]
 Table tool_table();
+/// [contact]
+Table contact_table();
 
 /// [output] and [[output.probe]].
 Table output_table();

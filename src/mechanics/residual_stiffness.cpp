@@ -3,6 +3,9 @@
 
 #include "geometry/dual_facets.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace crackle::mechanics {
 
 namespace {
@@ -107,23 +110,105 @@ void ResidualStiffness::add_contact(std::int32_t tetrahedron, const Vector& norm
   if (contact_place_.empty()) contact_place_.assign(released_.size(), -1);
   contact_place_[index(tetrahedron)] = static_cast<std::int32_t>(contacts_.size());
   contacts_.push_back(tetrahedron);
-  contact_normal_.push_back(normal);
   const auto reduction = reductions_.find(tetrahedron);
-  contact_share_.push_back(reduction == reductions_.end() ? 1 : 1 - reduction->second.share);
+  CutContact& cut = cuts_.emplace_back();
+  cut.normal = normal;
+  const TetrahedronOperator t = operators_->tetrahedra[index(tetrahedron)];
+  for (std::size_t a = 0; a < 4; ++a) cut.closer[a] = dot(normal, t.gradient[a]);
+  if (reduction != reductions_.end()) cut.share = 1 - reduction->second.share;
+}
+
+ResidualStiffness::CutState ResidualStiffness::cut_state(std::size_t i, const Symmetric& strain) const {
+  const CutContact& cut = cuts_[i];
+  const Vector stretch = mechanics::apply(strain, cut.normal);
+  const double along = dot(cut.normal, stretch);
+  CutState state{along - cut.closed_at, {}, {}, false};
+  if (friction_ == 0 || (state.closing >= 0 && cut.is_open)) return state;
+  state.shear = 2 * (stretch - along * cut.normal);
+  const IsotropicElasticity& material = (*elasticity_)[contacts_[i]];
+  if (cut.is_open) return state;
+  state.traction = material.mu * (state.shear - cut.slip);
+  const double most = friction_ * material.youngs_modulus() * std::max(-state.closing, 0.0);
+  const double size = norm(state.traction);
+  state.slips = size > most;
+  if (state.slips) state.traction = most / size * state.traction;
+  return state;
 }
 
 Symmetric ResidualStiffness::contact_stress(std::size_t i, const Symmetric& strain) const {
-  const Vector& n = contact_normal_[i];
-  const double closing = dot(n, apply(strain, n));
-  if (closing >= 0) return {};
-  const double pressure = contact_share_[i] * ((*elasticity_)[contacts_[i]].youngs_modulus() * closing);
-  return {pressure * n[0] * n[0], pressure * n[1] * n[1], pressure * n[2] * n[2],
-          pressure * n[1] * n[2], pressure * n[0] * n[2], pressure * n[0] * n[1]};
+  const CutContact& cut = cuts_[i];
+  if (!contacts_act_ || cut.is_apart) return {};
+  const CutState state = cut_state(i, strain);
+  if (state.closing >= 0) return {};
+  const Vector& n = cut.normal;
+  const double pressure = cut.share * ((*elasticity_)[contacts_[i]].youngs_modulus() * state.closing);
+  Symmetric sigma{pressure * n[0] * n[0], pressure * n[1] * n[1], pressure * n[2] * n[2],
+                  pressure * n[1] * n[2], pressure * n[0] * n[2], pressure * n[0] * n[1]};
+  if (friction_ == 0) return sigma;
+  const Vector t = cut.share * state.traction;
+  for (std::size_t k = 0; k < 3; ++k) sigma[k] += 2 * t[k] * n[k];
+  sigma[3] += t[1] * n[2] + t[2] * n[1];
+  sigma[4] += t[0] * n[2] + t[2] * n[0];
+  sigma[5] += t[0] * n[1] + t[1] * n[0];
+  return sigma;
+}
+
+void ResidualStiffness::start_contact(std::size_t i, const Symmetric& strain) {
+  CutContact& cut = cuts_[i];
+  const Vector stretch = mechanics::apply(strain, cut.normal);
+  const double along = dot(cut.normal, stretch);
+  cut.closed_at = std::min(along, 0.0);
+  cut.slip = 2 * (stretch - along * cut.normal);
+  cut.friction = cut.dissipated = 0;
+  cut.is_open = cut.is_apart = false;
+}
+
+void ResidualStiffness::settle_contact(std::size_t i, const Symmetric& strain) {
+  CutContact& cut = cuts_[i];
+  if (cut.is_apart) return;
+  const CutState state = cut_state(i, strain);
+  if (state.closing >= 0) cut.closed_at = std::min(cut.closed_at + state.closing, 0.0);
+  const bool was_open = std::exchange(cut.is_open, cut.closed_at == 0 && state.closing > 0);
+  if (friction_ == 0) return;
+  if (was_open) {
+    cut.slip = state.shear;
+    return;
+  }
+  const double carried = cut.share * norm(state.traction);
+  if (state.slips) {
+    const Vector slip = state.shear - state.traction / (*elasticity_)[contacts_[i]].mu;
+    cut.dissipated += operators_->tetrahedra[index(contacts_[i])].volume * 0.5 * (cut.friction + carried) *
+                      norm(slip - cut.slip);
+    cut.slip = slip;
+  }
+  cut.friction = carried;
+}
+
+void ResidualStiffness::settle_new_contact(std::int32_t tetrahedron, const Symmetric& strain) {
+  if (friction_ == 0 || !has_contact(tetrahedron)) return;
+  const auto i = index(contact_place_[index(tetrahedron)]);
+  settle_contact(i, strain);
+  cuts_[i].dissipated = 0;
+}
+
+double ResidualStiffness::contact_energy(std::size_t i, const Symmetric& strain) const {
+  const CutContact& cut = cuts_[i];
+  if (!contacts_act_ || cut.is_apart) return 0;
+  const CutState state = cut_state(i, strain);
+  if (state.closing >= 0) return 0;
+  const IsotropicElasticity& material = (*elasticity_)[contacts_[i]];
+  return 0.5 * operators_->tetrahedra[index(contacts_[i])].volume * cut.share *
+         (material.youngs_modulus() * state.closing * state.closing +
+          dot(state.traction, state.traction) / material.mu);
 }
 
 double ResidualStiffness::energy(std::int32_t tetrahedron, const Symmetric& strain) const {
-  return 0.5 * operators_->tetrahedra[index(tetrahedron)].volume *
-         contract(stress(tetrahedron, strain), strain);
+  const auto energy_of = [&](const Symmetric& sigma) {
+    return 0.5 * operators_->tetrahedra[index(tetrahedron)].volume * contract(sigma, strain);
+  };
+  if (!has_contact(tetrahedron)) return energy_of(stress(tetrahedron, strain));
+  return (carries(tetrahedron) ? energy_of(partial(tetrahedron).stress(strain)) : 0) +
+         contact_energy(index(contact_place_[index(tetrahedron)]), strain);
 }
 
 void ResidualStiffness::release(std::int32_t tetrahedron, EdgeSet edges) {
@@ -149,7 +234,7 @@ void ResidualStiffness::begin_release(std::int32_t tetrahedron, EdgeSet edges) {
 void ResidualStiffness::reduce(std::int32_t tetrahedron, double share) {
   auto& reduction = reductions_.at(tetrahedron);
   reduction.share = share;
-  if (has_contact(tetrahedron)) contact_share_[index(contact_place_[index(tetrahedron)])] = 1 - share;
+  if (has_contact(tetrahedron)) cuts_[index(contact_place_[index(tetrahedron)])].share = 1 - share;
   if (share > 0) return interpolate(tetrahedron, reduction);
   const EdgeSet edges = reduction.edges;
   reductions_.erase(tetrahedron);

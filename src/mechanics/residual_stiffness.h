@@ -39,6 +39,30 @@ struct EdgeStiffness {
 EdgeStiffness edge_stiffness(const TetrahedronOperator& tetrahedron, const IsotropicElasticity& elasticity,
                              EdgeSet released);
 
+/// A strain above which a cut is open, whatever the rounding.
+inline constexpr double surely_open = 1e-9;
+
+/// The contact of a broken tetrahedron's cut, and what it remembers of its motion.
+struct CutContact {
+  Vector normal{};                 ///< of the cut, unit vector
+  std::array<double, 4> closer{};  ///< strain along it per displacement along it of each corner [1/m]
+  double share = 1;                ///< of the stiffness in contact
+  double closed_at = 0;            ///< strain along the normal below which it resists closing
+  Vector slip{};                   ///< shear strain at which the cut carries no friction
+  double friction = 0;             ///< magnitude of the shear traction when it was settled last [Pa]
+  double dissipated = 0;           ///< by friction [J]
+  bool is_open = false;            ///< when it was settled last: without friction until it is settled again
+  bool is_apart = false;           ///< its sides have moved apart so far that it does not act any more
+
+  /// The strain along the normal, up to rounding.
+  /// @param displacement of the corners
+  double opening(const std::array<Vector, 4>& displacement) const {
+    double sum = 0;
+    for (std::size_t a = 1; a < 4; ++a) sum += closer[a] * dot(normal, displacement[a] - displacement[0]);
+    return sum;
+  }
+};
+
 /// The residual stiffness of each tetrahedron of a subdomain.
 class ResidualStiffness {
 public:
@@ -87,15 +111,30 @@ public:
   void reduce(std::int32_t tetrahedron, double share);
 
   /// Makes a broken tetrahedron resist closing its cut: from now on it carries E e_n n (x) n while its strain
-  /// e_n along the normal n is negative. Frictionless; Young's modulus is the largest stiffness that never
-  /// adds energy beyond that of the unbroken tetrahedron. While the tetrahedron is being released, contact
-  /// grows as the stiffness decreases.
+  /// e_n along the normal n is negative, and by friction the shear t (x) n + n (x) t: t = G (g - slip) for a
+  /// shear strain g along the cut, up to Coulomb's limit. These moduli are the largest that never add energy
+  /// beyond that of the unbroken tetrahedron. While the tetrahedron is being released, contact grows as the
+  /// stiffness decreases.
   /// @param normal unit vector
   void add_contact(std::int32_t tetrahedron, const Vector& normal);
   /// Tetrahedra with contact, in the order in which they were added.
   std::span<const std::int32_t> contacts() const { return contacts_; }
+  CutContact& cut_contact(std::size_t i) { return cuts_[i]; }
+  const CutContact& cut_contact(std::size_t i) const { return cuts_[i]; }
   /// Stress of contact number i at a strain of its tetrahedron [Pa]; 0 while it is open.
   Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
+  double contact_energy(std::size_t i, const Symmetric& strain) const;  ///< likewise [J]
+  /// A phase starts: where cuts overlap they resist closing further, without friction so far.
+  void start_contact(std::size_t i, const Symmetric& strain);
+  /// Lets a cut slip where friction has reached its limit, and accounts for the work.
+  void settle_contact(std::size_t i, const Symmetric& strain);
+  /// Likewise for a tetrahedron that breaks, without work.
+  void settle_new_contact(std::int32_t tetrahedron, const Symmetric& strain);
+  /// @param friction Coulomb's coefficient
+  void set_friction(double friction) { friction_ = friction; }
+  /// Contact acts unless it is told not to, as in equilibria.
+  void let_contacts_act(bool do_act) { contacts_act_ = do_act; }
+  bool contacts_act() const { return contacts_act_; }
 
 private:
   /// Flag in addition to the edges in released_.
@@ -106,6 +145,14 @@ private:
     EdgeSet edges;
     double share;
   };
+  /// The state of a contact at a strain, at full stiffness.
+  struct CutState {
+    double closing;   // strain beyond the closed state, negative while the cut is closed
+    Vector shear;     // strain along the cut
+    Vector traction;  // by friction [Pa]
+    bool slips;       // the limit is reached
+  };
+  CutState cut_state(std::size_t i, const Symmetric& strain) const;
   EdgeStiffness stiffness_without(std::int32_t tetrahedron, EdgeSet released) const;
   EdgeStiffness& make_partial(std::int32_t tetrahedron);
   void interpolate(std::int32_t tetrahedron, const Reduction& reduction);
@@ -117,9 +164,10 @@ private:
   std::vector<EdgeStiffness> partial_;
   std::unordered_map<std::int32_t, Reduction> reductions_;
   std::vector<std::int32_t> contacts_;
-  std::vector<Vector> contact_normal_;
-  std::vector<double> contact_share_;        // of the stiffness in contact
+  std::vector<CutContact> cuts_;             // of contacts_
   std::vector<std::int32_t> contact_place_;  // of each tetrahedron, or -1; empty without contacts
+  double friction_ = 0;
+  bool contacts_act_ = true;
 };
 
 }  // namespace crackle::mechanics

@@ -99,7 +99,7 @@ void print_stresses(const std::filesystem::path& path) {
     fracture::BreakableBody body(
         subdomain, fracture::make_material_field(parameters, 1, tetrahedra),
         fracture::make_release(parameters.fracture, {fracture::release_times(parameters, tetrahedra), 0}),
-        parameters.fracture.contact);
+        parameters.surface_contact() ? input::Contact::frictionless : input::Contact::none);
     body.set_initial_strain(fracture::make_initial_strain(parameters, body.elasticity(), tetrahedra));
     body.set_time(sample.phase_start);
     for (auto& record : releases.breaks)

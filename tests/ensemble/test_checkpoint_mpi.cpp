@@ -160,6 +160,23 @@ TEST_F(Checkpoints, KeepWhatFacetsAndTiesReleased) {
   compare("facets, quasi-static", parameters, true);
 }
 
+TEST_F(Checkpoints, KeepWhatStickAndSlip) {
+  for (const auto release : {input::Release::element, input::Release::facet}) {
+    auto parameters = torn_bar();
+    parameters.fracture.release = release;
+    parameters.contact = input::SurfaceContact{.friction = 0.3};
+    parameters.boundaries = {
+        test::boundary(plane::Face::z_min, input::BoundaryKind::fix, {true, true, true}),
+        test::boundary(plane::Face::z_max, input::BoundaryKind::velocity, {true, true, true}, {5, 0, -60})};
+    compare("rubble", parameters, true);
+    parameters.time.integrator = input::Integrator::verlet;
+    compare("rubble, verlet", parameters, true);
+  }
+  auto parameters = test::pulled_bar(torn_bar());
+  parameters.contact = input::SurfaceContact{.friction = 0.3};
+  compare("contact, quasi-static", parameters, true);
+}
+
 TEST_F(Checkpoints, KeepTheTeethThatFell) {
   auto parameters = torn_bar();
   parameters.fracture.release = input::Release::softening;

@@ -338,7 +338,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {
   compare(parameters, 20);
 }
 
-/// Opened facets that close again when the bar is pushed together; contact requires a start from rest.
+/// Opened facets that close again when the bar is pushed together.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithContact) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();
@@ -347,6 +347,27 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithContact) {
   parameters.boundaries.back().value = {0, 3e6, 30e6};
   parameters.boundaries.back().history = {{0, 1}, {8e-6, 1}, {1e-5, -1}, {1, -1}};
   compare(parameters, 50);
+}
+
+/// A bar crushed to rubble, whose pieces meet, stick and slide: in one piece at first, and in two that meet.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankAsRubble) {
+  for (const auto release : {input::Release::element, input::Release::facet}) {
+    auto parameters = torn_bar();
+    parameters.time.precision = GetParam();
+    parameters.fracture.release = release;
+    parameters.contact = input::SurfaceContact{.friction = 0.3};
+    parameters.boundaries = {
+        test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
+        test::boundary(Face::z_max, BoundaryKind::velocity, {true, true, true}, {5, 0, -60})};
+    compare(parameters, 50);
+    const auto& size = parameters.specimen.size;
+    const auto in_two = test::make_box(
+        {.size = size, .cells = {3, 5, 45}, .disturbance = 0.2, .removed = [&](const geometry::Point& p) {
+           return std::abs(p[2] - size[2] / 2) < size[2] / 90;
+         }});
+    const auto cases = test::hostile_partitions(size);
+    compare(parameters, in_two, 50, {cases.begin(), cases.begin() + 2});
+  }
 }
 
 /// Partitions that no partitioner would make. The bar breaks across its axis, and part by part along it.

@@ -434,6 +434,7 @@ load: sample acceleration body_force angular_velocity axis point velocity veloci
 initial.stress: sample along surface profile components temperature expansion material history
 time: sample start step duration integrator engine precision arrest after_separation
 damping: sample mass bulk
+contact: sample friction stiffness
 sections: reading y z
 sections.line: reading from to
 sections.plane: reading point normal

@@ -149,14 +149,16 @@ TEST(InputErrors, AToughnessIsForTheMeasuredPoissonsRatios) {
   EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
 }
 
-TEST(InputErrors, ContactIsForDynamicsOnly) {
-  EXPECT_THAT(
-      errors_with("[fracture]", "contact", R"("frictionless")"),
-      ElementsAre(HasSubstr("fracture.contact: \"frictionless\" contact is available in dynamics only")));
-  auto tables = minimal_tables();
-  set_key(tables, "[fracture]", "contact", R"("frictionless")");
-  set_key(tables, "[time]", "start", R"("rest")");
-  EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
+TEST(InputErrors, ContactIsGivenInOneWay) {
+  for (const char* const start : {"rest", "equilibrium", "quasi-static"}) {
+    auto tables = minimal_tables();
+    set_key(tables, "[fracture]", "contact", R"("frictionless")");
+    set_key(tables, "[time]", "start", fmt::format("\"{}\"", start));
+    EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
+  }
+  EXPECT_THAT(errors_with("[contact]", "stiffness", "0.1"),
+              ElementsAre(HasSubstr("contact.friction: the key is missing; give a number such as 0.3")));
+  EXPECT_THAT(errors_with("[contact]", "friction", "0.3"), IsEmpty());
 }
 
 TEST(InputErrors, MissingFilesAndFoldersAreNamed) {

@@ -156,10 +156,14 @@ def read_frames(root: h5py.File) -> Frames:
                   [np.append(_crossed_edges(root, parted), _released_edges(root, n)) for n in n_broken],
                   [np.append(np.zeros(len(opened)), _remaining(root, n, time, release_time)) for n, time in zip(n_broken, group["time"][...])],
                   [_stiffness(root, time) for time in group["time"][...]],
-                  tomllib.loads(text_of(root.attrs["input"])).get("fracture", {}).get("contact", "none") != "none",
+                  _has_contact(tomllib.loads(text_of(root.attrs["input"]))),
                   _of_tetrahedra(root, "youngs_modulus"), _of_tetrahedra(root, "poisson_ratio"),
                   root["mesh/material"][...] if "material" in root["mesh"] else np.zeros(len(root["mesh/tetrahedra"]), "u1"),
                   root["mesh/initial_strain"][...] if "initial_strain" in root["mesh"] else np.zeros((len(root["mesh/tetrahedra"]), 6)))
+
+
+def _has_contact(parameters: dict) -> bool:
+    return "contact" in parameters or parameters.get("fracture", {}).get("contact", "none") != "none"
 
 
 def _of_tetrahedra(root: h5py.File, name: str, default: float | None = None) -> np.ndarray:

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "common/vector.h"
+#include "fracture/breakable_body.h"
+#include "parallel/communicator.h"
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// A node of the surface and a face of the surface that it may soon meet. Nodes by their numbers in the
+/// realization.
+struct ContactPair {
+  std::int64_t node;
+  std::int64_t face;  ///< 4 times the number of the face's tetrahedron, plus that of the corner opposite
+  std::array<std::int64_t, 4>
+      corners;        ///< of the face, seen counterclockwise from outside, and the one opposite
+  std::int64_t open;  ///< bit k: the face opposite corner k belongs to the surface, too
+  double depth;       ///< up to which the node counts as below the face [m]
+
+  bool operator<(const ContactPair& other) const {
+    return std::pair(node, face) < std::pair(other.node, other.face);
+  }
+};
+
+/// The pairs that may meet before nodes have moved by half of a margin, of all ranks, on every rank,
+/// ascending. The surface is that of the unbroken tetrahedra. Left out are pairs that were neighbours in the
+/// surface before anything moved: the node not in front of the face. Collective; agrees before its messages.
+/// @param displacement of local nodes [m]
+/// @param margin [m]
+std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
+                                            const fracture::BreakableBody& body,
+                                            std::span<const Vector> displacement, double margin);
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,543 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact_term.h"
+
+#include "common/index.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace crackle::dynamics {
+
+namespace {
+
+/// Steps between looks at how far nodes move.
+constexpr std::int64_t steps_per_look = 8;
+/// Steps for which the pairs of a search are to last, at the current speed.
+constexpr double steps_per_search = 256;
+/// Least and largest margin of a search [spacings].
+constexpr double least_margin = 0.02;
+constexpr double largest_margin = 0.5;
+/// A node finds a face up to this far beyond the face's edges, in barycentric coordinates, so that none falls
+/// between two faces.
+constexpr double found_beyond = 0.01;
+/// It keeps its face up to this far.
+constexpr double kept_beyond = 0.1;
+/// Springs act from both sides of a contact, and pull on nodes of both: with this share of what a node's mass
+/// allows, all together raise no squared frequency by more than that.
+constexpr double springs_of_contact = 4;
+
+std::int64_t as_word(double value) {
+  return std::bit_cast<std::int64_t>(value);
+}
+
+double as_number(std::int64_t word) {
+  return std::bit_cast<double>(word);
+}
+
+}  // namespace
+
+ContactTerm::ContactTerm(const MotionContext& context)
+    : context_(context),
+      scale_(context.contact),
+      cuts_acted_before_(context.body->residual_stiffness().contacts_act()),
+      dissipated_(index(context.body->subdomain().layout.n_owned), 0.0),
+      work_(context.body->subdomain().nodes.size()) {}
+
+ContactTerm::~ContactTerm() {
+  context_.body->residual_stiffness().let_contacts_act(cuts_acted_before_);
+}
+
+void ContactTerm::start(double, const MotionState& state) {
+  mechanics::ResidualStiffness& stiffness = context_.body->residual_stiffness();
+  stiffness.let_contacts_act(true);
+  const auto u = state.displacement.local();
+  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
+    const std::int32_t t = stiffness.contacts()[i];
+    std::array<Vector, 4> displacement{};
+    bool has_moved = false;
+    for (std::size_t a = 0; a < 4; ++a)
+      for (std::size_t k = 0; k < 3; ++k) {
+        displacement[a][k] = u[index(context_.body->subdomain().tetrahedra[index(t)][a], k)];
+        has_moved = has_moved || displacement[a][k] != 0;
+      }
+    stiffness.start_contact(i, has_moved ? cut_strain(t, displacement) : mechanics::Symmetric{});
+    stiffness.cut_contact(i).is_apart = is_apart(t, displacement);
+  }
+}
+
+mechanics::Symmetric ContactTerm::cut_strain(std::int32_t tetrahedron,
+                                             const std::array<Vector, 4>& displacement) const {
+  mechanics::TetrahedronOperator t = context_.body->operators().tetrahedra[index(tetrahedron)];
+  std::array<double, 12> u{};
+  for (std::size_t a = 1; a < 4; ++a)
+    for (std::size_t k = 0; k < 3; ++k) u[3 * a + k] = displacement[a][k] - displacement[0][k];
+  t.nodes = {0, 1, 2, 3};
+  return context_.body->initial_strain().elastic(tetrahedron, mechanics::strain(t, u));
+}
+
+bool ContactTerm::is_apart(std::int32_t tetrahedron, const std::array<Vector, 4>& displacement) const {
+  const geometry::Subdomain& part = context_.body->subdomain();
+  double longest = 0, farthest = 0;
+  for (std::size_t a = 0; a < 4; ++a)
+    for (std::size_t b = 0; b < a; ++b) {
+      const auto& corners = part.tetrahedra[index(tetrahedron)];
+      longest = std::max(longest, norm(part.nodes[index(corners[a])] - part.nodes[index(corners[b])]));
+      farthest = std::max(farthest, norm(displacement[a] - displacement[b]));
+    }
+  return farthest > longest;
+}
+
+void ContactTerm::settle_cuts(const MovingNodes& nodes) {
+  mechanics::ResidualStiffness& stiffness = context_.body->residual_stiffness();
+  const bool has_initial_strain = !context_.body->initial_strain().is_none();
+  const bool looks = n_steps_ % steps_per_look == 0;
+  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
+    mechanics::CutContact& cut = stiffness.cut_contact(i);
+    if (cut.is_apart) continue;
+    const std::int32_t t = stiffness.contacts()[i];
+    std::array<Vector, 4> displacement{};
+    for (std::size_t a = 0; a < 4; ++a)
+      for (int k = 0; k < 3; ++k)
+        displacement[a][index(k)] = nodes.displacement(context_.body->subdomain().tetrahedra[index(t)][a], k);
+    if (!cut.is_open || has_initial_strain || cut.opening(displacement) < mechanics::surely_open)
+      stiffness.settle_contact(i, cut_strain(t, displacement));
+    if (cut.is_open && looks) cut.is_apart = is_apart(t, displacement);
+  }
+}
+
+bool ContactTerm::is_mine(const Meeting& meeting) const {
+  const std::int32_t node = corners_[meeting.node].local;
+  return node >= 0 && node < context_.body->subdomain().layout.n_owned;
+}
+
+/// Finds the nodes of the pairs that concern this rank, and how their positions get here. Collective.
+void ContactTerm::connect() {
+  const parallel::Communicator& group = *context_.group;
+  const parallel::NodeLayout& layout = context_.body->subdomain().layout;
+  is_connected_ = false;
+  exchange_.reset();
+  const auto mine = parallel::agree(group, [&] {
+    std::vector<std::int64_t> numbers;
+    for (const ContactPair& pair : pairs_) {
+      numbers.push_back(pair.node);
+      numbers.insert(numbers.end(), pair.corners.begin(), pair.corners.end());
+    }
+    std::ranges::sort(numbers);
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    std::vector<Node> nodes;
+    const auto owned = std::span(layout.number).first(index(layout.n_owned));
+    for (const std::int64_t one : numbers) {
+      const auto place = std::ranges::lower_bound(owned, one);
+      if (place == owned.end() || *place != one) continue;
+      const auto n = static_cast<std::int32_t>(place - owned.begin());
+      const auto contact = known_.find(one);
+      nodes.push_back({one,
+                       {static_cast<std::int32_t>(group.rank()), n},
+                       context_.body->subdomain().nodes[index(n)],
+                       context_.body->operators().node_mass[index(n)],
+                       contact == known_.end() ? Contact{} : contact->second});
+    }
+    return nodes;
+  });
+  auto all = parallel::gather_all<Node>(group, mine);
+  parallel::NodeLayout received;
+  received.n_global = layout.n_global;
+  received.n_owned = layout.n_owned;
+  parallel::agree(group, [&] {
+    std::ranges::sort(all, {}, &Node::number);
+    const auto node_of = [&](std::int64_t one) -> const Node& {
+      return *std::ranges::lower_bound(all, one, {}, &Node::number);
+    };
+    const auto is_owned = [&](std::int64_t one) { return node_of(one).source.rank == group.rank(); };
+    const auto ghosts = std::span(layout.number).subspan(index(layout.n_owned));
+    std::unordered_map<std::int64_t, std::size_t> places;
+    corners_.clear();
+    candidates_.clear();
+    meetings_.clear();
+    received.number.assign(layout.number.begin(), layout.number.begin() + layout.n_owned);
+    const auto place_of = [&](std::int64_t one) {
+      const auto [place, is_new] = places.try_emplace(one, corners_.size());
+      if (!is_new) return place->second;
+      const Node& node = node_of(one);
+      Corner corner{one, -1, 0, node.at_start};
+      if (is_owned(one)) {
+        corner.local = node.source.node;
+      } else if (const auto ghost = std::ranges::lower_bound(ghosts, one);
+                 ghost != ghosts.end() && *ghost == one) {
+        corner.local = static_cast<std::int32_t>(layout.n_owned + (ghost - ghosts.begin()));
+      } else {
+        corner.received = received.ghosts.size();
+        received.ghosts.push_back(node.source);
+        received.number.push_back(one);
+      }
+      corners_.push_back(corner);
+      return corners_.size() - 1;
+    };
+    for (std::size_t begin = 0, end = 0; begin < pairs_.size(); begin = end) {
+      bool concerns = is_owned(pairs_[begin].node);
+      for (; end < pairs_.size() && pairs_[end].node == pairs_[begin].node; ++end)
+        for (std::size_t a = 0; a < 3; ++a) concerns = concerns || is_owned(pairs_[end].corners[a]);
+      if (!concerns) continue;
+      const Node& node = node_of(pairs_[begin].node);
+      Meeting& meeting = meetings_.emplace_back();
+      meeting.node = place_of(node.number);
+      meeting.contact = node.contact;
+      meeting.first = candidates_.size();
+      bool is_kept = false;
+      for (std::size_t p = begin; p < end; ++p) {
+        if (pairs_[p].face == node.contact.face) {
+          is_kept = true;
+          meeting.candidate = candidates_.size();
+        }
+        Candidate candidate{pairs_[p].face, {}, pairs_[p].open, pairs_[p].depth, 0};
+        double lightest = node.mass;
+        for (std::size_t a = 0; a < 4; ++a) {
+          candidate.corners[a] = place_of(pairs_[p].corners[a]);
+          if (a < 3) lightest = std::min(lightest, node_of(pairs_[p].corners[a]).mass);
+        }
+        candidate.stiffness = scale_.rate * lightest / springs_of_contact;
+        candidates_.push_back(candidate);
+      }
+      meeting.last = candidates_.size();
+      // Its face has broken, or is out of reach: what it had stored is lost.
+      if (!is_kept) {
+        if (is_mine(meeting)) dissipated_[index(node.source.node)] += meeting.contact.energy;
+        meeting.contact = {};
+      }
+    }
+    // Also contacts of nodes that have no more pairs.
+    for (const auto& [one, contact] : known_)
+      if (!std::ranges::binary_search(all, one, {}, &Node::number)) {
+        const auto owned = std::span(layout.number).first(index(layout.n_owned));
+        dissipated_[index(std::ranges::lower_bound(owned, one) - owned.begin())] += contact.energy;
+      }
+    known_.clear();
+  });
+  if (group.size() > 1) exchange_.emplace(group, received);
+  parallel::check_peers(group);
+  is_connected_ = true;
+}
+
+/// Gets the current positions of all nodes of pairs. Collective.
+void ContactTerm::receive(MovingNodes& nodes) {
+  if (exchange_) {
+    for (std::size_t i = 0; i < exchange_->sent().size(); ++i)
+      for (int k = 0; k < 3; ++k)
+        exchange_->sent()[i][index(k)] = nodes.displacement(exchange_->sent_nodes()[i], k);
+    exchange_->begin();
+    exchange_->end();
+  }
+  for (Corner& corner : corners_)
+    for (int k = 0; k < 3; ++k)
+      corner.now[index(k)] =
+          corner.at_start[index(k)] + (corner.local >= 0 ? nodes.displacement(corner.local, k)
+                                                         : exchange_->received()[corner.received][index(k)]);
+}
+
+ContactTerm::Position ContactTerm::position(const Meeting& meeting, const Candidate& candidate) const {
+  const auto x = [&](std::size_t a) -> const Vector& { return corners_[candidate.corners[a]].now; };
+  const Vector area = cross(x(1) - x(0), x(2) - x(0));
+  const double twice = norm(area);
+  Position position{area / twice, 0, {}};
+  const Vector& node = corners_[meeting.node].now;
+  position.depth = dot(position.normal, x(0) - node);
+  for (std::size_t a = 1; a < 3; ++a) {
+    const Vector& p = x((a + 1) % 3);
+    position.weight[a] = dot(position.normal, cross(x((a + 2) % 3) - p, node - p)) / twice;
+  }
+  position.weight[0] = 1 - position.weight[1] - position.weight[2];
+  return position;
+}
+
+ContactTerm::Force ContactTerm::force(const Meeting& meeting) const {
+  const Contact& contact = meeting.contact;
+  const Candidate& candidate = candidates_[meeting.candidate];
+  Force force{position(meeting, candidate)};
+  const double depth = force.position.depth - contact.offset;
+  if (!(depth > 0)) return force;
+  force.normal = contact.stiffness * depth;
+  force.energy = 0.5 * force.normal * depth;
+  if (scale_.friction == 0) return force;
+  for (std::size_t a = 0; a < 3; ++a)
+    force.slide =
+        force.slide + (force.position.weight[a] - contact.stick[a]) * corners_[candidate.corners[a]].now;
+  force.tangential = -contact.stiffness * force.slide;
+  const double most = scale_.friction * force.normal, size = norm(force.tangential);
+  force.slips = size > most;
+  if (force.slips) force.tangential = most / size * force.tangential;
+  force.energy += 0.5 * dot(force.tangential, force.tangential) / contact.stiffness;
+  return force;
+}
+
+void ContactTerm::add_forces(MovingNodes& nodes) {
+  if (scale_.rate == 0 || pairs_.empty()) return;
+  if (!is_connected_) connect();
+  receive(nodes);
+  for (const Meeting& meeting : meetings_) {
+    if (meeting.contact.face < 0) continue;
+    const Force force = this->force(meeting);
+    if (force.normal == 0) continue;
+    const Vector on_node = force.normal * force.position.normal + force.tangential;
+    const auto owned = [&](std::size_t corner) {
+      const std::int32_t local = corners_[corner].local;
+      return local < context_.body->subdomain().layout.n_owned ? local : -1;
+    };
+    std::array<std::int32_t, 4> at{owned(meeting.node)};
+    std::array<Vector, 4> forces{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      at[a + 1] = owned(candidates_[meeting.candidate].corners[a]);
+      forces[a + 1] = -force.position.weight[a] * on_node;
+    }
+    nodes.add_balanced_forces(at, forces);
+  }
+}
+
+/// True if a node is below a face, within the face's edges, and not beyond another face of the surface.
+bool ContactTerm::is_below(const Meeting& meeting, const Candidate& candidate,
+                           const Position& position) const {
+  if (!(position.depth > 0 && position.depth < candidate.depth)) return false;
+  if (!(std::ranges::min(position.weight) >= -found_beyond)) return false;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (((candidate.open >> a) & 1) == 0) continue;
+    const Vector& apex = corners_[candidate.corners[3]].now;
+    const Vector& p = corners_[candidate.corners[(a + 1) % 3]].now;
+    const Vector& q = corners_[candidate.corners[(a + 2) % 3]].now;
+    const Vector area = cross(q - p, apex - p);
+    const Vector& corner = corners_[candidate.corners[a]].now;
+    if (dot(area, corners_[meeting.node].now - p) / dot(area, corner - p) < -found_beyond) return false;
+  }
+  return true;
+}
+
+/// Lets a node find its face, and slip.
+void ContactTerm::settle(Meeting& meeting) {
+  Contact& contact = meeting.contact;
+  const Contact before = contact;
+  double energy_before = 0, slipped = 0;
+  std::optional<Position> chosen;
+  if (contact.face >= 0) {
+    const Candidate& candidate = candidates_[meeting.candidate];
+    const Force force = this->force(meeting);
+    energy_before = force.energy;
+    if (scale_.friction > 0) {
+      const double size = norm(force.tangential);
+      if (force.slips) {
+        const double share = size / (contact.stiffness * norm(force.slide));
+        slipped = 0.5 * (contact.friction + size) * (1 - share) * norm(force.slide);
+        for (std::size_t a = 0; a < 3; ++a)
+          contact.stick[a] = force.position.weight[a] - share * (force.position.weight[a] - contact.stick[a]);
+      }
+      contact.friction = size;
+    }
+    contact.energy = force.energy;
+    const bool is_near = force.position.depth > 0 && std::ranges::min(force.position.weight) >= -kept_beyond;
+    if (is_below(meeting, candidate, force.position)) {
+      chosen = force.position;
+    } else if (is_near) {
+      chosen = force.position;
+      contact.face = -1;  // unless there is no other
+    } else {
+      contact.face = -1;
+    }
+  }
+  if (contact.face < 0) {
+    std::size_t best = 0;
+    std::optional<Position> found;
+    for (std::size_t c = meeting.first; c < meeting.last; ++c) {
+      const Position position = this->position(meeting, candidates_[c]);
+      if (!is_below(meeting, candidates_[c], position)) continue;
+      if (found && found->depth <= position.depth) continue;
+      found = position;
+      best = c;
+    }
+    if (found) {
+      const Candidate& candidate = candidates_[best];
+      Contact next{candidate.face, candidate.stiffness, found->depth, found->weight};
+      if (before.face >= 0) {
+        // The node moves on to the next face with its energy.
+        const double share = std::sqrt(before.stiffness / candidate.stiffness);
+        const Force old = force(meeting);
+        const double depth = std::max(old.position.depth - before.offset, 0.0);
+        next.offset -= share * depth;
+        if (depth > 0) {
+          const Vector slide = share / before.stiffness * old.tangential;
+          // The point where it sticks, in the plane of the next face.
+          Position stick = *found;
+          const Vector foot = corners_[meeting.node].now + slide;
+          const auto x = [&](std::size_t a) -> const Vector& { return corners_[candidate.corners[a]].now; };
+          const double twice = norm(cross(x(1) - x(0), x(2) - x(0)));
+          for (std::size_t a = 1; a < 3; ++a) {
+            const Vector& p = x((a + 1) % 3);
+            stick.weight[a] = dot(found->normal, cross(x((a + 2) % 3) - p, foot - p)) / twice;
+          }
+          stick.weight[0] = 1 - stick.weight[1] - stick.weight[2];
+          next.stick = stick.weight;
+        }
+      }
+      meeting.candidate = best;
+      contact = next;
+      const Force force = this->force(meeting);
+      contact.friction = norm(force.tangential);
+      contact.energy = force.energy;
+    } else if (chosen) {
+      contact.face = before.face;
+    } else {
+      contact = {};
+    }
+  }
+  if (is_mine(meeting))
+    // What friction takes, and what is lost with a face.
+    dissipated_[index(corners_[meeting.node].local)] += slipped + (energy_before - contact.energy);
+}
+
+void ContactTerm::end_step(const mechanics::StepSpan&, MovingNodes& nodes, const Drives&) {
+  settle_cuts(nodes);
+  ++n_steps_;
+  if (scale_.rate == 0) return;
+  if (!pairs_.empty()) {
+    if (!is_connected_) connect();
+    receive(nodes);
+    for (Meeting& meeting : meetings_) settle(meeting);
+  }
+  if (n_steps_ % steps_per_look == 1) search(nodes);
+}
+
+/// Finds the pairs again if nodes have moved so far that others may meet. Collective.
+void ContactTerm::search(MovingNodes& nodes) {
+  const parallel::Communicator& group = *context_.group;
+  const std::size_t n_owned = dissipated_.size();
+  nodes.movements(work_);
+  double farthest = 0;
+  for (std::size_t n = 0; n < n_owned; ++n) farthest = std::max(farthest, dot(work_[n], work_[n]));
+  farthest = std::sqrt(parallel::largest_of_all(group, farthest));
+  moved_ += steps_per_look * farthest;
+  if (n_steps_ > 1 && 2 * moved_ < margin_) return;
+  margin_ =
+      std::clamp(steps_per_search * farthest, least_margin * scale_.spacing, largest_margin * scale_.spacing);
+  moved_ = 0;
+  for (std::size_t n = 0; n < work_.size(); ++n)
+    for (int k = 0; k < 3; ++k) work_[n][index(k)] = nodes.displacement(static_cast<std::int32_t>(n), k);
+  parallel::agree(group, [&] {
+    for (const Meeting& meeting : meetings_)
+      if (meeting.contact.face >= 0 && is_mine(meeting))
+        known_.emplace(corners_[meeting.node].number, meeting.contact);
+  });
+  pairs_ = find_contact_pairs(group, *context_.body, work_, margin_);
+  connect();
+}
+
+void ContactTerm::add_dissipated(std::vector<double>& sum) const {
+  sum.insert(sum.end(), dissipated_.begin(), dissipated_.end());
+  const auto& stiffness = std::as_const(*context_.body).residual_stiffness();
+  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i)
+    if (context_.body->subdomain().owned[index(stiffness.contacts()[i])] != 0)
+      sum.push_back(stiffness.cut_contact(i).dissipated);
+}
+
+void ContactTerm::add_stored(const parallel::NodeField&, std::vector<double>& sum) const {
+  for (const Meeting& meeting : meetings_)
+    if (is_mine(meeting)) sum.push_back(meeting.contact.energy);
+}
+
+void ContactTerm::add_lost_at_rest(const parallel::NodeField& displacement, std::vector<double>& sum) const {
+  add_stored(displacement, sum);
+  const fracture::BreakableBody& body = *context_.body;
+  const auto& stiffness = body.residual_stiffness();
+  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i)
+    if (const std::int32_t t = stiffness.contacts()[i]; body.subdomain().owned[index(t)] != 0)
+      sum.push_back(stiffness.contact_energy(i, body.strain(t, displacement.local())));
+}
+
+std::vector<parallel::NumberedRows> ContactTerm::save() const {
+  const parallel::Communicator& group = *context_.group;
+  const geometry::Subdomain& part = context_.body->subdomain();
+  parallel::NumberedRows course, pairs, contacts, dissipated, cuts;
+  course.width = 3;
+  pairs.width = contacts.width = 8;
+  cuts.width = 7;
+  if (group.is_root()) {
+    course.numbers = {0};
+    course.values = {n_steps_, as_word(margin_), as_word(moved_)};
+    for (std::size_t p = 0; p < pairs_.size(); ++p) {
+      const ContactPair& pair = pairs_[p];
+      pairs.numbers.push_back(static_cast<std::int64_t>(p));
+      pairs.values.insert(pairs.values.end(),
+                          {pair.node, pair.face, pair.corners[0], pair.corners[1], pair.corners[2],
+                           pair.corners[3], pair.open, as_word(pair.depth)});
+    }
+  }
+  const auto add = [&](std::int64_t one, const Contact& contact) {
+    contacts.numbers.push_back(one);
+    contacts.values.insert(contacts.values.end(),
+                           {contact.face, as_word(contact.stiffness), as_word(contact.offset),
+                            as_word(contact.stick[0]), as_word(contact.stick[1]), as_word(contact.stick[2]),
+                            as_word(contact.friction), as_word(contact.energy)});
+  };
+  for (const Meeting& meeting : meetings_)
+    if (meeting.contact.face >= 0 && is_mine(meeting)) add(corners_[meeting.node].number, meeting.contact);
+  for (const auto& [one, contact] : known_) add(one, contact);
+  for (std::size_t n = 0; n < dissipated_.size(); ++n)
+    if (dissipated_[n] != 0) dissipated.add(part.layout.number[n], dissipated_[n]);
+  const auto& stiffness = std::as_const(*context_.body).residual_stiffness();
+  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
+    const auto t = index(stiffness.contacts()[i]);
+    if (part.owned[t] == 0) continue;
+    const mechanics::CutContact& cut = stiffness.cut_contact(i);
+    cuts.numbers.push_back(part.tetrahedron_number[t]);
+    cuts.values.insert(
+        cuts.values.end(),
+        {as_word(cut.closed_at), as_word(cut.slip[0]), as_word(cut.slip[1]), as_word(cut.slip[2]),
+         as_word(cut.friction), as_word(cut.dissipated), (cut.is_apart ? 2 : 0) + (cut.is_open ? 1 : 0)});
+  }
+  std::vector<parallel::NumberedRows> rows;
+  for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &cuts})
+    rows.push_back(parallel::gather_rows(group, *table));
+  return rows;
+}
+
+void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
+  const geometry::Subdomain& part = context_.body->subdomain();
+  if (rows.size() != 5 || rows[0].values.size() != 3)
+    throw std::runtime_error("the checkpoint has another kind of contact");
+  n_steps_ = rows[0].values[0];
+  margin_ = as_number(rows[0].values[1]);
+  moved_ = as_number(rows[0].values[2]);
+  pairs_.clear();
+  for (std::size_t p = 0; p < rows[1].numbers.size(); ++p) {
+    const auto v = std::span(rows[1].values).subspan(8 * p, 8);
+    pairs_.push_back({v[0], v[1], {v[2], v[3], v[4], v[5]}, v[6], as_number(v[7])});
+  }
+  known_.clear();
+  is_connected_ = false;
+  for (std::size_t n = 0; n < dissipated_.size(); ++n) {
+    const std::int64_t one = part.layout.number[n];
+    dissipated_[n] = rows[3].number_at(one);
+    const auto v = rows[2].find(one);
+    if (!v.empty())
+      known_.emplace(one, Contact{v[0],
+                                  as_number(v[1]),
+                                  as_number(v[2]),
+                                  {as_number(v[3]), as_number(v[4]), as_number(v[5])},
+                                  as_number(v[6]),
+                                  as_number(v[7])});
+  }
+  mechanics::ResidualStiffness& stiffness = context_.body->residual_stiffness();
+  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
+    const auto v = rows[4].find(part.tetrahedron_number[index(stiffness.contacts()[i])]);
+    if (v.empty()) throw std::runtime_error("the checkpoint lacks a broken tetrahedron");
+    mechanics::CutContact& cut = stiffness.cut_contact(i);
+    cut.closed_at = as_number(v[0]);
+    cut.slip = {as_number(v[1]), as_number(v[2]), as_number(v[3])};
+    cut.friction = as_number(v[4]);
+    cut.dissipated = as_number(v[5]);
+    cut.is_open = v[6] % 2 != 0;
+    cut.is_apart = v[6] >= 2;
+  }
+}
+
+}  // namespace crackle::dynamics

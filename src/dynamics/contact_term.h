@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "dynamics/moving_body.h"
+#include "dynamics/term.h"
+#include "parallel/ghost_exchange.h"
+
+#include "contact_search.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// Contact in a dynamic phase, with Coulomb's friction: of cracks that close, and of surfaces that meet.
+///
+/// While the corners of a broken tetrahedron stay within its longest edge of each other, it is the body
+/// between the sides of the crack, and resists closing as mechanics::ResidualStiffness has it. Its gap, one
+/// tetrahedron wide, is thus as good as closed. Where sides have moved apart, and where other surfaces meet,
+/// nodes resist getting below faces: by a penalty force along the face's normal, which the face's nodes
+/// balance by their barycentric weights, and by a tangential spring from the point of the face where the node
+/// sticks, up to the friction's limit.
+///
+/// Within a step, nodes keep their faces and stick to their points, so that all forces but those of a
+/// limited friction have a potential. Whatever changes is decided at the end of a step, and what that changes
+/// of the potential is dissipated. A node's contact starts where it is first found, below the face by its
+/// movement in one step, without force: contact never adds energy. A node has at most one face. Springs are
+/// as stiff as the lightest of their nodes allows, see ContactScale.
+class ContactTerm final : public Term {
+public:
+  /// The context's members must outlive the object. Local.
+  explicit ContactTerm(const MotionContext& context);
+  ~ContactTerm() override;
+  ContactTerm(const ContactTerm&) = delete;
+  ContactTerm& operator=(const ContactTerm&) = delete;
+
+  void start(double time, const MotionState& state) override;
+  bool couples_nodes() const override { return !pairs_.empty(); }
+  void add_forces(MovingNodes& nodes) override;
+  void end_step(const mechanics::StepSpan& step, MovingNodes& nodes, const Drives& drives) override;
+
+  void add_dissipated(std::vector<double>& sum) const override;
+  void add_stored(const parallel::NodeField& displacement, std::vector<double>& sum) const override;
+  void add_lost_at_rest(const parallel::NodeField& displacement, std::vector<double>& sum) const override;
+  bool dissipates() const override { return true; }
+  bool stores() const override { return true; }
+
+  std::vector<parallel::NumberedRows> save() const override;
+  void restore(const std::vector<parallel::NumberedRows>& rows) override;
+
+private:
+  /// The contact of a node with a face.
+  struct Contact {
+    std::int64_t face = -1;         // as in ContactPair; -1: none
+    double stiffness = 0;           // [N/m]
+    double offset = 0;              // depth from which on it resists [m]
+    std::array<double, 3> stick{};  // barycentric coordinates of the point of the face where it sticks
+    double friction = 0;            // magnitude of the tangential force when it was settled last [N]
+    double energy = 0;              // [J]
+  };
+  /// What ranks tell each other of the nodes of pairs.
+  struct Node {
+    std::int64_t number;
+    parallel::GhostSource source;
+    Vector at_start;
+    double mass;
+    Contact contact;
+  };
+  /// A face that a node may meet: the corners' places in corners_.
+  struct Candidate {
+    std::int64_t face;
+    std::array<std::size_t, 4> corners;
+    std::int64_t open;
+    double depth;
+    double stiffness;
+  };
+  /// A node that may meet faces, on every rank that owns it or a corner of one of these.
+  struct Meeting {
+    std::size_t node;           // place in corners_
+    std::size_t first, last;    // of its candidates
+    std::size_t candidate = 0;  // of its contact
+    Contact contact;
+  };
+  /// A node that this rank owns, has as a ghost, or receives.
+  struct Corner {
+    std::int64_t number;
+    std::int32_t local;    // -1: received
+    std::size_t received;  // place, if so
+    Vector at_start;
+    Vector now{};
+  };
+  /// A node relative to a face.
+  struct Position {
+    Vector normal;
+    double depth;
+    std::array<double, 3> weight;  // barycentric coordinates of its foot
+  };
+  /// The forces of a contact at the current positions.
+  struct Force {
+    Position position;
+    double normal = 0;    // [N]
+    Vector tangential{};  // on the node [N]
+    Vector slide{};       // from the point where it sticks [m]
+    bool slips = false;
+    double energy = 0;
+  };
+
+  void connect();
+  void receive(MovingNodes& nodes);
+  void search(MovingNodes& nodes);
+  Position position(const Meeting& meeting, const Candidate& candidate) const;
+  Force force(const Meeting& meeting) const;
+  bool is_below(const Meeting& meeting, const Candidate& candidate, const Position& position) const;
+  void settle(Meeting& meeting);
+  void settle_cuts(const MovingNodes& nodes);
+  bool is_mine(const Meeting& meeting) const;
+  mechanics::Symmetric cut_strain(std::int32_t tetrahedron, const std::array<Vector, 4>& displacement) const;
+  bool is_apart(std::int32_t tetrahedron, const std::array<Vector, 4>& displacement) const;
+
+  MotionContext context_;
+  ContactScale scale_;
+  bool cuts_acted_before_ = true;
+  std::vector<double> dissipated_;                   // at owned nodes [J]
+  std::vector<Vector> work_;                         // of local nodes
+  std::vector<ContactPair> pairs_;                   // of all ranks
+  std::unordered_map<std::int64_t, Contact> known_;  // of owned nodes, until they are connected
+  bool is_connected_ = false;
+  std::vector<Corner> corners_;
+  std::vector<Candidate> candidates_;
+  std::vector<Meeting> meetings_;
+  std::optional<parallel::GhostExchange<std::array<double, 3>>> exchange_;
+  std::int64_t n_steps_ = 0;
+  double margin_ = 0;
+  double moved_ = 0;  // by any node since the search, at most, as far as is known
+};
+
+}  // namespace crackle::dynamics
