@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "geometry/flaws.h"
 
+#include "geometry/pre_crack.h"
+
 #include "common/failure.h"
 #include "common/random.h"
 #include "uncertainty/random_inputs.h"
