@@ -35,12 +35,42 @@ ContactScale contact_scale(const parallel::Communicator& group, const geometry::
                     static_cast<double>(subdomain.layout.n_global))};
 }
 
-std::vector<mechanics::NodeStiffness> largest_contact(const ContactScale& scale,
-                                                      const mechanics::PdsOperators& operators) {
+std::vector<double> tool_stiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                                   const mechanics::PdsOperators& operators, const ContactScale& scale) {
+  const auto& mass = operators.node_mass;
+  const std::vector<double> surface = surface_areas(subdomain);
+  std::vector<double> ratios;
+  for (std::size_t n = 0; n < mass.size(); ++n)
+    if (surface[n] > 0) ratios.push_back(mass[n] / surface[n]);
+  auto all = parallel::gather_all<double>(group, ratios);
+  const auto middle = all.begin() + std::ssize(all) / 2;
+  std::ranges::nth_element(all, middle);
+  const double pressure = tool_factor * scale.rate * *middle;  // per depth, the same everywhere
+  std::vector<double> stiffness(mass.size());
+  for (std::size_t n = 0; n < mass.size(); ++n) {
+    // A node inside the body stands for the side of a cube of its volume.
+    const bool is_inside = surface[n] == 0;
+    const double area = is_inside ? std::pow(std::cbrt(operators.node_volume[n]), 2) : surface[n];
+    stiffness[n] = std::min(pressure * area, (is_inside ? 1 : tool_factor) * scale.rate * mass[n]);
+  }
+  return stiffness;
+}
+
+std::vector<mechanics::NodeStiffness> largest_contact(const parallel::Communicator& group,
+                                                      const input::Model& model,
+                                                      const geometry::Subdomain& subdomain,
+                                                      const mechanics::PdsOperators& operators,
+                                                      const ContactScale& scale) {
+  const std::vector<double> surface = surface_areas(subdomain);
+  const std::vector<double> of_tools = model.tools.empty()
+                                           ? std::vector<double>(surface.size())
+                                           : tool_stiffness(group, subdomain, operators, scale);
   std::vector<mechanics::NodeStiffness> springs;
-  for (std::size_t n = 0; n < operators.node_mass.size(); ++n) {
-    const double stiffness = scale.rate * operators.node_mass[n];
-    springs.push_back({static_cast<std::int32_t>(n), {stiffness, stiffness, stiffness, 0, 0, 0}});
+  for (std::size_t n = 0; n < surface.size(); ++n) {
+    const double of_surfaces = model.surface_contact() ? scale.rate * operators.node_mass[n] : 0;
+    const double stiffness = std::max(of_surfaces, surface[n] > 0 ? of_tools[n] : 0);
+    if (stiffness > 0)
+      springs.push_back({static_cast<std::int32_t>(n), {stiffness, stiffness, stiffness, 0, 0, 0}});
   }
   return springs;
 }

@@ -31,8 +31,21 @@ ContactScale contact_scale(const parallel::Communicator& group, const geometry::
                            const mechanics::PdsOperators& operators, const mechanics::InternalForce& force,
                            const input::SurfaceContact& contact);
 
-/// Springs at all owned nodes to which the stable step is fitted: as stiff as contact is at most.
-std::vector<mechanics::NodeStiffness> largest_contact(const ContactScale& scale,
-                                                      const mechanics::PdsOperators& operators);
+/// The stiffness of contact with rigid tools at each owned node, in proportion to the surface that it stands
+/// for, up to a limit: on the body's own surface `tool_factor` times ContactScale::rate times the mass,
+/// inside the body, where breaking may lay the node open, that without the factor [N/m]. Collective; bitwise
+/// equal for any number of ranks.
+std::vector<double> tool_stiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                                   const mechanics::PdsOperators& operators, const ContactScale& scale);
+/// The body's own surface is there when the stable step is found.
+inline constexpr double tool_factor = 5;
+
+/// Springs at owned nodes to which the stable step is fitted: as stiff as contact between surfaces, or with
+/// tools, is at most. Collective.
+std::vector<mechanics::NodeStiffness> largest_contact(const parallel::Communicator& group,
+                                                      const input::Model& model,
+                                                      const geometry::Subdomain& subdomain,
+                                                      const mechanics::PdsOperators& operators,
+                                                      const ContactScale& scale);
 
 }  // namespace crackle::dynamics

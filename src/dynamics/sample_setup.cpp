@@ -95,7 +95,7 @@ MotionContext SampleSetup::motion_context() {
 
 std::vector<mechanics::NodeStiffness> SampleSetup::set_supports() {
   std::vector<mechanics::NodeStiffness> springs;
-  if (contact.rate > 0) springs = largest_contact(contact, body.operators());
+  if (contact.rate > 0) springs = largest_contact(group, model, subdomain, body.operators(), contact);
   if (more_terms.empty()) return springs;
   MotionContext context{&group, &body, &loads, nullptr};
   context.more_terms = more_terms;

@@ -142,7 +142,8 @@ double stable_step(const input::Model& model, const geometry::Realization& reali
   const mechanics::InternalForce force(operators, intact);
   std::vector<mechanics::NodeStiffness> springs;
   if (const auto contact = model.any_contact())
-    springs = largest_contact(contact_scale(self, subdomain, operators, force, *contact), operators);
+    springs = largest_contact(self, model, subdomain, operators,
+                              contact_scale(self, subdomain, operators, force, *contact));
   return stable_step(self, model.time.integrator, model.bulk_viscosity(), subdomain, operators, material,
                      force, springs);
 }

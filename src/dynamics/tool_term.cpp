@@ -74,13 +74,14 @@ ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>&
       at_rest_(&at_rest),
       nodes_per_block_(nodes_per_block),
       driven_(context.body->operators().node_mass.size()),
+      stiffness_(tool_stiffness(*context.group, context.body->subdomain(), context.body->operators(),
+                                context.contact)),
       moving_(tools.size()) {
   for (const auto& motion : context.loads->motions)
     for (const auto node : motion.nodes)
       driven_[index(node)] = static_cast<std::uint8_t>(driven_[index(node)] | 1 << motion.component);
   const double volume = parallel::exact_sum(*context.group, context.body->operators().node_volume);
   spacing_ = spacing_of(volume / static_cast<double>(context.body->subdomain().layout.n_global));
-  find_stiffness();
   for (std::size_t t = 0; t < tools.size(); ++t) {
     moving_[t].curve = curves_of(tools[t]);
     moving_[t].friction = tools[t].friction.value_or(context.contact.friction);
@@ -88,25 +89,6 @@ ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>&
     if (tools[t].has_mass()) moving_[t].velocity = tools[t].velocity.value_or(Vector{});
   }
   find_offsets();
-}
-
-void ToolTerm::find_stiffness() {
-  const auto& mass = context_.body->operators().node_mass;
-  const std::vector<double> surface = surface_areas(context_.body->subdomain());
-  std::vector<double> ratios;
-  for (std::size_t n = 0; n < mass.size(); ++n)
-    if (surface[n] > 0) ratios.push_back(mass[n] / surface[n]);
-  auto all = parallel::gather_all<double>(*context_.group, ratios);
-  const auto middle = all.begin() + std::ssize(all) / 2;
-  std::ranges::nth_element(all, middle);
-  const double pressure = context_.contact.rate * *middle;
-  stiffness_.resize(mass.size());
-  for (std::size_t n = 0; n < mass.size(); ++n) {
-    // A node inside the body stands for the side of a cube of its volume.
-    const double area =
-        surface[n] > 0 ? surface[n] : std::pow(std::cbrt(context_.body->operators().node_volume[n]), 2);
-    stiffness_[n] = std::min(pressure * area, context_.contact.rate * mass[n]);
-  }
 }
 
 void ToolTerm::find_offsets() {
@@ -269,10 +251,15 @@ void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes
     const Vector force = this->force(contact.tool, contact.node, now,
                                      moving_[contact.tool].friction > 0 ? &*contact.anchor : nullptr);
     const Vector velocity = velocity_at(contact.tool, substep.kick_time, &substep.step);
+    const double push = dot(force, now.normal);
     for (int i = 0; i < 3; ++i) {
       if ((driven_[index(contact.node)] >> i & 1) != 0) continue;
+      const double before = nodes.velocity(contact.node, i);
       nodes.kick(contact.node, i, substep.kick, force[index(i)], contact.remainder[index(i)]);
       contact.impulse[index(i)] += substep.kick * force[index(i)];
+      // What the force along the surface takes from the node and the tool.
+      const double sliding = 0.5 * (before + nodes.velocity(contact.node, i)) - velocity[index(i)];
+      contact.taken -= substep.kick * (force[index(i)] - push * now.normal[index(i)]) * sliding;
       // What moves by forces does its work when it takes over the impulse.
       if (!(*tools_)[contact.tool].has_mass())
         contact.work += substep.kick * force[index(i)] * velocity[index(i)];
@@ -317,10 +304,14 @@ void ToolTerm::end_step(const mechanics::StepSpan& step, MovingNodes& nodes, con
     if (!contact.anchor) continue;
     const Touch now = touch(contact.tool, contact.node, displacement_of(nodes, contact.node),
                             displacement_at(contact.tool, time_));
-    if (now.depth <= 0)
+    contact.held = 0;
+    if (now.depth <= 0) {
       contact.anchor.reset();
-    else
-      contact.lost += slide(contact.tool, contact.node, now, *contact.anchor);
+      continue;
+    }
+    slide(contact.tool, contact.node, now, *contact.anchor);
+    const Vector held = stretch(contact.tool, now, *contact.anchor);
+    contact.held = 0.5 * stiffness_[index(contact.node)] * dot(held, held);
   }
   // The nodes near the tools are those that can touch them before the next search.
   nodes.movements(moved_);
@@ -343,7 +334,7 @@ bool ToolTerm::dissipates() const {
 }
 
 void ToolTerm::add_dissipated(std::vector<double>& sum) const {
-  for (const Contact& contact : contacts_) sum.push_back(contact.lost);
+  for (const Contact& contact : contacts_) sum.push_back(contact.lost());
   for (const Moving& one : moving_) sum.push_back(one.lost);
 }
 
@@ -495,7 +486,7 @@ void ToolTerm::measure(double time, const parallel::NodeField& displacement, con
     for (std::size_t i = 0; i < 3; ++i)
       if ((driven_[index(node)] >> i & 1) == 0) terms[4 * tool + i].push_back(push[i]);
   });
-  for (const Contact& contact : contacts_) terms[4 * contact.tool + 3].push_back(contact.lost);
+  for (const Contact& contact : contacts_) terms[4 * contact.tool + 3].push_back(contact.lost());
   for (std::size_t t = 0; t < tools_->size(); ++t) terms[4 * t + 3].push_back(moving_[t].lost);
   const auto sums = parallel::exact_sums(*context_.group, terms);
   for (std::size_t t = 0; t < tools_->size(); ++t) {
@@ -517,12 +508,12 @@ std::vector<parallel::NumberedRows> ToolTerm::save() const {
   };
   for (std::size_t t = 0; t < tools_->size(); ++t) {
     parallel::NumberedRows local;
-    local.width = 9;
+    local.width = 10;
     for (const Contact& contact : contacts_) {
       if (contact.tool != t || !contact.has_touched()) continue;
       local.numbers.push_back(context_.body->subdomain().layout.number[index(contact.node)]);
       put(local, contact.remainder);
-      put(local, std::array{contact.work, contact.lost, contact.anchor ? 1.0 : 0.0});
+      put(local, std::array{contact.work, contact.taken, contact.held, contact.anchor ? 1.0 : 0.0});
       put(local, contact.anchor.value_or(Vector{}));
     }
     tables.push_back(parallel::gather_rows(*context_.group, local));
@@ -556,8 +547,9 @@ void ToolTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
       Contact contact{.node = n, .tool = t};
       for (std::size_t i = 0; i < 3; ++i) contact.remainder[i] = std::bit_cast<double>(row[i]);
       contact.work = std::bit_cast<double>(row[3]);
-      contact.lost = std::bit_cast<double>(row[4]);
-      if (std::bit_cast<double>(row[5]) != 0) contact.anchor = vector_at(row, 6);
+      contact.taken = std::bit_cast<double>(row[4]);
+      contact.held = std::bit_cast<double>(row[5]);
+      if (std::bit_cast<double>(row[6]) != 0) contact.anchor = vector_at(row, 7);
       contacts_.push_back(contact);
     }
     const auto tool = rows.back().find(static_cast<std::int64_t>(t));

@@ -87,13 +87,15 @@ private:
   struct Contact {
     std::int32_t node = 0;
     std::size_t tool = 0;
-    std::array<double, 3> remainder{};  // of MovingNodes::kick
-    Vector impulse{};                   // on the body in this step [N s]
-    double work = 0;                    // of the tool on the node [J]
-    double lost = 0;                    // by friction [J]
-    std::optional<Vector> anchor = {};  // relative displacement [m]
+    std::array<double, 3> remainder{};            // of MovingNodes::kick
+    Vector impulse{};                             // on the body in this step [N s]
+    double work = 0;                              // of the tool on the node [J]
+    double taken = 0;                             // by the force along the surface [J]
+    double held = 0;                              // of that in the spring now [J]
+    std::optional<Vector> anchor = {};            // relative displacement [m]
+    double lost() const { return taken - held; }  // by friction
     bool has_touched() const {
-      return work != 0 || lost != 0 || anchor || remainder != decltype(remainder){};
+      return work != 0 || taken != 0 || anchor || remainder != decltype(remainder){};
     }
   };
   struct Moving {
@@ -124,7 +126,6 @@ private:
   template <class Visit>
   void for_touches(double time, std::span<const double> displacement, double gap, const Visit& visit) const;
   const Vector* anchor_of(std::size_t tool, std::int32_t node) const;
-  void find_stiffness();
   void find_offsets();
   /// Finds all nodes to which a tool is closer than the margin [m].
   void find_contacts(double time, const MovingNodes& nodes, double margin);
@@ -134,8 +135,8 @@ private:
   const std::vector<input::Tool>* tools_;
   std::vector<ToolAtRest>* at_rest_;
   std::int32_t nodes_per_block_;
-  std::vector<double> stiffness_;     // of contact of each owned node [N/m]
   std::vector<std::uint8_t> driven_;  // per owned node: bits of components that a motion prescribes
+  std::vector<double> stiffness_;     // of contact of each owned node [N/m]
   double spacing_ = 0;                // mean one of the body [m]
   std::vector<Moving> moving_;
   double time_ = 0;

@@ -112,8 +112,8 @@ TEST(Tools, CompressABlockAsAForceAndAsADisplacement) {
       "%.1e\n",
       driven.reaction[2], exact, -1e6 * loaded.displacement[2], by_displacement.energy_error,
       by_force.energy_error);
-  // Two contacts give way by what their stiffness says.
-  EXPECT_NEAR(driven.reaction[2] / exact, 1, 0.03);
+  // Two contacts give way by what their stiffness says, each as a fifth of a spacing of the body.
+  EXPECT_NEAR(driven.reaction[2] / exact, 1, 0.06);
   EXPECT_NEAR(loaded.displacement[2] / -1e-5, 1, 1e-6);
   EXPECT_NEAR(loaded.reaction[2] / driven.reaction[2], 1, 1e-6);
   EXPECT_NEAR(by_force.history.back().tools[0].reaction[2] / -driven.reaction[2], 1, 1e-6);
