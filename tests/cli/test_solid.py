@@ -4,6 +4,7 @@
 import argparse
 import os
 import pathlib
+import random
 import shlex
 import subprocess
 import sys
@@ -19,7 +20,9 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery")]
 import command_lines  # noqa: E402
 import in_process  # noqa: E402
 import solid  # noqa: E402
+import solid_files  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+from solid_files import SIDES, stl  # noqa: E402
 
 OPTIONS = None
 BODY = """[ensemble]
@@ -50,8 +53,7 @@ duration = "20 us"
 integrator = "verlet"
 """
 FROM_FILE = 'solid = "cube.stl"\nunit = "mm"'
-CORNERS = np.array([[(i >> k) & 1 for k in range(3)] for i in range(8)], float)
-SIDES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
+CORNERS = np.array(solid_files.CORNERS, float)
 
 
 def invoke(*arguments):
@@ -60,17 +62,6 @@ def invoke(*arguments):
 
 def body(specimen=FROM_FILE, samples=2, spacing=1.25, poisson=0.3, strength=35, toughness=200, rest=PULLED):
     return BODY.format(specimen=specimen, samples=samples, spacing=spacing, poisson=poisson, strength=strength, toughness=toughness) + rest
-
-
-def stl(corners, sides, skip=()):
-    """A text STL of convex sides, in the unit of the corners."""
-    lines = ["solid body"]
-    for number, side in enumerate(sides):
-        for k in range(1, len(side) - 1):
-            if number not in skip:
-                lines += ["facet normal 0 0 0", "outer loop",
-                          *("vertex {:.17g} {:.17g} {:.17g}".format(*corners[i]) for i in (side[0], side[k], side[k + 1])), "endloop", "endfacet"]
-    return "\n".join([*lines, "endsolid body", ""])
 
 
 def prism(n, radius, thickness):
@@ -136,6 +127,38 @@ class Solids(unittest.TestCase):
         leaning[4:, 0] += 95
         self.cube.write_text(stl(leaning, SIDES))
         self.refused(body(), "mesh.min_quality: ", " has 3.01 degrees")
+
+    def check(self, extension, content):
+        (self.folder / f"cube{extension}").write_bytes(content)
+        self.input.write_text(body(FROM_FILE.replace(".stl", extension)))
+        return invoke("check", "--no-measure", self.input)
+
+    def test_damaged_files_are_refused_or_read(self):
+        stream = random.Random(2)
+        formats = solid_files.every_format()
+        for extension, content in formats:
+            self.assertEqual(self.check(extension, content).returncode, 0, extension)
+        n_read = 0
+        for extension, content in OPTIONS.damaged // len(formats) * formats:
+            damaged = solid_files.damaged(stream, content)
+            result = self.check(extension, damaged)
+            self.assertIn(result.returncode, (0, 1), damaged)
+            n_read += result.returncode == 0
+            if result.returncode == 1:
+                messages = result.stderr.splitlines()
+                self.assertTrue(all(str(self.input) in message for message in messages), messages)
+                self.assertTrue(len(messages) == 1 or "specimen.solid" not in result.stderr, messages)  # others are about what was read
+        print(f"{n_read} of {OPTIONS.damaged} damaged files are read")
+        self.assertLess(n_read, OPTIONS.damaged // 4)
+
+    def test_formats_that_are_not_read_say_how_to_convert_them(self):
+        gmsh = dict(solid_files.every_format())[".msh"]
+        for extension, content, way in ((".vtu", b"<VTKFile/>", "save it as .vtk in ASCII"), (".step", b"", "gmsh -2 FILE -o body.msh"),
+                                        (".msh", gmsh.replace(b" 0 8", b" 1 8"), "gmsh FILE -save -o body.msh"),
+                                        (".vtk", b"# vtk DataFile Version 3.0\n\nBINARY\n", "meshio convert")):
+            result = self.check(extension, content)
+            self.assertEqual((result.returncode, len(result.stderr.splitlines())), (1, 1), result.stderr)
+            self.assertIn(way, result.stderr)
 
     def test_check_and_mesh_list_the_faces(self):
         for words in (("check", "--no-measure", self.input), ("mesh", self.input, "-o", self.folder / "mesh.vtkhdf")):
@@ -234,5 +257,6 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", required=True)
     parser.add_argument("--mpirun", required=True)
+    parser.add_argument("--damaged", type=int, default=110, help="number of damaged files to try")
     OPTIONS, remaining = parser.parse_known_args()
     unittest.main(argv=[sys.argv[0], *remaining])
