@@ -357,6 +357,12 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
                                 info.units);
     describe_parts(group, analysis::crack_parts(parameters.materials, parameters.interfaces), n_columns);
   }
+  if (!summary.traces.empty()) {
+    const hdf5::Handle traces = hdf5::create_group(group, "traces");
+    analysis::for_each_trace_result([&](const ResultInfo& info, auto member) {
+      write_column<double>(traces, info.name, summary.traces, member, info.units, info.meaning);
+    });
+  }
   if (!summary.inputs.empty()) {
     const hdf5::Handle inputs = hdf5::create_group(group, "inputs");
     for (std::size_t k = 0; k < parameters.random.size(); ++k) {

@@ -60,6 +60,7 @@
 /// | attribute release_time [s] of /frames | | of what falls at the time of a frame |
 /// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
 /// | /summary/crack_area_in | p | analysis::crack_area_in_info; attribute parts: analysis::crack_parts |
+/// | /summary/traces/length, along, across, time | t | with [[sections.plane]]: cracks::start_traces |
 /// | /summary/phase_start | | load time at time zero of cracks and frames |
 /// | /summary/time_step, stable_step | | steps |
 /// | /counts/... | | dynamics::SampleCounts |

@@ -171,6 +171,14 @@ class Solids(unittest.TestCase):
         np.testing.assert_array_equal(face >= 0, ((points == 0) | (points == points.max())).any(axis=1))
 
     def test_ranks_restart_and_pictures(self):
+        middle = "2.5 mm"
+        self.input.write_text(body(rest=PULLED + f"""[[sections.plane]]
+point = ["{middle}", "{middle}", "{middle}"]
+normal = [0, 1, 0]
+[[sections.plane]]
+point = ["-1 mm", "{middle}", "{middle}"]
+normal = [1, 0, 0]
+"""))
         self.assertEqual(invoke("run", self.input, "-o", self.out).returncode, 0)
         wanted = results_of(self.out)
         self.assertEqual((self.out / "solid.stl").read_bytes(), self.cube.read_bytes())
@@ -191,6 +199,17 @@ class Solids(unittest.TestCase):
         result = invoke("stats", self.out)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("first break at x [mm]", result.stdout)
+        self.assertRegex(result.stdout, r"plane 0 through \(2.5, 2.5, 2.5\) mm, normal \(0, 1, 0\): crossed by 2 of 2 samples")
+        self.assertRegex(result.stdout, r"plane 1 .*: crossed by 0 of 2 samples")
+        for file in ("ensemble.h5", "samples/0001.h5"):
+            with h5py.File(self.out / file) as one, h5py.File(there / file) as other:
+                for name in ("plane_traces", "statistics/traces") if file == "ensemble.h5" else ("summary/traces",):
+                    for column in one[name]:
+                        np.testing.assert_array_equal(one[name][column][...], other[name][column][...], column)
+        with h5py.File(self.out / "ensemble.h5") as root:
+            length, mean = root["plane_traces/length"][...], root["statistics/traces/length_mean"][...]
+            np.testing.assert_allclose(length[:, 0].mean(axis=0), mean[0], rtol=1e-14)
+            self.assertTrue((length[:, 0, -1] > 0.005).all() and (length[:, 1] == 0).all(), length)
         for absent in ("branching", "kinks", "traced area", "crack speed"):
             self.assertNotIn(absent, result.stdout)
         result = in_process.report(self.out, "--program", OPTIONS.program)
