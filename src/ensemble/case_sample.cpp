@@ -53,7 +53,7 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   const input::Parameters& own = parameters();
   SampleAnalysis analysis;
   analysis.surface = cracks::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
-  // Branches and lines are those of cracks in a plate.
+  // Branches, lines and trajectories are those of cracks in a plate.
   const bool is_plate = !own_body.outline().empty();
   if (is_plate) analysis.branches = cracks::find_branches(own_body, analysis.surface);
   if (is_plate) analysis.lines = cracks::crack_lines(own_body, analysis.surface, analysis.branches);
@@ -63,7 +63,8 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
       own, sample_,
       {realization.nodes, realization.tetrahedra, {}, realization.material, realization.map_factor});
   const auto waves = cracks::rayleigh_speeds(analysis.surface, realization, material);
-  const auto trajectories = cracks::front_trajectories(own_body, analysis.surface, waves);
+  std::vector<cracks::FrontTrajectory> trajectories;
+  if (is_plate) trajectories = cracks::front_trajectories(own_body, analysis.surface, waves);
   analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
                                          analysis.branches, analysis.crossings, trajectories);
   analysis.summary.crack_area_in =

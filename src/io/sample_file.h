@@ -35,6 +35,7 @@
 /// | /crack_surface/time, area, tetrahedron, crack | f | see cracks::CrackFacet |
 /// | /crack_surface/branch | f | see cracks::CrackBranches |
 /// | /crack_surface/cracks/notch, hole, area, first_time, last_time | c | see cracks::Crack |
+/// | /crack_surface/cracks/lower, upper | c x 3 | its bounding box, unless the body is a plate |
 /// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see cracks::LinePoint |
 /// | /crack_lines/lines/first, count | l | the points of each line |
 /// | /crack_lines/lines/notch, parent, kinks, bend | l | see cracks::CrackLine |
@@ -47,6 +48,7 @@
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
 /// | /history/time, phase, phase_time, governing_load, kinetic, ... | h | see dynamics::HistoryRow |
 /// | /history/crack_area, crack_length, tip_speed, ... | h x starts | see cracks::CrackHistory |
+/// | /history/cracks/area, reach, speed | h x c | cracks::CracksInSpace |
 /// | /history/load, reaction, displacement | h x c x 3 | of each boundary condition |
 /// | /history/condition_on, condition_kind | c | the input's boundary conditions, then its body forces |
 /// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |

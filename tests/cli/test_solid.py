@@ -201,6 +201,16 @@ normal = [1, 0, 0]
         self.assertIn("first break at x [mm]", result.stdout)
         self.assertRegex(result.stdout, r"plane 0 through \(2.5, 2.5, 2.5\) mm, normal \(0, 1, 0\): crossed by 2 of 2 samples")
         self.assertRegex(result.stdout, r"plane 1 .*: crossed by 0 of 2 samples")
+        with h5py.File(self.out / "samples/0001.h5") as root:
+            area, reach, speed = (root[f"history/cracks/{name}"][...] for name in ("area", "reach", "speed"))
+            lower, upper, of_crack = (root[f"crack_surface/cracks/{name}"][...] for name in ("lower", "upper", "area"))
+            largest = np.argmax(of_crack)
+            np.testing.assert_allclose(area[-1], of_crack, rtol=1e-12)
+            self.assertLess(reach[-1, largest], np.linalg.norm(upper[largest] - lower[largest]))
+            self.assertGreater(reach[-1, largest], 0.002)
+            running = speed[np.isfinite(speed[:, largest]), largest]
+            self.assertTrue((running < 960).all(), running)  # Rayleigh waves: 956 m/s
+            self.assertTrue((lower >= 0).all() and (upper <= 0.005).all())
         for file in ("ensemble.h5", "samples/0001.h5"):
             with h5py.File(self.out / file) as one, h5py.File(there / file) as other:
                 for name in ("plane_traces", "statistics/traces") if file == "ensemble.h5" else ("summary/traces",):
