@@ -70,7 +70,7 @@ void write_crack_surface(hid_t file, const cracks::CrackSurface& surface,
   write_column<double>(group, "area", surface.facets, &CrackFacet::area, "m^2");
   write_column<std::int64_t>(group, "tetrahedron", surface.facets, &CrackFacet::tetrahedron);
   write_column<std::int32_t>(group, "crack", surface.facets, &CrackFacet::crack);
-  write_column<std::int32_t>(group, "branch", branch, std::identity());
+  if (!is_in_space) write_column<std::int32_t>(group, "branch", branch, std::identity());
   hdf5::label_datasets(group, {"facet", "corner", "component"});
 
   const hdf5::Handle table = hdf5::create_group(group, "cracks");

@@ -33,7 +33,7 @@
 /// | /mesh/initial_strain | m x 6 | of the last dynamic phase, with [[initial.stress]] |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
 /// | /crack_surface/time, area, tetrahedron, crack | f | see cracks::CrackFacet |
-/// | /crack_surface/branch | f | see cracks::CrackBranches |
+/// | /crack_surface/branch | f | of plates: see cracks::CrackBranches |
 /// | /crack_surface/cracks/notch, hole, area, first_time, last_time | c | see cracks::Crack |
 /// | /crack_surface/cracks/lower, upper | c x 3 | its bounding box, unless the body is a plate |
 /// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see cracks::LinePoint |

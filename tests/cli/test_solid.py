@@ -278,8 +278,52 @@ at = [{", ".join(place)}]
         self.assertAlmostEqual(stress[1] / tension, 1, delta=0.06)
         self.assertAlmostEqual(stress[2] / (-3 * tension), 1, delta=0.06)
 
-    def test_the_gallerys_file_is_what_its_script_writes(self):
-        self.assertEqual((ROOT / "jobs/gallery/solid.obj").read_text(), solid.text(24))
+    def test_a_sphere_between_caps_has_hiramatsus_and_okas_stress(self):
+        """At the centre only the terms of degrees 0 and 2 of the pressure make stress, (7 + 2 nu) / (7 + 5 nu) times the latter. For
+        forces in points that is 21 / (28 + 20 nu) F / (pi R^2) across the axis (Hiramatsu and Oka 1966; Sternberg and Rosenthal 1952)."""
+        radius, pressure, poisson, n = 5.0, 10.0, 0.25, 24
+        angles = np.radians(np.arange(6, 175, 12))[::-1]  # from below
+        profile = [(radius * np.cos(angle), radius * np.sin(angle)) for angle in angles]
+        n_cap = 2  # rings of each cap: up to 30 degrees
+        groups = ["lower"] * n_cap + ["side"] * (len(angles) - 1 - 2 * n_cap) + ["upper"] * n_cap
+        points, polygons = solid.bands(n, profile, groups)
+        polygons += [("lower", list(range(n))[::-1]), ("upper", list(range(len(points) - n, len(points))))]
+        (self.folder / "sphere.obj").write_text(solid.text(points, polygons))
+        held = "".join(f'''[[boundary]]
+on = "side"
+region = {{ {axis} = ["0 mm", "0 mm"] }}
+fix = ["{axis}"]
+''' for axis in "xyz")
+        pressed = "".join(f'''[[boundary]]
+on = "{cap}"
+pressure = "{pressure} MPa"
+''' for cap in ("lower", "upper"))
+        self.input.write_text(body('solid = "sphere.obj"\nunit = "mm"', samples=2, spacing=0.45, poisson=poisson, strength=500, toughness=5000, rest=held + pressed + """[time]
+start = "equilibrium"
+duration = "1 us"
+[[output.probe]]
+name = "centre"
+at = ["0 mm", "0 mm", "0 mm"]
+"""))
+        result = invoke("run", self.input, "-o", self.out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        found = []
+        for file in sorted((self.out / "samples").glob("*.h5")):
+            with h5py.File(file) as root:
+                found.append(root["history/probes/centre/stress"][0])
+        stress = np.mean(found, axis=0) / 1e6
+        edge = np.cos(np.radians(30))
+        mean = pressure * (1 - edge)  # over the sphere
+        second = 5 * mean * edge * (1 + edge) / 2 * (7 + 2 * poisson) / (7 + 5 * poisson)
+        across, along = second / 2 - mean, -second - mean
+        print(f"in the middle of the sphere: {stress[0]:.3f}, {stress[1]:.3f} and {stress[2]:.3f} MPa; exact: {across:.3f} and {along:.3f} MPa")
+        self.assertAlmostEqual(stress[0] / across, 1, delta=0.06)
+        self.assertAlmostEqual(stress[1] / across, 1, delta=0.06)
+        self.assertAlmostEqual(stress[2] / along, 1, delta=0.04)
+
+    def test_the_gallerys_files_are_what_their_script_writes(self):
+        for name, bar in solid.FILES.items():
+            self.assertEqual((ROOT / "jobs/gallery" / name).read_text(), solid.text(*bar(24)), name)
 
 
 if __name__ == "__main__":
