@@ -20,7 +20,7 @@ BLOCKS = {
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
     **{name: "jobs/verification/README.md" for name in ("verification", "interface", "nucleation", "fast")},  # jobs/verification/verify --readme
     # jobs/gallery/gallery --keep
-    **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk",
+    **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk", "twisted-rod",
                                                    "brazilian-disk", "uncertain-strip", "slotted-hole", "semicircular-bend",
                                                    "semicircular-bend-calibrated", "alumina-bars", "small-alumina-bars")},
 }

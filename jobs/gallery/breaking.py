@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Sequence
 
 import numpy as np
 from PIL import Image
@@ -17,12 +17,12 @@ from crackle_readme import put_block
 from crackle_report.writing import write_light_image
 from crackle_runs import ROOT, command, markdown, run
 from measured import PROBLEMS as MEASURED
-from problems import PROBLEMS as COMPUTED, Problem
+from problems import PROBLEMS as COMPUTED, Problem, files_beside
 
 PROBLEMS = COMPUTED | MEASURED
 
 GALLERY = Path(__file__).resolve().parent
-BODIES = ("plate-with-hole", "inclined-crack", "radial-cracks", "flaws", "blunt-notches", "ring", "offset-notch", "l-panel", "stiff-disc", "layered-plate", "grains",
+BODIES = ("plate-with-hole", "inclined-crack", "radial-cracks", "flaws", "blunt-notches", "ring", "solid", "offset-notch", "l-panel", "stiff-disc", "layered-plate", "grains",
           "quenched-alumina")
 
 
@@ -30,11 +30,10 @@ def rows(problem: Problem, ensemble: Ensemble) -> list[list[str]]:
     return [[figure.quantity, figure.find(ensemble), figure.reference(ensemble)] for figure in problem.figures]
 
 
-def draw_experiments(problem: Problem, folder: Path, picture: Path, program: Path) -> None:
-    """A picture of the report that shows the experiments."""
-    subprocess.run([ROOT / "tools" / "crackle-report", folder, "--experiments", problem.experiments_file, "--no-animation", "--program", program],
-                   check=True)
-    with Image.open(folder / "report" / f"{problem.picture}.png") as drawn:
+def draw_report(name: str, folder: Path, picture: Path, program: Path, experiments: Sequence[str | Path] = ()) -> None:
+    """A picture of the report: one that shows the experiments, or a crack in a solid."""
+    subprocess.run([ROOT / "tools" / "crackle-report", folder, *experiments, "--no-animation", "--program", program], check=True)
+    with Image.open(folder / "report" / f"{name}.png") as drawn:
         write_light_image(drawn, picture)
 
 
@@ -59,8 +58,7 @@ def main() -> int:
             folder = arguments.output / (f"{name}-coarse" if arguments.coarse else name)
             problem = PROBLEMS.get(name)
             text = problem.input_text(arguments.coarse) if problem else (GALLERY / f"{name}.toml").read_text()
-            rasters = [GALLERY / raster for raster in re.findall(r'(?m)^file = "(.*)"$', text)]
-            ensemble = run(text, folder, arguments.program, ranks=arguments.ranks, beside=rasters)
+            ensemble = run(text, folder, arguments.program, ranks=arguments.ranks, beside=files_beside(text))
             table = rows(problem, ensemble) if problem else []
             for quantity, found, reference in table:
                 print(f"{name}: {quantity}: {found}; reference: {reference}", flush=True)
@@ -71,7 +69,9 @@ def main() -> int:
                 print(f"{name}: {load}{', '.join(ensemble.samples.outcome.unique())}", flush=True)
             if arguments.keep:
                 if problem and problem.picture:
-                    draw_experiments(problem, ensemble.folder, GALLERY / f"{name}.png", arguments.program)
+                    draw_report(problem.picture, ensemble.folder, GALLERY / f"{name}.png", arguments.program, ("--experiments", problem.experiments_file))
+                elif ensemble[ensemble.done[0]].plate.is_solid:
+                    draw_report(f"crack-{ensemble.done[0]:04}", ensemble.folder, GALLERY / f"{name}.png", arguments.program)
                 else:
                     pictures.draw(name, GALLERY / f"{name}.png", ensemble)
                 if problem:

@@ -24,6 +24,11 @@ class Figure:
     reference: Callable[[Ensemble], str]
 
 
+def files_beside(text: str) -> list[Path]:
+    """Those in jobs/gallery that an input names: a raster, or a solid."""
+    return [ROOT / "jobs" / "gallery" / file for file in re.findall(r'(?m)^(?:file|solid) = "(.*)"$', text)]
+
+
 def always(text: str) -> Callable[[Ensemble], str]:
     return lambda _: text
 
@@ -52,11 +57,11 @@ class Problem:
         return ROOT / "jobs" / "experiments" / self.experiments
 
 
-def _mean(values: Sequence[float]) -> str:
+def _mean(values: Sequence[float], form: str = ".2f", unit: str = "") -> str:
     """With the 95 % interval of the mean, Student's."""
     from scipy import stats  # not needed for a run
     half_width = stats.t.ppf(0.975, len(values) - 1) * stats.sem(values) if len(values) > 1 else math.nan
-    return f"{np.mean(values):.2f} ± {half_width:.2f}"
+    return f"{np.mean(values):{form}}{unit} ± {half_width:{form}}{unit}"
 
 
 def _branched(ensemble: Ensemble) -> str:
@@ -167,6 +172,26 @@ def _disk_widening(ensemble: Ensemble) -> str:
     return _mean([ratio(sample.history.isel(moment=1)) for sample in ensemble])
 
 
+ROD_RADIUS, ROD_GAUGE = 2.5 * MILLIMETRE, (7 * MILLIMETRE, 24 * MILLIMETRE)
+
+
+def spiral_angles(ensemble: Ensemble) -> list[float]:
+    """The angle of each crack in the outer part of a bar along z to the bar's cross-section, where it rises clockwise [degrees]: by the
+    mean square of the facets' normals, weighted by area."""
+    def angle(sample: Sample) -> float:
+        corners, area = sample.crack_surface.corners.values, sample.crack_surface.area.values
+        middle = corners.mean(axis=1)
+        normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        radius = np.hypot(middle[:, 0], middle[:, 1])
+        outer = (radius > 0.7 * ROD_RADIUS) & (middle[:, 2] > ROD_GAUGE[0]) & (middle[:, 2] < ROD_GAUGE[1])
+        round_axis = (normal[:, 1] * middle[:, 0] - normal[:, 0] * middle[:, 1]) / radius
+        found = np.stack([round_axis, normal[:, 2]])[:, outer]
+        principal = np.linalg.eigh(area[outer] * found @ found.T)[1][:, -1]
+        return math.degrees(math.atan2(principal[0] * np.sign(principal[1]), abs(principal[1])))
+    return [angle(sample) for sample in ensemble]
+
+
 STRIP_WIDTH, STRIP_THICKNESS = 20 * MILLIMETRE, 1 * MILLIMETRE
 TOUGHNESS, MODULUS, DEPTH = "fracture.toughness", "material.youngs_modulus", "specimen.notch[0].depth"
 
@@ -244,6 +269,9 @@ PROBLEMS = {
     "knife-edge-disk": Problem("gallery/knife-edge-disk.toml", (
         Figure("growth of the width over the exact one", _disk_widening, always("1")),),
         {}, {"ensemble.samples": "2", "mesh.spacing": '"2.5 mm"', "time.duration": '"10 us"'}),
+    "twisted-rod": Problem("gallery/twisted-rod.toml", (
+        Figure("angle of the crack to the cross-section", lambda ensemble: _mean(spiral_angles(ensemble), ".0f", "°"), always("45°")),),
+        {}, {"mesh.spacing": '"0.8 mm"'}),
     "uncertain-strip": Problem("gallery/uncertain-strip.toml", (
         Figure("exponent of the notch's depth in the load", _exponent(2), _depth_reference),
         Figure("exponent of the toughness", _exponent(0), always("0.5")),

@@ -240,6 +240,29 @@ void for_each_position_result(Visit&& visit) {
         &Row::branches);
 }
 
+/// Calls visit(info, member of cracks::StartTrace) for every result with planes x cracks::n_trace_rows values
+/// per sample: /summary/traces/<name> of a sample file with [[sections.plane]], /plane_traces/<name> of the
+/// ensemble's.
+template <class Visit>
+void for_each_trace_result(Visit&& visit) {
+  using Trace = cracks::StartTrace;
+  using enum About;
+  using enum Reduction;
+  visit(ResultInfo{"length", "m", "length of all traces in the plane; 0 where no crack came", body, none,
+                   nowhere, "length", "mm", 1e3, ".3f", "", 7},
+        &Trace::length);
+  visit(ResultInfo{"along", "m", "their mean place: distance from the plane's point along its first axis",
+                   body, none, nowhere, "along", "mm", 1e3, ".3f", "", 7},
+        &Trace::along);
+  visit(ResultInfo{"across", "m", "likewise along its second axis", body, none, nowhere, "across", "mm", 1e3,
+                   ".3f", "", 7},
+        &Trace::across);
+  visit(ResultInfo{"time", "s",
+                   "when the first crack came to the plane, since the start of the last dynamic phase", body,
+                   none, nowhere, "time", "us", 1e6, ".2f", "", 7},
+        &Trace::time);
+}
+
 /// The area of the cracks in each of the crack_parts: /summary/crack_area_in of a sample file,
 /// /samples/crack_area_in of the ensemble's, with the parts as an attribute.
 inline constexpr ResultInfo crack_area_in_info{
@@ -261,7 +284,7 @@ void for_each_field(std::derived_from<SampleSummary> auto& row, const auto& visi
   visit(row.status, row.error, row.note, row.inputs);
   for_each_result([&](const ResultInfo&, auto member) { visit(row.*member); });
   for_each_position_result([&](const ResultInfo&, auto member) { visit(row.*member); });
-  visit(row.crack_area_in, row.wall_time);
+  visit(row.crack_area_in, row.traces, row.wall_time);
 }
 
 /// A result as a number; NaN for a negative integer, which means that there is none.

@@ -245,6 +245,51 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
   }
 }
 
+/// Mean and scatter of values in groups.
+TraceStatistics::Estimate estimate(std::span<const double> values, Groups draws, const Statistics& shape) {
+  Moments moments;
+  GroupedMoments by_draws;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    moments.add(values[i]);
+    by_draws.add(values[i], draws[i]);
+  }
+  TraceStatistics::Estimate found{moments.mean(), moments.standard_deviation(), not_a_number};
+  found.half_width = shape.replicates > 1 ? student_quantile(by_draws.n_groups(), shape.confidence) *
+                                                std::sqrt(by_draws.square_error())
+                                          : student_half_width(found.std, moments.count(), shape.confidence);
+  return found;
+}
+
+void compute_traces(Statistics& statistics, std::span<const SampleSummary> rows) {
+  const std::size_t n = statistics.n_planes * cracks::n_trace_rows(index(statistics.n_starts));
+  statistics.traces.assign(n, {});
+  for (std::size_t p = 0; p < n; ++p) {
+    TraceStatistics& found = statistics.traces[p];
+    std::vector<double> hits;
+    std::vector<std::size_t> draws, draws_of_hits;
+    std::vector<const cracks::StartTrace*> crossing;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (rows[i].status != SampleStatus::done || rows[i].traces.size() != n) continue;
+      const cracks::StartTrace& trace = rows[i].traces[p];
+      hits.push_back(trace.length > 0 ? 1 : 0);
+      draws.push_back(i / index(statistics.replicates));
+      if (!(trace.length > 0)) continue;
+      crossing.push_back(&trace);
+      draws_of_hits.push_back(draws.back());
+    }
+    found.n_of = static_cast<int>(hits.size());
+    found.n_crossed = static_cast<int>(crossing.size());
+    for_each_trace_result([&](const ResultInfo&, auto member) {
+      std::vector<double> values;
+      for (const cracks::StartTrace* const trace : crossing) values.push_back(trace->*member);
+      found.results.push_back(estimate(values, draws_of_hits, statistics));
+    });
+    if (hits.empty()) continue;
+    found.share = static_cast<double>(found.n_crossed) / found.n_of;
+    found.interval = share_interval(hits, draws, statistics.confidence);
+  }
+}
+
 /// The statistics of the first rows, which form the whole ensemble; `shape` gives shape and confidence.
 Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows,
                    Running running_values) {
@@ -259,6 +304,7 @@ Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<
                 running_values);
   compute_ranks(statistics.follower, frame, std::nullopt, shape, rows, running_values);
   compute_shares(statistics, rows);
+  compute_traces(statistics, rows);
   return statistics;
 }
 
@@ -320,6 +366,7 @@ RunningStatistics::RunningStatistics(const input::Study& study)
                         study.ensemble.stop ? study.ensemble.stop->confidence : default_confidence) {
   statistics_.base = study.mesh.base;
   statistics_.replicates = study.ensemble.replicates;
+  statistics_.n_planes = study.sections.planes.size();
   statistics_.crack_parts = crack_parts(study.materials, study.interfaces);
   statistics_.has_strength_scatter =
       study.fracture.variation.has_value() || !study.random.empty() || statistics_.n_starts == 0;

@@ -4,6 +4,7 @@
 #include "common/real.h"
 #include "cracks/crack_line.h"
 #include "cracks/front_trajectory.h"
+#include "cracks/plane_traces.h"
 #include "cracks/section_crossings.h"
 #include "dynamics/sample_result.h"
 #include "geometry/realization.h"
@@ -59,11 +60,12 @@ struct SampleSummary {
   double effective_toughness = none;
   double energy_error = none;
   double equilibrium_residual = none;
-  std::vector<double> position;        ///< n_starts x n_sections, see SectionCrossing
-  std::vector<double> z_spread;        ///< likewise
-  std::vector<double> arrival_time;    ///< likewise
-  std::vector<std::int32_t> branches;  ///< likewise
-  double wall_time = 0;                ///< of the sample [s]; the only field that differs between runs
+  std::vector<double> position;            ///< n_starts x n_sections, see SectionCrossing
+  std::vector<double> z_spread;            ///< likewise
+  std::vector<double> arrival_time;        ///< likewise
+  std::vector<std::int32_t> branches;      ///< likewise
+  std::vector<cracks::StartTrace> traces;  ///< cracks::start_traces; empty where they are not known
+  double wall_time = 0;                    ///< of the sample [s]; the only field that differs between runs
 };
 
 /// True for a completed sample that was still breaking when it ended: its loads and cracks are unfinished.

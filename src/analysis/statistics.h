@@ -54,6 +54,24 @@ struct PathGroup : PathStatistics {
   double share_lower = not_a_number, share_upper = not_a_number;  ///< confidence interval, by whole draws
 };
 
+struct Interval {
+  double lower, upper;
+};
+
+/// The traces of some cracks in a plane of [[sections.plane]].
+struct TraceStatistics {
+  struct Estimate {
+    double mean = not_a_number;        ///< over the samples whose cracks cross the plane; NaN without any
+    double std = not_a_number;         ///< of these samples; NaN for fewer than two
+    double half_width = not_a_number;  ///< of the confidence interval of the mean, by whole draws; likewise
+  };
+  int n_crossed = 0;                              ///< samples whose cracks cross the plane
+  int n_of = 0;                                   ///< samples whose traces are known
+  double share = not_a_number;                    ///< of the former among the latter
+  Interval interval{not_a_number, not_a_number};  ///< of the share, by whole draws
+  std::vector<Estimate> results;                  ///< in the order of for_each_trace_result [SI]
+};
+
 /// Positions of the leading or the following cracks, in the frame of the leading crack (LeaderFrame): each
 /// row is one start of the frame, for one class of leading starts.
 struct RankStatistics : PathStatistics {
@@ -93,6 +111,8 @@ struct Statistics : PathStatistics {
   RankStatistics leader_one_crack;    ///< the same over samples with Pattern::one_crack
   RankStatistics leader_two_cracks;   ///< and Pattern::two_cracks
   RankStatistics follower;            ///< for each class, a row for each other start
+  std::size_t n_planes = 0;
+  std::vector<TraceStatistics> traces;  ///< n_planes x cracks::n_trace_rows
 };
 
 /// Calls visit(name, ranked statistics) for the members of type RankStatistics; the names are those of the
@@ -136,9 +156,6 @@ struct WilsonInterval {
 WilsonInterval wilson_interval(double share, double n, double confidence);
 
 /// The wilson_interval of n_hits in n > 0 trials, clipped to [0, 1].
-struct Interval {
-  double lower, upper;
-};
 Interval share_interval(int n_hits, int n, double confidence);
 
 /// Half width of the confidence interval of a mean whose standard deviation is estimated from n values

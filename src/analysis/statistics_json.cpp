@@ -162,6 +162,49 @@ Json crack_path(std::span<const SampleSummary> samples, const input::Sections& s
   return group;
 }
 
+/// The planes, and the traces of every sample: samples x planes x starts, then cracks without a start and
+/// all.
+Json traces_of(std::span<const SampleSummary> samples, const Statistics& statistics,
+               const std::vector<input::SectionPlane>& planes) {
+  const Shape shape{planes.size(), cracks::n_trace_rows(index(statistics.n_starts))};
+  Json group{{"plane", Json::array()}, {"cracks", statistics.start_names}};
+  for (const input::SectionPlane& plane : planes)
+    group["plane"].push_back(
+        {{"point", plane.point}, {"normal", plane.normal}, {"axes", cracks::axes_along(plane)}});
+  for (const char* const name : {"without a start", "all"}) group["cracks"].push_back(name);
+  for_each_trace_result([&](const ResultInfo& info, auto member) {
+    group[info.name] = column(samples, [&](const SampleSummary& row) {
+      std::vector<double> values(shape[0] * shape[1], not_a_number);
+      if (row.traces.size() == values.size()) std::ranges::transform(row.traces, values.begin(), member);
+      return table(values, shape);
+    });
+  });
+  return group;
+}
+
+/// The statistics of the traces: a list of planes, each a list of those of start_traces.
+Json trace_statistics(const Statistics& statistics) {
+  Json planes = Json::array();
+  const std::size_t n_rows = cracks::n_trace_rows(index(statistics.n_starts));
+  for (std::size_t p = 0; p < statistics.traces.size(); ++p) {
+    const TraceStatistics& one = statistics.traces[p];
+    if (p % n_rows == 0) planes.push_back(Json::array());
+    Json found{{"n_crossed", one.n_crossed},
+               {"n_of", one.n_of},
+               {"share", one.share},
+               {"lower", one.interval.lower},
+               {"upper", one.interval.upper}};
+    std::size_t i = 0;
+    for_each_trace_result([&](const ResultInfo& info, auto) {
+      const TraceStatistics::Estimate& estimate = one.results[i++];
+      found[info.name] = {
+          {"mean", estimate.mean}, {"std", estimate.std}, {"half_width", estimate.half_width}};
+    });
+    planes.back().push_back(std::move(found));
+  }
+  return planes;
+}
+
 void add_paths(Json& group, const PathStatistics& paths, std::size_t n_rows, const Statistics& statistics) {
   const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
   const Shape positions{n_rows, n_sections};
@@ -367,6 +410,10 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
   document["sampling"] = sampling_of(parameters);
   document["statistics"] =
       statistics_of(with_running_half_widths(statistics, samples, frame), frame, samples, parameters);
+  if (!parameters.sections.planes.empty()) {
+    document["plane_traces"] = traces_of(samples, statistics, parameters.sections.planes);
+    document["statistics"]["traces"] = trace_statistics(statistics);
+  }
   if (!parameters.random.empty()) {
     document["inputs"] = inputs_of(samples, parameters.random);
     if (with_sensitivities) document["sensitivities"] = sensitivities_of(samples, parameters);

@@ -262,6 +262,57 @@ void append_parts(std::string& text, const Statistics& statistics, std::span<con
   text += "\n" + aligned(table);
 }
 
+/// The plane's point and normal: "through (0, 0, 15) mm, normal (0, 0, 1)".
+std::string name_of(const input::SectionPlane& plane) {
+  const Vector point = 1e3 * plane.point, normal = plane.normal / norm(plane.normal);
+  return fmt::format("through ({:.6g}, {:.6g}, {:.6g}) mm, normal ({:.4g}, {:.4g}, {:.4g})", point[0],
+                     point[1], point[2], normal[0], normal[1], normal[2]);
+}
+
+/// The traces of each start's cracks in the planes; starts that never cross one have no row.
+void append_traces(std::string& text, const Statistics& statistics,
+                   const std::vector<input::SectionPlane>& planes) {
+  const std::size_t n_rows = cracks::n_trace_rows(index(statistics.n_starts));
+  if (statistics.traces.size() != planes.size() * n_rows) return;
+  for (std::size_t plane = 0; plane < planes.size(); ++plane) {
+    const std::span traces = std::span(statistics.traces).subspan(plane * n_rows, n_rows);
+    const TraceStatistics& all = traces.back();
+    if (all.n_of == 0) continue;
+    const auto [along, across] = cracks::axes_along(planes[plane]);
+    text += fmt::format("\nplane {} {}: crossed by {} of {} samples, {:g} % interval {} %\n", plane,
+                        name_of(planes[plane]), all.n_crossed, all.n_of, 100 * statistics.confidence,
+                        shown_range(all.interval.lower, all.interval.upper, ".1f", 100));
+    if (all.n_crossed == 0) continue;
+    text += fmt::format(
+        "traces, with their mean place from that point along ({:.4g}, {:.4g}, {:.4g}) and across, along "
+        "({:.4g}, "
+        "{:.4g}, {:.4g}); times since the onset\n",
+        along[0], along[1], along[2], across[0], across[1], across[2]);
+    std::vector<std::string> head{"cracks", "samples"};
+    for_each_trace_result([&](const ResultInfo& info, auto) {
+      head.insert(head.end(), {with_unit(info.label, info.shown_units), "std", "+-"});
+    });
+    TextTable table{head};
+    for (std::size_t k = 0; k < n_rows; ++k) {
+      const bool is_all = k + 1 == n_rows, has_start = k < index(statistics.n_starts);
+      // After one row of others, that of all would repeat it.
+      if (traces[k].n_crossed == 0 || (is_all && table.size() == 2)) continue;
+      auto& row = table.emplace_back();
+      row = {is_all      ? "all"
+             : has_start ? statistics.start_names[k]
+                         : "without a start",
+             fmt::to_string(traces[k].n_crossed)};
+      std::size_t i = 0;
+      for_each_trace_result([&](const ResultInfo& info, auto) {
+        const TraceStatistics::Estimate& one = traces[k].results[i++];
+        for (const double value : {one.mean, one.std, one.half_width})
+          row.push_back(shown(value, info.format, info.shown_factor));
+      });
+    }
+    text += aligned(table);
+  }
+}
+
 /// Weibull's distribution of the loads, where it is one of strengths.
 void append_weibull(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples) {
   if (!statistics.has_strength_scatter || statistics.replicates > 1) return;
@@ -331,6 +382,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   append_quantiles(text, results, statistics.n_starts == 0, statistics.confidence);
   append_weibull(text, statistics, samples);
   append_parts(text, statistics, samples);
+  append_traces(text, statistics, sections.planes);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (!samples[i].error.empty())
       text += fmt::format("\n{} {}: {}",

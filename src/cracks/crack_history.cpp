@@ -130,7 +130,70 @@ std::vector<Releases> releases_of(const CrackSurface& surface, std::size_t n_sta
   return releases;
 }
 
+/// How far a crack reaches from its first facet.
+class Reach {
+public:
+  void add(const CrackFacet& facet) {
+    geometry::Point middle{};
+    for (const geometry::Point& corner : facet.corner) middle = middle + corner / 4;
+    if (steps_.empty()) {
+      first_ = middle;
+      steps_.push_back({0, facet.time});
+    }
+    const double reach = norm(middle - first_);
+    if (reach > steps_.back().reach) steps_.push_back({reach, facet.time});
+    spacing_ += local_spacing(facet);
+    ++n_;
+  }
+  /// @pre in the order of breaking
+  double at(double time) const {
+    const auto next = std::ranges::upper_bound(steps_, time, {}, &Step::time);
+    return next == steps_.begin() ? 0 : std::prev(next)->reach;
+  }
+  /// NaN before and after it grows.
+  double speed_at(double time) const {
+    if (steps_.empty() || time < std::max(0.0, steps_.front().time) || time >= steps_.back().time)
+      return not_a_number;
+    const double place = at(time), window = speed_window_spacings * spacing_ / n_;
+    LineFit arrival;
+    for (const Step& step : steps_)
+      if (step.time > 0 && std::abs(step.reach - place) <= window) arrival.add(step.reach, step.time);
+    const bool is_known = arrival.n() > 2 && arrival.variance() > 0 && arrival.slope() > 0;
+    return is_known ? 1 / arrival.slope() : not_a_number;
+  }
+
+private:
+  struct Step {
+    double reach, time;
+  };
+  std::vector<Step> steps_;
+  geometry::Point first_{};
+  double spacing_ = 0;
+  int n_ = 0;
+};
+
 }  // namespace
+
+CracksInSpace cracks_in_space(const CrackSurface& surface, std::span<const std::size_t> n_open,
+                              std::span<const double> time, double rayleigh_speed) {
+  const std::size_t n_cracks = surface.cracks.size();
+  std::vector<Reach> reach(n_cracks);
+  for (const CrackFacet& facet : surface.facets) reach[index(facet.crack)].add(facet);
+  CracksInSpace found;
+  std::vector<double> area(n_cracks, 0.0);
+  std::size_t facet = 0;
+  for (std::size_t moment = 0; moment < n_open.size(); ++moment) {
+    for (; facet < n_open[moment]; ++facet)
+      area[index(surface.facets[facet].crack)] += surface.facets[facet].area;
+    for (std::size_t k = 0; k < n_cracks; ++k) {
+      found.area.push_back(area[k]);
+      found.reach.push_back(area[k] > 0 ? reach[k].at(time[moment]) : 0);
+      const double speed = reach[k].speed_at(time[moment]);
+      found.speed.push_back(speed > rayleigh_speed ? not_a_number : speed);
+    }
+  }
+  return found;
+}
 
 CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
                            const dynamics::SampleResult& result,
@@ -149,6 +212,9 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
   for (const Crack& crack : surface.cracks)
     if (crack.hole >= 0) belongs_to[index(crack.hole)] = index(crack.start);
   const double start = start_of_times(result.breaks, result.phase_start);
+  const bool is_plate = !body.outline().empty();
+  std::vector<std::size_t> n_facets;  // that are open at each moment
+  std::vector<double> times;
   std::size_t facet = 0, n_open = 0;
   for (const dynamics::HistoryRow& row : result.history) {
     // Facets are in order of breaking, several per tetrahedron.
@@ -163,23 +229,27 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
     const bool is_dynamic = row.phase > 0 && row.phase == result.counts.dynamic_phases;
     // On the time axis of the facets.
     const double time = is_dynamic ? row.energy.time : row.load_time - start;
+    n_facets.push_back(facet);
+    times.push_back(time);
     for (std::size_t k = 0; k < n_starts; ++k) {
       double all_area = 0, length = 0;
       Tip tip;
       for (std::size_t from = 0; from < n_starts; ++from) {
         if (belongs_to[from] != k) continue;
         all_area += area[from];
+        if (!is_plate) continue;
         if (area[from] > 0) length += place_at(fronts[from], time);
         const Tip here = is_dynamic ? tip_at(fronts[from], time, releases[from]) : Tip{};
         if (here.speed > tip.speed || std::isnan(tip.speed)) tip = here;
       }
       history.area.push_back(all_area);
-      history.length.push_back(length);
+      history.length.push_back(is_plate ? length : not_a_number);
       history.speed.push_back(tip.speed);
       history.speed_ratio.push_back(tip.speed_ratio);
       history.release_rate.push_back(tip.release_rate / Projection(body).thickness());
     }
   }
+  if (!is_plate) history.in_space = cracks_in_space(surface, n_facets, times, history.rayleigh_speed);
   return history;
 }
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cracks/plane_traces.h"
 
+#include "common/index.h"
+
 #include "crack_graph.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
 namespace crackle::cracks {
@@ -39,6 +42,51 @@ std::vector<PlaneTrace> plane_traces(const CrackSurface& surface,
     }
   }
   return traces;
+}
+
+std::array<Vector, 2> axes_along(const input::SectionPlane& plane) {
+  const Vector normal = plane.normal / norm(plane.normal);
+  std::array<Vector, 2> axes{};
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < 3 && n < 2; ++i)
+    if (normal[i] == 0) axes[n++][i] = 1;
+  if (n == 2) return axes;
+  if (n == 0) {
+    const Vector level{-normal[1], normal[0], 0};
+    axes[0] = level / norm(level);
+  }
+  axes[1] = cross(normal, axes[0]);
+  for (std::size_t i = 3; i-- > 0;) {
+    if (axes[1][i] == 0) continue;
+    if (axes[1][i] < 0) axes[1] = -1 * axes[1];
+    break;
+  }
+  return axes;
+}
+
+std::vector<StartTrace> start_traces(const CrackSurface& surface, std::span<const input::SectionPlane> planes,
+                                     std::size_t n_starts) {
+  const std::size_t n_rows = n_trace_rows(n_starts);
+  std::vector<StartTrace> rows(planes.size() * n_rows);
+  std::vector<Vector> sums(rows.size());  // of places times lengths
+  for (const PlaneTrace& trace : plane_traces(surface, planes)) {
+    const std::int32_t start = surface.cracks[index(trace.crack)].start;
+    for (const std::size_t k : {start < 0 ? n_starts : index(start), n_starts + 1}) {
+      const std::size_t row = index(trace.plane) * n_rows + k;
+      rows[row].length += trace.length;
+      rows[row].time = std::fmin(rows[row].time, trace.first_time);
+      sums[row] = sums[row] + trace.length * trace.position;
+    }
+  }
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (!(rows[row].length > 0)) continue;
+    const input::SectionPlane& plane = planes[row / n_rows];
+    const auto [along, across] = axes_along(plane);
+    const Vector place = sums[row] / rows[row].length - plane.point;
+    rows[row].along = dot(place, along);
+    rows[row].across = dot(place, across);
+  }
+  return rows;
 }
 
 }  // namespace crackle::cracks

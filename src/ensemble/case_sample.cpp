@@ -53,7 +53,7 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   const input::Parameters& own = parameters();
   SampleAnalysis analysis;
   analysis.surface = cracks::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
-  // Branches and lines are those of cracks in a plate.
+  // Branches, lines and trajectories are those of cracks in a plate.
   const bool is_plate = !own_body.outline().empty();
   if (is_plate) analysis.branches = cracks::find_branches(own_body, analysis.surface);
   if (is_plate) analysis.lines = cracks::crack_lines(own_body, analysis.surface, analysis.branches);
@@ -63,7 +63,8 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
       own, sample_,
       {realization.nodes, realization.tetrahedra, {}, realization.material, realization.map_factor});
   const auto waves = cracks::rayleigh_speeds(analysis.surface, realization, material);
-  const auto trajectories = cracks::front_trajectories(own_body, analysis.surface, waves);
+  std::vector<cracks::FrontTrajectory> trajectories;
+  if (is_plate) trajectories = cracks::front_trajectories(own_body, analysis.surface, waves);
   analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
                                          analysis.branches, analysis.crossings, trajectories);
   analysis.summary.crack_area_in =
@@ -71,6 +72,8 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   if (is_plate)
     analysis.summary.long_branching_points =
         analysis.branches.n_in_space(analysis::branch_length(own.output.branch_length, own.mesh, own_body));
+  analysis.summary.traces =
+      cracks::start_traces(analysis.surface, own.sections.planes, own_body.crack_starts().size());
   if (own.draw) analysis.summary.inputs = own.draw->values;
   analysis.history = cracks::crack_history(own_body, analysis.surface, result, trajectories, waves);
   return analysis;

@@ -426,6 +426,15 @@ double Body::distance_to_faces(const Point& p, double limit,
   }
   const CellIndex cell = cell_of(p);
   const double step = std::ranges::min(cell_size_);
+  // The distance of a layer of cells along an axis.
+  const auto gap = [&](std::size_t i, std::size_t at) {
+    const double lower = bounds().lower[i] + static_cast<double>(at) * cell_size_[i];
+    return std::max({0.0, lower - p[i], p[i] - lower - cell_size_[i]});
+  };
+  // The facet's nearest place is in one of its cells, none of which is farther away.
+  const auto is_near = [&](double square) {
+    return square <= (nearest + 4 * tolerance_) * (nearest + 4 * tolerance_);
+  };
   const auto search = [&](const CellIndex& other) {
     for (const std::int32_t f : facets_in(number_of(other))) look_at(index(f));
   };
@@ -443,9 +452,18 @@ double Body::distance_to_faces(const Point& p, double limit,
     };
     for (std::size_t z = low[2]; z <= high[2]; ++z)
       for (std::size_t y = low[1]; y <= high[1]; ++y) {
-        const bool is_whole = is_end(2, z) || is_end(1, y);
-        for (std::size_t x = low[0]; x <= high[0]; ++x)
-          if (is_whole || is_end(0, x)) search({x, y, z});
+        const double gap_z = gap(2, z), gap_y = gap(1, y), of_row = gap_z * gap_z + gap_y * gap_y;
+        if (!is_near(of_row)) continue;
+        const auto visit = [&](std::size_t x) {
+          const double gap_x = gap(0, x);
+          if (is_near(of_row + gap_x * gap_x)) search({x, y, z});
+        };
+        if (is_end(2, z) || is_end(1, y)) {
+          for (std::size_t x = low[0]; x <= high[0]; ++x) visit(x);
+        } else {
+          if (cell[0] >= shell) visit(cell[0] - shell);
+          if (cell[0] + shell < n_[0]) visit(cell[0] + shell);
+        }
       }
   }
   return nearest;

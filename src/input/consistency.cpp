@@ -214,7 +214,7 @@ void check_sections(const Parameters& parameters, Findings& findings) {
   if (sections.size() == 0 && sections.planes.empty() && !findings.faulty("sections")) {
     findings.report("sections",
                     "there are no cross-sections; give y, an array of lengths such as [\"7 mm\", "
-                    "\"12.25 mm\"], or z, or a [[sections.line]]");
+                    "\"12.25 mm\"], or z, or a [[sections.line]] or [[sections.plane]]");
   }
   const bool is_draw = parameters.draw.has_value();
   check_sections_along(1, sections.y, "sections.y", parameters.specimen, is_draw, findings);

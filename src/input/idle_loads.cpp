@@ -3,6 +3,7 @@
 #include "condition_faces.h"
 #include "consistency.h"
 #include "dimension.h"
+#include "solid_checks.h"
 
 #include <fmt/format.h>
 

@@ -61,6 +61,8 @@ struct EnsembleShape {
   std::size_t n_y_sections;  ///< these come first
   std::vector<std::string> random_keys;
   std::size_t n_parts;  ///< analysis::crack_parts
+  std::size_t n_planes;
+  std::size_t n_trace_rows;  ///< of each plane
   std::size_t n_positions() const { return n_starts * n_sections; }
 };
 
@@ -70,7 +72,9 @@ EnsembleShape shape_of(const input::Study& study) {
           study.sections.size(),
           study.sections.y.size(),
           random_keys(study.random),
-          analysis::crack_parts(study.materials, study.interfaces).size()};
+          analysis::crack_parts(study.materials, study.interfaces).size(),
+          study.sections.planes.size(),
+          cracks::n_trace_rows(geometry::n_crack_starts(study))};
 }
 
 /// One of a row's values, which may not be known yet: then NaN.
@@ -178,6 +182,33 @@ void write_paths(hid_t id, const analysis::PathStatistics& paths, std::size_t n_
                               paths.running_mean, "m");
 }
 
+void write_trace_statistics(hid_t statistics, const std::vector<analysis::TraceStatistics>& traces,
+                            const EnsembleShape& shape) {
+  if (shape.n_planes == 0) return;
+  using analysis::TraceStatistics;
+  const hdf5::Handle group = hdf5::create_group(statistics, "traces");
+  const auto write = [&](const std::string& name, const char* units, auto&& value_of) {
+    std::vector<std::decay_t<decltype(value_of(traces.front()))>> values;
+    for (const TraceStatistics& one : traces) values.push_back(value_of(one));
+    hdf5::write_dataset<typename decltype(values)::value_type>(
+        group, name, {shape.n_planes, shape.n_trace_rows}, values, units);
+  };
+  write("crossed", "", [](const TraceStatistics& one) { return std::int32_t{one.n_crossed}; });
+  write("share", "1", [](const TraceStatistics& one) { return one.share; });
+  write("share_lower", "1", [](const TraceStatistics& one) { return one.interval.lower; });
+  write("share_upper", "1", [](const TraceStatistics& one) { return one.interval.upper; });
+  std::size_t i = 0;
+  analysis::for_each_trace_result([&](const ResultInfo& info, auto) {
+    for (const auto& [what, member] : {std::pair{"mean", &TraceStatistics::Estimate::mean},
+                                       {"std", &TraceStatistics::Estimate::std},
+                                       {"half_width", &TraceStatistics::Estimate::half_width}})
+      write(fmt::format("{}_{}", info.name, what), info.units,
+            [i, member = member](const TraceStatistics& one) { return one.results[i].*member; });
+    ++i;
+  });
+  hdf5::label_datasets(group, {"plane", "cracks"});
+}
+
 void write_statistics(hid_t file, const analysis::Statistics& statistics, const EnsembleShape& shape) {
   const hdf5::Handle group = hdf5::create_group(file, "statistics");
   hdf5::write_attribute(group, "confidence", statistics.confidence);
@@ -201,6 +232,34 @@ void write_statistics(hid_t file, const analysis::Statistics& statistics, const 
     hdf5::write_dataset<std::int32_t>(of_rank, "counted", {n_rows, shape.n_sections}, ranks.counted, "");
     write_paths(of_rank, ranks, n_rows, shape);
   });
+  write_trace_statistics(group, statistics.traces, shape);
+}
+
+/// The planes, which rows of traces are whose, and the traces of pending samples.
+void lay_out_traces(hid_t file, const input::Study& study, const std::vector<std::string>& start_names,
+                    const EnsembleShape& shape) {
+  if (shape.n_planes == 0) return;
+  const hdf5::Handle group = hdf5::create_group(file, "plane_traces");
+  const std::vector<double> pending(shape.n_samples * shape.n_planes * shape.n_trace_rows,
+                                    SampleSummary::none);
+  analysis::for_each_trace_result([&](const ResultInfo& info, auto) {
+    hdf5::write_dataset<double>(group, info.name, {shape.n_samples, shape.n_planes, shape.n_trace_rows},
+                                pending, info.units);
+    describe_dataset(group, info.name, info.meaning);
+  });
+  hdf5::label_datasets(group, {"sample", "plane", "cracks"});
+  std::vector<double> point, normal, axes;
+  for (const input::SectionPlane& plane : study.sections.planes) {
+    point.insert(point.end(), plane.point.begin(), plane.point.end());
+    normal.insert(normal.end(), plane.normal.begin(), plane.normal.end());
+    for (const Vector& axis : cracks::axes_along(plane)) axes.insert(axes.end(), axis.begin(), axis.end());
+  }
+  hdf5::write_dataset<double>(group, "point", {shape.n_planes, 3}, point, "m");
+  hdf5::write_dataset<double>(group, "normal", {shape.n_planes, 3}, normal, "1");
+  hdf5::write_dataset<double>(group, "axes", {shape.n_planes, 2, 3}, axes, "1");
+  std::vector<std::string> cracks = start_names;
+  cracks.insert(cracks.end(), {"without a start", "all"});
+  hdf5::write_texts(group, "cracks", cracks);
 }
 
 void write_mother_points(hid_t file, const geometry::MotherPoints& base) {
@@ -308,6 +367,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
     describe_result(file, name, info, n_columns++);
   });
   label_dimensions(file, parameters);
+  lay_out_traces(file, parameters, statistics.start_names, shape);
   if (shape.n_parts > 0)
     describe_parts(hdf5::open_group(file, "samples"),
                    analysis::crack_parts(parameters.materials, parameters.interfaces), n_columns);
@@ -364,6 +424,14 @@ void write_block(hid_t file, const EnsembleBlock& block, const EnsembleShape& sh
     write_rows(file, fmt::format("samples/{}", analysis::crack_area_in_info.name), block.first,
                block.rows.size(), table);
   }
+  if (shape.n_planes > 0)
+    analysis::for_each_trace_result([&](const ResultInfo& info, auto member) {
+      std::vector<double> table;
+      for (const SampleSummary& row : block.rows)
+        for (std::size_t k = 0; k < shape.n_planes * shape.n_trace_rows; ++k)
+          table.push_back(k < row.traces.size() ? row.traces[k].*member : SampleSummary::none);
+      write_rows(file, fmt::format("plane_traces/{}", info.name), block.first, block.rows.size(), table);
+    });
   for_each_position_table(shape, [&](const std::string& name, const ResultInfo&, std::size_t, auto values) {
     std::vector<typename std::decay_t<decltype(values(block.rows.front()))>::value_type> table;
     for (const SampleSummary& row : block.rows) {

@@ -23,20 +23,25 @@
 /// | /specimen/... | | see geometry::for_each_member |
 /// | /samples/status, error, note | N | analysis::SampleStatus; reason of a failure; remarks |
 /// | /samples/... | N | the results of analysis::for_each_result |
-/// | /crack_path/section, section_axis | S | where the sections lie: 1 y = const first, then 2 z = const,
-/// then 0 lines, whose `section` is 0 | | /crack_path/section_line | lines x 2 x 2 | y, z of the lines' ends;
-/// absent without lines | | /crack_path/... | N x notches x S | the results of
-/// analysis::for_each_position_result | | /crack_path/z | N x notches x sections y | position at the sections
-/// y = const | | /statistics/z_mean, z_std, z_half_width, reached | notches x S | of position, see
-/// analysis::Statistics | | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest
-/// | | /statistics/running_mean | N x notches x S | | | /statistics/leader, leader/one_crack,
-/// leader/two_cracks, follower | | groups with datasets as above, their rows in place of notches, and
-/// leading_notch, notch (rows), counted (rows x S): see analysis::RankStatistics | |
-/// /statistics/reference_notch | notches | see analysis::LeaderFrame | | /statistics/pattern_share,
-/// pattern_half_width, pattern_lower, pattern_upper | 4 | | | attributes confidence, interval_scope, n_looks,
-/// n_needed of /statistics | | see analysis::Statistics | | /mother_points/position, spacing, movable | M x
-/// 3, M, M | see geometry::MotherPoints; absent if each sample has its own | | /timing/wall_time, attributes
-/// of /provenance | N | what differs between two runs |
+/// | /crack_path/section | S | where the sections lie |
+/// | /crack_path/section_axis | S | 1 y = const first, then 2 z = const, then 0 lines, at `section` 0 |
+/// | /crack_path/section_line | lines x 2 x 2 | y, z of the lines' ends; absent without lines |
+/// | /crack_path/... | N x notches x S | the results of analysis::for_each_position_result |
+/// | /crack_path/z | N x notches x sections y | position at the sections y = const |
+/// | /plane_traces/point, normal, axes | planes x 3, 3, 2 x 3 | with [[sections.plane]]: the planes |
+/// | /plane_traces/... | N x planes x cracks | the results of analysis::for_each_trace_result |
+/// | /plane_traces/cracks | cracks | whose traces: of each crack start, of cracks without one, of all |
+/// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | see analysis::Statistics |
+/// | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest |
+/// | /statistics/running_mean | N x notches x S | |
+/// | /statistics/leader, leader/one_crack, ..., follower | | groups of these, rows in place of notches |
+/// | .../leading_notch, notch, counted | rows, rows, rows x S | analysis::RankStatistics |
+/// | /statistics/reference_notch | notches | see analysis::LeaderFrame |
+/// | /statistics/pattern_share, pattern_half_width, pattern_lower, pattern_upper | 4 | |
+/// | /statistics/traces/... | planes x cracks | see analysis::TraceStatistics |
+/// | attributes confidence, interval_scope, n_looks, n_needed of /statistics | | analysis::Statistics |
+/// | /mother_points/position, spacing, movable | M x 3, M, M | absent if each sample has its own |
+/// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
 ///
 /// Attributes of each result's dataset describe its meaning and display, see analysis::ResultInfo.
 namespace crackle::io {

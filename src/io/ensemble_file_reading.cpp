@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -96,6 +97,26 @@ void read_parts(hid_t file, std::vector<SampleSummary>& samples) {
   }
 }
 
+/// Reads the traces of cracks in planes into the rows of completed samples that have them.
+void read_traces(hid_t file, std::vector<SampleSummary>& samples) {
+  if (H5Lexists(file, "plane_traces", H5P_DEFAULT) <= 0) return;
+  const hdf5::Handle group = hdf5::open_group(file, "plane_traces");
+  const Shape shape = hdf5::read_shape(group, "length");
+  if (shape.size() != 3 || shape[0] != samples.size())
+    throw hdf5::Error("dataset plane_traces/length: not samples x planes x cracks");
+  const std::size_t n = shape[1] * shape[2];
+  analysis::for_each_trace_result([&](const ResultInfo& info, auto member) {
+    const auto table = hdf5::read_dataset<double>(group, info.name, shape);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (samples[i].status != analysis::SampleStatus::done) continue;
+      samples[i].traces.resize(n);
+      for (std::size_t k = 0; k < n; ++k) samples[i].traces[k].*member = table[i * n + k];
+    }
+  });
+  for (SampleSummary& row : samples)
+    if (!row.traces.empty() && std::isnan(row.traces.front().length)) row.traces.clear();
+}
+
 input::Sections read_sections(hid_t file, std::size_t n_sections) {
   const auto position = hdf5::read_dataset<double>(file, "crack_path/section", {n_sections});
   const auto axis = hdf5::read_dataset<std::int32_t>(file, "crack_path/section_axis", {n_sections});
@@ -138,6 +159,7 @@ EnsembleContent read_content(hid_t file, std::int64_t version) {
       content.samples[i].error = error.what();
     }
   read_parts(file, content.samples);
+  read_traces(file, content.samples);
   if (H5Lexists(file, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(file);
   return content;
 }

@@ -89,6 +89,9 @@ void check_numbers(const analysis::SampleSummary& row, const std::vector<std::st
   analysis::for_each_position_result([&](const analysis::ResultInfo& info, auto member) {
     for (const auto value : row.*member) refuse_infinite(info.name, static_cast<double>(value));
   });
+  analysis::for_each_trace_result([&](const analysis::ResultInfo& info, auto member) {
+    for (const cracks::StartTrace& trace : row.traces) refuse_infinite(info.name, trace.*member);
+  });
 }
 
 void write_specimen(hid_t file, const geometry::Body& body, std::span<const plane::PreCrack> flaws) {

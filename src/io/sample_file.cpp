@@ -50,8 +50,18 @@ void write_mesh(hid_t file, const geometry::Realization& realization) {
   hdf5::write_attribute(group, "min_quality", realization.report.min_quality);
 }
 
+/// The box around each crack.
+void write_extents(hid_t cracks, const cracks::CrackSurface& surface) {
+  std::vector<geometry::Box> boxes(surface.cracks.size(), geometry::nowhere);
+  for (const cracks::CrackFacet& facet : surface.facets)
+    for (const geometry::Point& corner : facet.corner) boxes[index(facet.crack)].include(corner);
+  write_column<double>(cracks, "lower", boxes, &geometry::Box::lower, "m", "least x, y, z of the crack");
+  write_column<double>(cracks, "upper", boxes, &geometry::Box::upper, "m", "greatest x, y, z of the crack");
+}
+
+/// @param is_in_space of a body that is not a plate
 void write_crack_surface(hid_t file, const cracks::CrackSurface& surface,
-                         const std::vector<std::int32_t>& branch) {
+                         const std::vector<std::int32_t>& branch, bool is_in_space) {
   using cracks::Crack;
   using cracks::CrackFacet;
   const hdf5::Handle group = hdf5::create_group(file, "crack_surface");
@@ -60,7 +70,7 @@ void write_crack_surface(hid_t file, const cracks::CrackSurface& surface,
   write_column<double>(group, "area", surface.facets, &CrackFacet::area, "m^2");
   write_column<std::int64_t>(group, "tetrahedron", surface.facets, &CrackFacet::tetrahedron);
   write_column<std::int32_t>(group, "crack", surface.facets, &CrackFacet::crack);
-  write_column<std::int32_t>(group, "branch", branch, std::identity());
+  if (!is_in_space) write_column<std::int32_t>(group, "branch", branch, std::identity());
   hdf5::label_datasets(group, {"facet", "corner", "component"});
 
   const hdf5::Handle table = hdf5::create_group(group, "cracks");
@@ -70,7 +80,8 @@ void write_crack_surface(hid_t file, const cracks::CrackSurface& surface,
   write_column<double>(table, "area", surface.cracks, &Crack::area, "m^2");
   write_column<double>(table, "first_time", surface.cracks, &Crack::first_time, "s");
   write_column<double>(table, "last_time", surface.cracks, &Crack::last_time, "s");
-  hdf5::label_datasets(table, {"crack"});
+  if (is_in_space) write_extents(table, surface);
+  hdf5::label_datasets(table, {"crack", "component"});
 }
 
 void write_branching(hid_t file, const std::vector<cracks::BranchingPoint>& points) {
@@ -357,6 +368,12 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
                                 info.units);
     describe_parts(group, analysis::crack_parts(parameters.materials, parameters.interfaces), n_columns);
   }
+  if (!summary.traces.empty()) {
+    const hdf5::Handle traces = hdf5::create_group(group, "traces");
+    analysis::for_each_trace_result([&](const ResultInfo& info, auto member) {
+      write_column<double>(traces, info.name, summary.traces, member, info.units, info.meaning);
+    });
+  }
   if (!summary.inputs.empty()) {
     const hdf5::Handle inputs = hdf5::create_group(group, "inputs");
     for (std::size_t k = 0; k < parameters.random.size(); ++k) {
@@ -408,7 +425,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     write_pre_cracks(id, content.realization.pre_crack, flaws);
     write_mesh(id, content.realization);
     write_materials(id, content);
-    write_crack_surface(id, content.surface, content.branches.branch);
+    write_crack_surface(id, content.surface, content.branches.branch, body->outline().empty());
     write_crack_lines(id, content.lines);
     write_branching(id, content.branches.points);
     write_crossings(id, content.crossings, content.parameters.sections.size());

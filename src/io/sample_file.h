@@ -33,8 +33,9 @@
 /// | /mesh/initial_strain | m x 6 | of the last dynamic phase, with [[initial.stress]] |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
 /// | /crack_surface/time, area, tetrahedron, crack | f | see cracks::CrackFacet |
-/// | /crack_surface/branch | f | see cracks::CrackBranches |
+/// | /crack_surface/branch | f | of plates: see cracks::CrackBranches |
 /// | /crack_surface/cracks/notch, hole, area, first_time, last_time | c | see cracks::Crack |
+/// | /crack_surface/cracks/lower, upper | c x 3 | its bounding box, unless the body is a plate |
 /// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see cracks::LinePoint |
 /// | /crack_lines/lines/first, count | l | the points of each line |
 /// | /crack_lines/lines/notch, parent, kinks, bend | l | see cracks::CrackLine |
@@ -47,6 +48,7 @@
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
 /// | /history/time, phase, phase_time, governing_load, kinetic, ... | h | see dynamics::HistoryRow |
 /// | /history/crack_area, crack_length, tip_speed, ... | h x starts | see cracks::CrackHistory |
+/// | /history/cracks/area, reach, speed | h x c | cracks::CracksInSpace |
 /// | /history/load, reaction, displacement | h x c x 3 | of each boundary condition |
 /// | /history/condition_on, condition_kind | c | the input's boundary conditions, then its body forces |
 /// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |
@@ -62,6 +64,7 @@
 /// | attribute release_time [s] of /frames | | of what falls at the time of a frame |
 /// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
 /// | /summary/crack_area_in | p | analysis::crack_area_in_info; attribute parts: analysis::crack_parts |
+/// | /summary/traces/length, along, across, time | t | with [[sections.plane]]: cracks::start_traces |
 /// | /summary/phase_start | | load time at time zero of cracks and frames |
 /// | /summary/time_step, stable_step | | steps |
 /// | /counts/... | | dynamics::SampleCounts |

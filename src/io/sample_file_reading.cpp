@@ -77,6 +77,15 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
   if (H5Lexists(group, parts, H5P_DEFAULT) > 0)
     row.crack_area_in = hdf5::read_dataset<double>(
         group, parts, {analysis::crack_parts(parameters.materials, parameters.interfaces).size()});
+  if (H5Lexists(group, "traces", H5P_DEFAULT) > 0) {
+    const hdf5::Handle traces = hdf5::open_group(group, "traces");
+    row.traces.resize(parameters.sections.planes.size() *
+                      cracks::n_trace_rows(geometry::n_crack_starts(parameters)));
+    analysis::for_each_trace_result([&](const ResultInfo& info, auto member) {
+      const auto values = hdf5::read_dataset<double>(traces, info.name, {row.traces.size()});
+      for (std::size_t k = 0; k < values.size(); ++k) row.traces[k].*member = values[k];
+    });
+  }
   if (!parameters.random.empty()) {
     const hdf5::Handle inputs = hdf5::open_group(group, "inputs");
     for (const input::RandomInput& random : parameters.random)

@@ -153,6 +153,22 @@ void write_cracks(hid_t group, const cracks::CrackHistory& cracks, std::size_t n
         "energy released while the tip advances, per area of the advance along its path; NaN likewise");
 }
 
+/// The group /history/cracks.
+void write_cracks_in_space(hid_t history, const cracks::CracksInSpace& cracks, std::size_t n_rows) {
+  const hdf5::Handle group = hdf5::create_group(history, "cracks");
+  const auto write = [&](const char* name, const std::vector<double>& values, const char* units,
+                         const char* meaning) {
+    hdf5::write_dataset<double>(group, name, {n_rows, values.size() / n_rows}, values, units,
+                                hdf5::Storage::compressed);
+    describe_dataset(group, name, meaning);
+  };
+  write("area", cracks.area, "m^2", "area of all opened dual facets of each crack");
+  write("reach", cracks.reach, "m", "greatest distance of these from the facet that opened first");
+  write("speed", cracks.speed, "m/s",
+        "at which the reach grows in the last dynamic phase; NaN where it does not");
+  hdf5::label_datasets(group, {"moment", "crack"});
+}
+
 }  // namespace
 
 void write_history(hid_t file, const input::Model& model, const std::vector<input::Probe>& probes,
@@ -184,6 +200,7 @@ void write_history(hid_t file, const input::Model& model, const std::vector<inpu
       group, "broken", rows, [](const HistoryRow& row) { return row.energy.broken; }, "",
       "tetrahedra broken so far");
   if (cracks.area.size() == rows.size() * cracks.n_starts) write_cracks(group, cracks, rows.size());
+  if (!cracks.in_space.area.empty()) write_cracks_in_space(group, cracks.in_space, rows.size());
   write_conditions(group, model, rows);
   hdf5::label_datasets(group, {"moment", "notch"}, "time");
   label_as(group, {"load", "reaction", "displacement"}, {"moment", "condition", "component"});

@@ -2,6 +2,7 @@
 #include "facets.h"
 
 #include "common/failure.h"
+#include "common/printable.h"
 
 #include "words.h"
 
@@ -20,8 +21,9 @@ void Facets::add(Polygon polygon, int of_group) {
   group.push_back(of_group);
 }
 
-int Facets::group_named(const std::string& name) {
-  if (name.empty()) return -1;
+int Facets::group_named(const std::string& text) {
+  if (text.empty()) return -1;
+  const std::string name = printable(text);
   const auto found = std::ranges::find(groups, name);
   if (found != groups.end()) return static_cast<int>(found - groups.begin());
   groups.push_back(name);
@@ -285,6 +287,12 @@ Facets read_facets(const std::string& content, const std::string& extension) {
       {".stl", read_stl}, {".obj", read_obj},  {".off", read_off},
       {".ply", read_ply}, {".msh", read_gmsh}, {".vtk", read_vtk}};
   const auto reader = readers.find(extension);
+  if (extension == ".vtu" || extension == ".vtp" || extension == ".vtkhdf")
+    fail(
+        "is of a newer format of VTK; save it as .vtk in ASCII, with ParaView's Save Data or meshio convert");
+  if (extension == ".step" || extension == ".stp" || extension == ".iges" || extension == ".igs" ||
+      extension == ".brep")
+    fail("holds curved faces; mesh them first, such as by gmsh -2 FILE -o body.msh");
   if (reader == readers.end()) fail("has a name of no known format");
   return reader->second(content);
 }

@@ -22,7 +22,8 @@ struct Facets {
 
   void add(Polygon polygon, int of_group = -1);
   /// The group with this name, which is made if there is none; -1 without a name.
-  int group_named(const std::string& name);
+  /// @param text which need not be printable
+  int group_named(const std::string& text);
 };
 
 /// @param extension one of those of solid.h

@@ -92,7 +92,8 @@ public:
         is_new_ = version.starts_with("4.1");
         if (!is_new_ && !version.starts_with("2."))
           fail("has version {} of the format; save version 4.1 or 2.2", version);
-        if (words_.number<int>() != 0) fail("is binary; save it as ASCII");
+        if (words_.number<int>() != 0)
+          fail("is binary; save it as ASCII, such as by gmsh FILE -save -o body.msh");
       } else if (word == "$PhysicalNames") {
         for (std::size_t n = words_.count(); n > 0; --n) {
           const int dimension = words_.number<int>(), tag = words_.number<int>();
@@ -216,11 +217,13 @@ Facets read_gmsh(const std::string& content) {
 Facets read_vtk(const std::string& content) {
   Facets facets;
   Words words(content);
-  if (!content.starts_with("# vtk DataFile")) fail("is no legacy VTK file; save it as .vtk, ASCII");
+  if (!content.starts_with("# vtk DataFile"))
+    fail("is no legacy VTK file; save it as .vtk in ASCII, with ParaView's Save Data or meshio convert");
   const bool is_new = words.rest_of_line().find("5.") != std::string_view::npos;
   words.next();
   words.rest_of_line();  // the title
-  if (words.next() != "ASCII") fail("is binary; save it as ASCII");
+  if (words.next() != "ASCII")
+    fail("is binary; save it as ASCII, with ParaView's Save Data or meshio convert");
   std::vector<Polygon> cells;
   std::vector<int> types;
   bool has_cells = false;

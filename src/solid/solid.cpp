@@ -32,6 +32,8 @@ constexpr double least_share = 1e-6;
 constexpr double precision = 1e-6;
 /// Least cosine of the angle between facets in one plane.
 constexpr double same_side = 0.99;
+/// Faces that meet at less lie on each other [rad].
+constexpr double least_angle = 1e-6;
 /// Facets that meet at less than this angle belong to one face [rad].
 constexpr double smooth_angle = 20 * std::numbers::pi / 180;
 
@@ -474,6 +476,8 @@ Solid read_solid(std::string content, const std::string& extension, const std::s
   check_corners(facets, unit);
   std::vector<std::string> groups = facets.groups;
   Solid solid = FaceMaker(make_surface(std::move(facets), unit), std::move(groups), metres, unit).make();
+  if (const Sharpness sharp = sharpest(solid); !(sharp.angle > least_angle))
+    fail("has faces that lie on each other at {}; move them apart", show_place(sharp.place / metres, unit));
   solid.digest = crackle::digest_of(std::string_view(content));
   solid.content = std::move(content);
   solid.extension = extension;

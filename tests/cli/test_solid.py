@@ -4,6 +4,7 @@
 import argparse
 import os
 import pathlib
+import random
 import shlex
 import subprocess
 import sys
@@ -19,7 +20,9 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery")]
 import command_lines  # noqa: E402
 import in_process  # noqa: E402
 import solid  # noqa: E402
+import solid_files  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+from solid_files import SIDES, stl  # noqa: E402
 
 OPTIONS = None
 BODY = """[ensemble]
@@ -50,8 +53,7 @@ duration = "20 us"
 integrator = "verlet"
 """
 FROM_FILE = 'solid = "cube.stl"\nunit = "mm"'
-CORNERS = np.array([[(i >> k) & 1 for k in range(3)] for i in range(8)], float)
-SIDES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
+CORNERS = np.array(solid_files.CORNERS, float)
 
 
 def invoke(*arguments):
@@ -60,17 +62,6 @@ def invoke(*arguments):
 
 def body(specimen=FROM_FILE, samples=2, spacing=1.25, poisson=0.3, strength=35, toughness=200, rest=PULLED):
     return BODY.format(specimen=specimen, samples=samples, spacing=spacing, poisson=poisson, strength=strength, toughness=toughness) + rest
-
-
-def stl(corners, sides, skip=()):
-    """A text STL of convex sides, in the unit of the corners."""
-    lines = ["solid body"]
-    for number, side in enumerate(sides):
-        for k in range(1, len(side) - 1):
-            if number not in skip:
-                lines += ["facet normal 0 0 0", "outer loop",
-                          *("vertex {:.17g} {:.17g} {:.17g}".format(*corners[i]) for i in (side[0], side[k], side[k + 1])), "endloop", "endfacet"]
-    return "\n".join([*lines, "endsolid body", ""])
 
 
 def prism(n, radius, thickness):
@@ -137,6 +128,38 @@ class Solids(unittest.TestCase):
         self.cube.write_text(stl(leaning, SIDES))
         self.refused(body(), "mesh.min_quality: ", " has 3.01 degrees")
 
+    def check(self, extension, content):
+        (self.folder / f"cube{extension}").write_bytes(content)
+        self.input.write_text(body(FROM_FILE.replace(".stl", extension)))
+        return invoke("check", "--no-measure", self.input)
+
+    def test_damaged_files_are_refused_or_read(self):
+        stream = random.Random(2)
+        formats = solid_files.every_format()
+        for extension, content in formats:
+            self.assertEqual(self.check(extension, content).returncode, 0, extension)
+        n_read = 0
+        for extension, content in OPTIONS.damaged // len(formats) * formats:
+            damaged = solid_files.damaged(stream, content)
+            result = self.check(extension, damaged)
+            self.assertIn(result.returncode, (0, 1), damaged)
+            n_read += result.returncode == 0
+            if result.returncode == 1:
+                messages = result.stderr.splitlines()
+                self.assertTrue(all(str(self.input) in message for message in messages), messages)
+                self.assertTrue(len(messages) == 1 or "specimen.solid" not in result.stderr, messages)  # others are about what was read
+        print(f"{n_read} of {OPTIONS.damaged} damaged files are read")
+        self.assertLess(n_read, OPTIONS.damaged // 4)
+
+    def test_formats_that_are_not_read_say_how_to_convert_them(self):
+        gmsh = dict(solid_files.every_format())[".msh"]
+        for extension, content, way in ((".vtu", b"<VTKFile/>", "save it as .vtk in ASCII"), (".step", b"", "gmsh -2 FILE -o body.msh"),
+                                        (".msh", gmsh.replace(b" 0 8", b" 1 8"), "gmsh FILE -save -o body.msh"),
+                                        (".vtk", b"# vtk DataFile Version 3.0\n\nBINARY\n", "meshio convert")):
+            result = self.check(extension, content)
+            self.assertEqual((result.returncode, len(result.stderr.splitlines())), (1, 1), result.stderr)
+            self.assertIn(way, result.stderr)
+
     def test_check_and_mesh_list_the_faces(self):
         for words in (("check", "--no-measure", self.input), ("mesh", self.input, "-o", self.folder / "mesh.vtkhdf")):
             result = invoke(*words)
@@ -148,6 +171,14 @@ class Solids(unittest.TestCase):
         np.testing.assert_array_equal(face >= 0, ((points == 0) | (points == points.max())).any(axis=1))
 
     def test_ranks_restart_and_pictures(self):
+        middle = "2.5 mm"
+        self.input.write_text(body(rest=PULLED + f"""[[sections.plane]]
+point = ["{middle}", "{middle}", "{middle}"]
+normal = [0, 1, 0]
+[[sections.plane]]
+point = ["-1 mm", "{middle}", "{middle}"]
+normal = [1, 0, 0]
+"""))
         self.assertEqual(invoke("run", self.input, "-o", self.out).returncode, 0)
         wanted = results_of(self.out)
         self.assertEqual((self.out / "solid.stl").read_bytes(), self.cube.read_bytes())
@@ -168,6 +199,27 @@ class Solids(unittest.TestCase):
         result = invoke("stats", self.out)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("first break at x [mm]", result.stdout)
+        self.assertRegex(result.stdout, r"plane 0 through \(2.5, 2.5, 2.5\) mm, normal \(0, 1, 0\): crossed by 2 of 2 samples")
+        self.assertRegex(result.stdout, r"plane 1 .*: crossed by 0 of 2 samples")
+        with h5py.File(self.out / "samples/0001.h5") as root:
+            area, reach, speed = (root[f"history/cracks/{name}"][...] for name in ("area", "reach", "speed"))
+            lower, upper, of_crack = (root[f"crack_surface/cracks/{name}"][...] for name in ("lower", "upper", "area"))
+            largest = np.argmax(of_crack)
+            np.testing.assert_allclose(area[-1], of_crack, rtol=1e-12)
+            self.assertLess(reach[-1, largest], np.linalg.norm(upper[largest] - lower[largest]))
+            self.assertGreater(reach[-1, largest], 0.002)
+            running = speed[np.isfinite(speed[:, largest]), largest]
+            self.assertTrue((running < 960).all(), running)  # Rayleigh waves: 956 m/s
+            self.assertTrue((lower >= 0).all() and (upper <= 0.005).all())
+        for file in ("ensemble.h5", "samples/0001.h5"):
+            with h5py.File(self.out / file) as one, h5py.File(there / file) as other:
+                for name in ("plane_traces", "statistics/traces") if file == "ensemble.h5" else ("summary/traces",):
+                    for column in one[name]:
+                        np.testing.assert_array_equal(one[name][column][...], other[name][column][...], column)
+        with h5py.File(self.out / "ensemble.h5") as root:
+            length, mean = root["plane_traces/length"][...], root["statistics/traces/length_mean"][...]
+            np.testing.assert_allclose(length[:, 0].mean(axis=0), mean[0], rtol=1e-14)
+            self.assertTrue((length[:, 0, -1] > 0.005).all() and (length[:, 1] == 0).all(), length)
         for absent in ("branching", "kinks", "traced area", "crack speed"):
             self.assertNotIn(absent, result.stdout)
         result = in_process.report(self.out, "--program", OPTIONS.program)
@@ -226,13 +278,58 @@ at = [{", ".join(place)}]
         self.assertAlmostEqual(stress[1] / tension, 1, delta=0.06)
         self.assertAlmostEqual(stress[2] / (-3 * tension), 1, delta=0.06)
 
-    def test_the_gallerys_file_is_what_its_script_writes(self):
-        self.assertEqual((ROOT / "jobs/gallery/solid.obj").read_text(), solid.text(24))
+    def test_a_sphere_between_caps_has_hiramatsus_and_okas_stress(self):
+        """At the centre only the terms of degrees 0 and 2 of the pressure make stress, (7 + 2 nu) / (7 + 5 nu) times the latter. For
+        forces in points that is 21 / (28 + 20 nu) F / (pi R^2) across the axis (Hiramatsu and Oka 1966; Sternberg and Rosenthal 1952)."""
+        radius, pressure, poisson, n = 5.0, 10.0, 0.25, 24
+        angles = np.radians(np.arange(6, 175, 12))[::-1]  # from below
+        profile = [(radius * np.cos(angle), radius * np.sin(angle)) for angle in angles]
+        n_cap = 2  # rings of each cap: up to 30 degrees
+        groups = ["lower"] * n_cap + ["side"] * (len(angles) - 1 - 2 * n_cap) + ["upper"] * n_cap
+        points, polygons = solid.bands(n, profile, groups)
+        polygons += [("lower", list(range(n))[::-1]), ("upper", list(range(len(points) - n, len(points))))]
+        (self.folder / "sphere.obj").write_text(solid.text(points, polygons))
+        held = "".join(f'''[[boundary]]
+on = "side"
+region = {{ {axis} = ["0 mm", "0 mm"] }}
+fix = ["{axis}"]
+''' for axis in "xyz")
+        pressed = "".join(f'''[[boundary]]
+on = "{cap}"
+pressure = "{pressure} MPa"
+''' for cap in ("lower", "upper"))
+        self.input.write_text(body('solid = "sphere.obj"\nunit = "mm"', samples=2, spacing=0.45, poisson=poisson, strength=500, toughness=5000, rest=held + pressed + """[time]
+start = "equilibrium"
+duration = "1 us"
+[[output.probe]]
+name = "centre"
+at = ["0 mm", "0 mm", "0 mm"]
+"""))
+        result = invoke("run", self.input, "-o", self.out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        found = []
+        for file in sorted((self.out / "samples").glob("*.h5")):
+            with h5py.File(file) as root:
+                found.append(root["history/probes/centre/stress"][0])
+        stress = np.mean(found, axis=0) / 1e6
+        edge = np.cos(np.radians(30))
+        mean = pressure * (1 - edge)  # over the sphere
+        second = 5 * mean * edge * (1 + edge) / 2 * (7 + 2 * poisson) / (7 + 5 * poisson)
+        across, along = second / 2 - mean, -second - mean
+        print(f"in the middle of the sphere: {stress[0]:.3f}, {stress[1]:.3f} and {stress[2]:.3f} MPa; exact: {across:.3f} and {along:.3f} MPa")
+        self.assertAlmostEqual(stress[0] / across, 1, delta=0.06)
+        self.assertAlmostEqual(stress[1] / across, 1, delta=0.06)
+        self.assertAlmostEqual(stress[2] / along, 1, delta=0.04)
+
+    def test_the_gallerys_files_are_what_their_script_writes(self):
+        for name, bar in solid.FILES.items():
+            self.assertEqual((ROOT / "jobs/gallery" / name).read_text(), solid.text(*bar(24)), name)
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", required=True)
     parser.add_argument("--mpirun", required=True)
+    parser.add_argument("--damaged", type=int, default=110, help="number of damaged files to try")
     OPTIONS, remaining = parser.parse_known_args()
     unittest.main(argv=[sys.argv[0], *remaining])

@@ -20,6 +20,42 @@ using test::StructuredMesh;
 
 constexpr double thickness = 4, energy = 0.3;  // of each tetrahedron [J]
 
+TEST(CracksInSpace, ReachAsFarAsTheyAreOpenAndRunAtTheirSpeed) {
+  constexpr double speed = 400, spacing = 0.1;
+  CrackSurface surface;
+  surface.cracks.resize(2);
+  const auto open = [&](const Point& at, double time, std::int32_t crack) {
+    CrackFacet facet{};
+    const Vector x{spacing / 2, 0, 0}, y{0, spacing / 2, 0};
+    facet.corner = {{at - x, at + y, at + x, at - y}};
+    facet.area = spacing * spacing;
+    facet.time = time;
+    facet.crack = crack;
+    surface.facets.push_back(facet);
+  };
+  // A disk that grows from its centre, and a facet elsewhere that opens at once.
+  open({9, 9, 9}, 0, 1);
+  for (double r = 0; r < 2; r += spacing)
+    for (int k = 0; k < 8; ++k) open({r * std::cos(0.7 * k), r * std::sin(0.7 * k), 0}, r / speed, 0);
+  std::vector<std::size_t> n_open;
+  std::vector<double> times;
+  for (int i = 0; i < 10; ++i) {
+    times.push_back((2 * spacing * i + spacing / 2) / speed);
+    n_open.push_back(0);
+    for (const CrackFacet& facet : surface.facets) n_open.back() += facet.time <= times.back() ? 1 : 0;
+  }
+  const auto found = cracks_in_space(surface, n_open, times, 2 * speed);
+  ASSERT_EQ(found.speed.size(), 20U);
+  EXPECT_TRUE(std::isnan(cracks_in_space(surface, n_open, times, speed / 2).speed[10]));
+  for (std::size_t i = 0; i < 9; ++i) {
+    EXPECT_NEAR(found.reach[2 * i], 2 * spacing * static_cast<double>(i), 1e-12);
+    EXPECT_NEAR(found.area[2 * i], 8 * (2 * static_cast<double>(i) + 1) * spacing * spacing, 1e-12);
+    EXPECT_NEAR(found.speed[2 * i], speed, 1e-6);
+    EXPECT_EQ(found.reach[2 * i + 1], 0);
+    EXPECT_TRUE(std::isnan(found.speed[2 * i + 1]));
+  }
+}
+
 /// A plate 40 wide with a notch 4 deep at each side, and cracks from these.
 class Histories : public testing::Test {
 protected:

@@ -294,9 +294,9 @@ TEST(PlaneTraces, AreTheLinesInWhichCracksCrossPlanes) {
   CrackSurface surface;
   surface.facets = {facet(0, 3, 1), facet(1, 2, 1), facet(5, 1, 0)};
   surface.cracks.resize(2);
-  const auto traces =
-      plane_traces(surface, std::vector<input::SectionPlane>{
-                                {{0.5, 0, 0}, {2, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}, {{1, 0.5, 7}, {1, 1, 0}}});
+  const std::vector<input::SectionPlane> planes{
+      {{0.5, 0, 0}, {2, 0, 0}}, {{0, 0, 1}, {0, 0, 1}}, {{1, 0.5, 7}, {1, 1, 0}}};
+  const auto traces = plane_traces(surface, planes);
   ASSERT_EQ(traces.size(), 3U);
   EXPECT_EQ(traces[0].plane, 0);
   EXPECT_EQ(traces[0].crack, 0);
@@ -309,6 +309,37 @@ TEST(PlaneTraces, AreTheLinesInWhichCracksCrossPlanes) {
   EXPECT_EQ(traces[2].plane, 2);
   EXPECT_DOUBLE_EQ(traces[2].length, 1.5 * std::numbers::sqrt2);
   EXPECT_DOUBLE_EQ(traces[2].position[1], 0.75);
+
+  surface.cracks[0].start = -1;
+  surface.cracks[1].start = 1;
+  const auto rows = start_traces(surface, planes, 2);  // of start 0, of start 1, of none, of all
+  ASSERT_EQ(rows.size(), 12U);
+  EXPECT_EQ(rows[0].length, 0);
+  EXPECT_TRUE(std::isnan(rows[0].along) && std::isnan(rows[0].time));
+  EXPECT_DOUBLE_EQ(rows[1].along, 1);
+  EXPECT_DOUBLE_EQ(rows[2].along, 5.5);
+  EXPECT_DOUBLE_EQ(rows[3].length, 3);
+  EXPECT_DOUBLE_EQ(rows[3].along, 2.5);
+  EXPECT_DOUBLE_EQ(rows[3].across, 0);
+  EXPECT_EQ(rows[3].time, 1);
+  EXPECT_EQ(rows[7].length, 0);
+  EXPECT_DOUBLE_EQ(rows[9].along, -7);  // of z
+  EXPECT_EQ(rows[9].time, traces[2].first_time);
+}
+
+TEST(PlaneTraces, HaveAxesOfTheCoordinatesWhereTheyCan) {
+  const auto axes = [](const Vector& normal) { return axes_along({{}, normal}); };
+  EXPECT_EQ(axes({0, -2, 0}), (std::array<Vector, 2>{{{1, 0, 0}, {0, 0, 1}}}));
+  EXPECT_EQ(axes({0, 3, 4}), (std::array<Vector, 2>{{{1, 0, 0}, {0, -0.8, 0.6}}}));
+  for (const Vector& normal : {Vector{1, 2, 3}, {-1, 0, 2}, {3, -1, -1}}) {
+    const auto [along, across] = axes(normal);
+    EXPECT_NEAR(dot(along, across), 0, 1e-15);
+    EXPECT_NEAR(dot(along, normal), 0, 1e-15);
+    EXPECT_NEAR(dot(across, normal), 0, 1e-15);
+    EXPECT_NEAR(norm(across), 1, 1e-15);
+    EXPECT_EQ(along[2], 0);
+    EXPECT_GT(across[2], 0);
+  }
 }
 
 }  // namespace CRACKLE_TEST_FILE

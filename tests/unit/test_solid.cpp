@@ -110,6 +110,17 @@ Facets prism(int n, double radius, double length) {
   return facets;
 }
 
+TEST(Solid, HasPrintableNames) {
+  Facets facets = cube();
+  facets.groups = {"a\xff\x1b",
+                   "Fl\xc3\xa4"
+                   "che"};
+  facets.group = {0, 0, 0, 1, 1, 1};
+  const std::set<std::string> names = names_of(read(test::obj_of(facets), ".obj"));
+  EXPECT_TRUE(names.contains("a??") && names.contains("Fl\xc3\xa4"
+                                                      "che"));
+}
+
 TEST(Solid, NamesFacesByAngles) {
   const Solid round = read(test::stl_of(prism(40, 3, 4)), ".stl");
   const auto faces = named_faces(round);
@@ -239,7 +250,11 @@ TEST(Solid, RefusesWhatIsNoBody) {
   Facets thin;
   test::add_box(thin, {0, 0, 0}, {5, 5, 1e-6});
   refuses(thin, HasSubstr("below 1e-06 of the body's size"));
-  EXPECT_THAT([] { read("", ".step"); }, ThrowsMessage<std::runtime_error>(HasSubstr("no known format")));
+  Facets folded = cube();
+  folded.points[7] = {1e-320, 2, 1e-303};
+  folded.points[6] = {0, 5 + 1e-6, 5 + 1e-11};
+  refuses(folded, HasSubstr("has faces that lie on each other at"));
+  EXPECT_THAT([] { read("", ".xyz"); }, ThrowsMessage<std::runtime_error>(HasSubstr("no known format")));
 }
 
 TEST(Solid, SaysWhereItIsSharp) {

@@ -82,6 +82,40 @@ TEST(Statistics, TheInputSetsShapeAndConfidence) {
   EXPECT_EQ(make_statistics(samples, parameters).n_needed, 2);
 }
 
+TEST(Statistics, OfTracesAreOverTheSamplesThatCrossThePlane) {
+  input::Parameters parameters;
+  parameters.specimen = one_notch();
+  parameters.sections.planes = {{{}, {1, 0, 0}}};
+  parameters.ensemble.samples = 4;
+  std::vector<SampleSummary> samples;
+  for (const double length : {1.0, 0.0, 2.0, 4.0}) {
+    samples.push_back(done({}));
+    // Of the notch, of cracks without a start, of all.
+    const StartTrace trace = length > 0 ? StartTrace{length, 10 * length, -length, 0} : StartTrace{};
+    samples.back().traces = {trace, {}, trace};
+  }
+  const Statistics s = make_statistics(samples, parameters);
+  ASSERT_EQ(s.traces.size(), 3U);
+  EXPECT_EQ(s.traces[1].n_crossed, 0);
+  EXPECT_TRUE(std::isnan(s.traces[1].results[0].mean));
+  const TraceStatistics& found = s.traces[0];
+  EXPECT_EQ(found.n_crossed, 3);
+  EXPECT_EQ(found.n_of, 4);
+  EXPECT_EQ(found.share, 0.75);
+  EXPECT_EQ(found.interval.lower, share_interval(3, 4, 0.95).lower);
+  const auto& [length, along, across, time] =
+      std::tie(found.results[0], found.results[1], found.results[2], found.results[3]);
+  EXPECT_DOUBLE_EQ(length.mean, 7.0 / 3);
+  EXPECT_DOUBLE_EQ(length.std, std::sqrt(42.0 / 9 / 2));
+  EXPECT_NEAR(length.half_width, 4.302652729749464 * length.std / std::sqrt(3.0), 1e-10);
+  EXPECT_DOUBLE_EQ(along.mean, -7.0 / 3);
+  EXPECT_EQ(across.std, 0);
+  EXPECT_DOUBLE_EQ(time.mean, 70.0 / 3);
+  // Whole draws of two samples.
+  parameters.ensemble.replicates = 2;
+  EXPECT_GT(make_statistics(samples, parameters).traces[0].results[0].half_width, length.half_width);
+}
+
 TEST(Statistics, DeviationsOfEqualValuesAreZero) {
   // The squares and the squared sum cancel to the last bit.
   std::vector<SampleSummary> samples;

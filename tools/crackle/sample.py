@@ -55,7 +55,8 @@ class Sample:
     def history(self) -> xr.Dataset:
         """Moments of the whole sample: governing load and displacement, energies, cracks (moment x notch), load, reaction and
         displacement of each boundary condition (moment x condition x component), and what each probe shows, such as
-        `probe_stress` (moment x probe x stress_component); `term_NAME` of other contributions to the motion."""
+        `probe_stress` (moment x probe x stress_component); `term_NAME` of other contributions to the motion; `each_crack_area`,
+        `each_crack_reach` and `each_crack_speed` (moment x crack) of bodies that are not plates."""
         with self._need("history") as root:
             found = root["history"]
             parts = [labelled.group(found)]
@@ -63,6 +64,8 @@ class Sample:
                 names = list(found["probes"])
                 probes = [labelled.group(found["probes"][name], prefix="probe_") for name in names]
                 parts.append(xr.concat(probes, pd.Index(names, name="probe"), data_vars="all", combine_attrs="override"))
+            if "cracks" in found:
+                parts.append(labelled.group(found["cracks"], prefix="each_crack_"))
             if "terms" in found:
                 parts.append(labelled.group(found["terms"], prefix="term_"))
             history = xr.merge(parts, combine_attrs="override")
