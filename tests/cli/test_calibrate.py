@@ -111,7 +111,7 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(text, self.crackle("calibrate", "out", "experiments.toml").stdout)
 
     def test_the_posterior_is_an_input(self):
-        self.crackle("calibrate", "out", "experiments.toml", "--output", "posterior.toml", "--discrepancy")
+        found = json.loads(self.crackle("calibrate", "out", "experiments.toml", "--output", "posterior.toml", "--discrepancy", "--json").stdout)
         tables = (self.folder / "posterior.toml").read_text()
         self.assertIn('distribution = "beta"', tables)
         start = self.text.index("[[random]]")
@@ -122,7 +122,6 @@ class Calibrate(unittest.TestCase):
         with h5py.File(again / "ensemble.h5") as file:
             drawn = drawn_inputs(file)
         prior = np.std(self.inputs, axis=0)
-        found = json.loads(self.crackle("calibrate", "out", "experiments.toml", "--json", "--discrepancy").stdout)
         for k, each in enumerate(found["inputs"]):
             self.assertTrue(np.all(np.abs(drawn[:, k] - each["posterior"]["mean"]) < 4 * each["posterior"]["standard_deviation"]))
             self.assertLess(each["posterior"]["standard_deviation"], 1.1 * prior[k])

@@ -17,6 +17,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 from box_mesh import box_mesh  # noqa: E402
 from crackle_report.photoelasticity import Grid, Optics, make_fringes  # noqa: E402
 from crackle_report.stress import element_stress  # noqa: E402
+from effort import repetitions  # noqa: E402
 
 YOUNG, POISSON = 3300e6, 0.38
 OPTICS = Optics()
@@ -189,9 +190,9 @@ class Rays(unittest.TestCase):
         self.assertTrue(np.isnan(order[:, :20]).all() and np.isnan(order[:, 140:]).all())
 
     def test_a_full_picture_takes_seconds(self):
-        nodes, tetrahedra = box_mesh((5e-3, 24.5e-3, 140e-3), (10, 40, 125), 0.2)
+        nodes, tetrahedra = box_mesh((5e-3, 24.5e-3, 140e-3), repetitions((5, 20, 62), (10, 40, 125)), 0.2)
         stress = np.random.Generator(np.random.PCG64(1)).normal(0, 1e6, (len(tetrahedra), 6))
-        grid = Grid.over((0, 24.5e-3), (0, 140e-3), 0.1e-3)
+        grid = Grid.over((0, 24.5e-3), (0, 140e-3), repetitions(0.3e-3, 0.1e-3))
         start = time.process_time()
         picture = make_fringes(nodes, tetrahedra, stress, grid)
         seconds = time.process_time() - start

@@ -36,6 +36,7 @@ from crackle_report.photoelasticity import Optics  # noqa: E402
 import command_lines  # noqa: E402
 import in_process  # noqa: E402
 from box_mesh import box_mesh  # noqa: E402
+from effort import repetitions  # noqa: E402
 from synthetic_ensemble import SLOTS, changed, write_ensemble  # noqa: E402
 
 REPORT = ROOT / "tools" / "crackle-report"
@@ -73,12 +74,12 @@ class Ensembles(unittest.TestCase):
         self.folder = Path(self._folder.name) / "demo"
 
     def run_report(self, *arguments: str, kind: str | None = None) -> subprocess.CompletedProcess:
-        return in_process.report(*arguments, "--no-animation", kind=kind)
+        return in_process.report(*arguments, "--no-animation", "--no-fringes", kind=kind)
 
 
 class Report(Ensembles):
     def test_a_finished_ensemble_gives_a_page_in_one_file(self):
-        rows = write_ensemble(self.folder, 4)
+        rows = write_ensemble(self.folder, 2)
         result = in_process.call(command.main, self.folder)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(result.stdout, f"report: {self.folder}/report.html\n")
@@ -341,7 +342,7 @@ class Report(Ensembles):
 class Pictures(Ensembles):
     def test_labels_do_not_overlap(self):
         style.apply()
-        for n_samples in (1, 6, 31):
+        for n_samples in repetitions((1, 31), (1, 6, 31)):
             folder = self.folder.with_name(f"of-{n_samples}")
             write_ensemble(folder, n_samples, failed=(1,) if n_samples > 2 else ())
             ensemble = reading.read_ensemble(folder)

@@ -11,6 +11,7 @@ import tempfile
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -24,7 +25,7 @@ import crackle  # noqa: E402
 import in_process  # noqa: E402
 import small_input  # noqa: E402
 from crackle.program import statistics_of  # noqa: E402
-from crackle_report import page, reading, sweep, tables  # noqa: E402
+from crackle_report import command, page, reading, sweep, tables  # noqa: E402
 from crackle_report.figures import crack_paths, histories, shares  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.results import Result  # noqa: E402
@@ -144,7 +145,9 @@ values = ["facet", "element"]
             drawn = [container.lines[0].get_xydata() for container in axes.containers]
             peaks = [one["value"][column] for one in document["cases"]]
             np.testing.assert_allclose(drawn, [[(35, peaks[0]), (45, peaks[2])], [(35, peaks[1]), (45, peaks[3])]])
-            self.assertEqual(in_process.report(folder, "--cases", "--no-animation", "--no-fringes").returncode, 0)
+            with mock.patch.object(command, "SECTIONS", command.SECTIONS[:2]):  # of each case's report
+                self.assertEqual(in_process.report(folder, "--cases", "--no-animation", "--no-fringes").returncode, 0)
+            self.assertEqual(len(list(folder.glob("case-*/report.html"))), 4)
             self.assertIn('<a href="case-3/report.html">case-3</a>', (folder / "report.html").read_text(encoding="utf-8"))
             refused = in_process.report(folder, "--sample", "0")
             self.assertEqual(refused.returncode, 1)

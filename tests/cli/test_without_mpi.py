@@ -73,8 +73,11 @@ class WithoutMpi(unittest.TestCase):
                     ["watch", "--once", self.out], ["mesh", self.input, "--sample", "1", "-o", "mesh.vtkhdf"])
         for arguments in commands:
             with self.subTest(arguments=arguments):
-                found, usual = self.call(*arguments, **BROKEN), self.call(*arguments, launcher=(*shlex.split(MPIRUN), "-n", "2"))
+                found = self.call(*arguments, **BROKEN)
                 self.assertEqual(found.returncode, 0, found.stderr)
+                if "--help" in arguments or "--keys" in arguments:  # texts, as --version is
+                    continue
+                usual = self.call(*arguments, launcher=(*shlex.split(MPIRUN), "-n", "2"))
                 self.assertEqual(usual.returncode, 0, usual.stderr)
                 if arguments[0] not in ("mesh", "watch") and "--no-measure" not in arguments:  # which show times and free memory
                     self.assertEqual(found.stdout, usual.stdout)

@@ -37,8 +37,8 @@ depth = "5 mm"
 height = "2 mm"
 [mesh]
 base = "shared"
-spacing = "2 mm"
-notch_spacing = "1 mm"
+spacing = "3 mm"
+notch_spacing = "1.5 mm"
 growth = 0.2
 perturbation = 0.2
 min_quality = 0.1

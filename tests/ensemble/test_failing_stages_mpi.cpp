@@ -9,6 +9,7 @@
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
 
+#include "support/effort.h"
 #include "support/group.h"
 #include "support/result_comparison.h"
 #include "support/temporary_folder.h"
@@ -153,12 +154,14 @@ protected:
   };
 
   /// The faults of samples 1, 2, ... in the test of a stage; before and after them is an undisturbed sample.
-  /// Every kind on every rank of a group of two; in a larger group, which takes longer, one kind per rank.
+  /// On every rank of the group one kind, another at each stage; in a group of two every kind under
+  /// tools/check --full.
   std::vector<Fault> faults_in(std::size_t number_of_stage) const {
+    const bool has_every_kind = group_size() == 2 && test::is_full();
     std::vector<Fault> faults;
     for (int rank = 0; rank < group_size(); ++rank) {
       for (int kind = 0; kind < n_kinds; ++kind) {
-        if (group_size() > 2 && kind != (rank + static_cast<int>(number_of_stage)) % n_kinds) continue;
+        if (!has_every_kind && kind != (rank + static_cast<int>(number_of_stage)) % n_kinds) continue;
         faults.push_back({rank, kind, kind == 1});
       }
     }

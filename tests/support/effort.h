@@ -11,9 +11,14 @@ inline double from_environment(const char* name, double fallback) {
   return text != nullptr ? std::strtod(text, nullptr) : fallback;
 }
 
-/// A number of repetitions: `full` under tools/check --full, which sets CRACKLE_FULL, else `usual`.
+/// Whether this is tools/check --full, which sets CRACKLE_FULL.
+inline bool is_full() {
+  return std::getenv("CRACKLE_FULL") != nullptr;
+}
+
+/// A number of repetitions: `full` under tools/check --full, else `usual`.
 inline int repetitions(int usual, int full) {
-  return std::getenv("CRACKLE_FULL") != nullptr ? full : usual;
+  return is_full() ? full : usual;
 }
 
 }  // namespace crackle::test

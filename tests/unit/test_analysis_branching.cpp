@@ -266,7 +266,7 @@ const std::vector<Row> unbranched{
 TEST_F(MadeBranches, AreFound) {
   head();
   for (const Row& row : branched) {
-    const Counts found = count(row.made, 12);
+    const Counts found = count(row.made, test::repetitions(4, 12));
     EXPECT_GE(found.projected, row.projected / 100 * found.samples) << row.made.name;
     EXPECT_GE(found.in_space, row.in_space / 100 * found.samples) << row.made.name;
   }
@@ -275,8 +275,8 @@ TEST_F(MadeBranches, AreFound) {
 TEST_F(MadeBranches, AreNotFoundInOneCrack) {
   head();
   for (const Row& row : unbranched) {
-    const Counts found =
-        count(row.made, row.made.name == std::string("straight") ? test::repetitions(60, 200) : 12);
+    const Counts found = count(row.made, row.made.name == std::string("straight") ? test::repetitions(20, 200)
+                                                                                  : test::repetitions(4, 12));
     EXPECT_GE(found.projected, row.projected / 100 * found.samples) << row.made.name;
     EXPECT_GE(found.in_space, row.in_space / 100 * found.samples) << row.made.name;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cracks/crack_line.h"
 
+#include "support/effort.h"
 #include "support/made_crack.h"
 #include "support/structured_mesh.h"
 
@@ -151,6 +152,7 @@ TEST(Kinks, AreThoseOfThePathAtAnySpacing) {
         Case{"60 degrees", Pieces{{{0, 8, 0}, {60, 5, 0}}}, 1},
         Case{"40 degrees there and back", Pieces{{{0, 6, 0}, {40, 4, 0}, {-40, 3, 0}}}, 2}}) {
     for (const double spacing : {0.2, 0.29, 0.4, 0.5}) {
+      if (spacing == 0.2 && !test::is_full()) continue;  // half of the time
       const test::MadeCrack crack(spacing, 2.5, 1, c.path, c.path.low(), c.path.high());
       const int found = count_kinks(
           crack_lines(crack.body(), crack.surface(), find_branches(crack.body(), crack.surface())));

@@ -508,20 +508,21 @@ protected:
 };
 
 TEST_F(MadeFronts, AtConstantSpeed) {
+  const int n = test::repetitions(2, 6);
   const auto at = [](double speed) { return [=](double place) { return place / speed; }; };
   for (const auto& [spacing, thickness] :
        {std::pair{0.2, 1.0}, {0.4, 1.0}, {0.6, 1.0}, {0.3, 2.0}, {0.5, 2.0}, {0.4, 5.0}, {0.6, 5.0}}) {
     for (const double scatter : {0.0, 0.15}) {
       measure(
-          at(500), [](double) { return 500; }, spacing, thickness, Rule::centroid, scatter);
+          at(500), [](double) { return 500; }, spacing, thickness, Rule::centroid, scatter, n);
       EXPECT_LT(worst, 0.01);
     }
     // With the scatter of the mesh alone, and with far more than real fronts have.
     measure(
-        at(500), [](double) { return 500; }, spacing, thickness, Rule::first_node, 0);
+        at(500), [](double) { return 500; }, spacing, thickness, Rule::first_node, 0, n);
     EXPECT_LT(std::abs(bias), 0.01);
     measure(
-        at(500), [](double) { return 500; }, spacing, thickness, Rule::centroid, 0.3);
+        at(500), [](double) { return 500; }, spacing, thickness, Rule::centroid, 0.3, n);
     EXPECT_LT(std::abs(bias), 0.01);
   }
   for (const double speed : {100.0, 250.0, 1000.0}) {

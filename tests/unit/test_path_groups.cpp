@@ -5,6 +5,7 @@
 #include "common/random.h"
 #include "common/real.h"
 
+#include "support/effort.h"
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>
@@ -31,7 +32,7 @@ bool is_divided(const std::vector<double>& values) {
 TEST(PathGroups, SamplesOfOneWayAreRarelyDivided) {
   RandomStream random(1, 0, "ways");
   for (const std::size_t n : {4, 10, 17, 20, 60, 200, 1500}) {
-    const int n_trials = n > 1000 ? 2'000 : 40'000;
+    const int n_trials = n > 1000 ? test::repetitions(500, 2'000) : test::repetitions(10'000, 40'000);
     for (const bool is_uniform : {false, true}) {
       int n_divided = 0;
       std::vector<double> values(n);

@@ -164,7 +164,7 @@ TEST(StopRule, KeepsItsConfidence) {
        [](auto& r) { return r.uniform() < 0.3 ? 1.4 + 0.3 * normal(r) : -0.6 + 0.3 * normal(r); }},
       {"skewed", [](auto& r) { return -std::log(1 - r.uniform()) - 1; }},
   };
-  const int trials = test::repetitions(500, 1500);
+  const int trials = test::repetitions(250, 1500);
   for (const Case& c : cases) {
     const auto [held, n_samples] = coverage(c.draw, trials);
     const double error = std::sqrt(0.95 * 0.05 / trials);
@@ -176,7 +176,7 @@ TEST(StopRule, KeepsItsConfidence) {
 
 TEST(StopRule, LookingAfterEverySampleWithoutCorrectionWouldNot) {
   // Why the schedule of looks is needed: with a plain interval at every look, some look is wrong too often.
-  const int trials = test::repetitions(200, 400);
+  const int trials = test::repetitions(100, 400);
   int n_hold = 0;
   for (int trial = 0; trial < trials; ++trial) {
     RandomStream random(4, static_cast<std::uint64_t>(trial), "naive");

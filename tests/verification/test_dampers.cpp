@@ -4,6 +4,7 @@
 #include "mechanics/elasticity.h"
 
 #include "support/box_mesh.h"
+#include "support/effort.h"
 #include "support/elastic_motion.h"
 
 #include <Eigen/LU>
@@ -265,6 +266,7 @@ TEST_P(ReflectionOverTheAngle, ConvergesToThatOfTheDashpots) {
   const input::Material material = test::epoxy();
   constexpr double coarse = 0.45e-3, fine = 0.3e-3;
   for (const double degrees : {0.0, 30.0, 60.0}) {
+    if (degrees == 30 && !test::is_full()) continue;
     const double angle = degrees * pi / 180;
     const double exact = reflected_share_of_beam(material, is_shear, angle,
                                                  wavelength / (2 * pi * half_width * std::numbers::sqrt2));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Plane waves on irregular meshes: P and S waves travel at their speeds, with a second-order error in space.
+#include "support/effort.h"
 #include "support/elastic_motion.h"
 
 #include <algorithm>
@@ -69,22 +70,22 @@ class PlaneWave : public ::testing::TestWithParam<int> {};
 TEST_P(PlaneWave, ConvergesWithOrderTwoInSpace) {
   const char* name = GetParam() == 2 ? "P" : "S";
   constexpr std::array spacings{1e-3, 0.7e-3, 0.5e-3, 0.35e-3, 0.25e-3};
-  constexpr std::uint64_t n_samples = 4;
+  const int n_samples = test::repetitions(2, 4);
   std::vector<double> errors;
   const auto order = [&](std::size_t coarse, std::size_t fine) {
     return std::log(errors[coarse] / errors[fine]) / std::log(spacings[coarse] / spacings[fine]);
   };
   for (const double spacing : spacings) {
     double sum = 0, least = INFINITY, greatest = 0;
-    for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
-      const double error = error_of_standing_wave(GetParam(), spacing, sample);
+    for (int sample = 0; sample < n_samples; ++sample) {
+      const double error = error_of_standing_wave(GetParam(), spacing, static_cast<std::uint64_t>(sample));
       sum += error;
       least = std::min(least, error);
       greatest = std::max(greatest, error);
     }
-    errors.push_back(sum / static_cast<double>(n_samples));
-    std::printf("%s wave, spacing %.2f mm (%.0f in the wavelength): error %.2e, %.2e to %.2e over 4 samples",
-                name, 1e3 * spacing, 2 * length / spacing, errors.back(), least, greatest);
+    errors.push_back(sum / n_samples);
+    std::printf("%s wave, spacing %.2f mm (%.0f in the wavelength): error %.2e, %.2e to %.2e over %d samples",
+                name, 1e3 * spacing, 2 * length / spacing, errors.back(), least, greatest, n_samples);
     if (errors.size() > 1) std::printf(", order %.2f", order(errors.size() - 2, errors.size() - 1));
     std::printf("\n");
   }

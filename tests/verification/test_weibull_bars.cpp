@@ -77,7 +77,7 @@ void print(const char* what, const std::vector<double>& stresses, double modulus
 }
 
 TEST(WeibullBars, BreakAtTheLoadsOfTheirVolume) {
-  const int n = test::repetitions(300, 1000);
+  const int n = test::repetitions(150, 1000);
   constexpr double modulus = 8;
   const std::array lengths{1e-3, 2e-3, 4e-3};
   std::array<test::WeibullFit, 3> fits{};
@@ -99,7 +99,7 @@ TEST(WeibullBars, BreakAtTheLoadsOfTheirVolume) {
 }
 
 TEST(WeibullBars, BreakAtTheSameLoadsOnAnotherMesh) {
-  const int n = test::repetitions(100, 250);
+  const int n = test::repetitions(50, 250);
   constexpr double modulus = 8;
   const Bars fine = pull_bars(modulus, 1e-3, 4, n);
   std::printf("8 times as many tetrahedra in 1 mm^3:\n");
@@ -109,7 +109,7 @@ TEST(WeibullBars, BreakAtTheSameLoadsOnAnotherMesh) {
 }
 
 TEST(WeibullBars, FailAtTheLoadsOfTheLawWhereNeighboursDifferLittle) {
-  const int n = test::repetitions(300, 1000);
+  const int n = test::repetitions(150, 1000);
   const auto check = [n](const char* name, double modulus, double correlation_length) {
     const Bars bars = pull_bars(modulus, 1e-3, 2, n, correlation_length);
     print(name, bars.fracture, modulus, bars.scale);
