@@ -17,6 +17,7 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -435,6 +436,33 @@ TEST(Contact, RandomRubbleStaysSound) {
       n, made[0][0], made[1][0], made[0][1], made[1][1], dissipated);
   for (const std::size_t integrator : {0U, 1U}) EXPECT_LT(made[0][integrator], made[1][integrator] + 2e-3);
   EXPECT_GT(dissipated, 0);
+}
+
+TEST(Contact, StiffnessKeepsTheStableStep) {
+  const double share = 0.5;
+  const auto mesh = test::make_box({.size = {0.003, 0.002, 0.004}, .cells = {6, 4, 8}, .disturbance = 0.2});
+  const auto subdomain = test::whole(mesh);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const fracture::BreakableBody body(subdomain, test::epoxy());
+  const double omega = largest_frequency(self, subdomain, body.operators(), body.force());
+  const double stiffness = contact_stiffness(self, subdomain, body.operators(), omega, share);
+  const auto step = [&](std::span<const mechanics::NodeStiffness> springs) {
+    return stable_step(self, input::Integrator::verlet, {}, subdomain, body.operators(), body.material(),
+                       body.force(), springs);
+  };
+  std::vector<mechanics::NodeStiffness> at_surface;
+  const auto areas = surface_areas(subdomain);
+  double area = 0;
+  for (std::size_t n = 0; n < areas.size(); ++n) {
+    const double spring = stiffness * areas[n];
+    at_surface.push_back({static_cast<std::int32_t>(n), {spring, spring, spring, 0, 0, 0}});
+    area += areas[n];
+  }
+  EXPECT_NEAR(area, 52e-6, 1e-12);
+  const double free = step({}), least = free / std::sqrt(1 + share);
+  EXPECT_LT(step(at_surface), free);
+  EXPECT_GT(step(at_surface), 0.999 * least);
+  EXPECT_NEAR(step(largest_contact({.rate = share * omega * omega}, body.operators())), least, 0.002 * least);
 }
 
 }  // namespace CRACKLE_TEST_FILE
