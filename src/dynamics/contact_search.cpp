@@ -25,6 +25,9 @@ struct SurfaceFace {
   ContactPair pair;                // without a node
   std::array<Vector, 3> at_start;  // places of its corners
   std::array<Vector, 3> now;
+  // Of these, once complete: unit normals, and the longest edge at the start.
+  Vector normal_at_start{}, normal{};
+  double longest = 0;
 };
 
 /// Vertices of the face opposite each corner of a tetrahedron, seen counterclockwise from outside.
@@ -85,7 +88,8 @@ Surface find_surface(const fracture::BreakableBody& body, std::span<const Vector
   return surface;
 }
 
-/// Sorts the faces of all ranks, and finds which others of their tetrahedra belong to the surface.
+/// Sorts the faces of all ranks, measures them, and finds which others of their tetrahedra belong to the
+/// surface.
 void complete(std::vector<SurfaceFace>& faces) {
   std::ranges::sort(faces, {}, [](const SurfaceFace& face) { return face.pair.face; });
   for (std::size_t begin = 0, end = 0; begin < faces.size(); begin = end) {
@@ -93,10 +97,15 @@ void complete(std::vector<SurfaceFace>& faces) {
     std::array<bool, 4> is_open{};
     for (; end < faces.size() && faces[end].pair.face / 4 == tetrahedron; ++end)
       is_open[index(faces[end].pair.face % 4)] = true;
-    for (std::size_t f = begin; f < end; ++f)
-      for (std::size_t a = 0; a < 3; ++a)
-        if (is_open[face_corners[index(faces[f].pair.face % 4)][a]])
-          faces[f].pair.open |= std::int64_t{1} << a;
+    for (std::size_t f = begin; f < end; ++f) {
+      SurfaceFace& face = faces[f];
+      face.normal_at_start = normal_of(face.at_start);
+      face.normal = normal_of(face.now);
+      for (std::size_t a = 0; a < 3; ++a) {
+        face.longest = std::max(face.longest, norm(face.at_start[(a + 1) % 3] - face.at_start[a]));
+        if (is_open[face_corners[index(face.pair.face % 4)][a]]) face.pair.open |= std::int64_t{1} << a;
+      }
+    }
   }
 }
 
@@ -106,7 +115,8 @@ public:
   FaceGrid(std::span<const SurfaceFace> faces, double margin) : faces_(faces), margin_(margin) {
     double sum = 0;
     for (const SurfaceFace& face : faces) sum += extent(face);
-    size_ = 2 * margin + (faces.empty() ? 0 : sum / static_cast<double>(faces.size()));
+    // Larger cells list more faces, smaller ones list each face more often.
+    size_ = 3 * margin + (faces.empty() ? 0 : 1.5 * sum / static_cast<double>(faces.size()));
     for (std::size_t f = 0; f < faces.size(); ++f) {
       std::array<std::int64_t, 3> low{}, high{};
       for (std::size_t i = 0; i < 3; ++i) {
@@ -183,14 +193,12 @@ std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
           if (now[i] < least - reach || now[i] > most + reach) return;
         }
         if (std::ranges::find(face.pair.corners, number) != face.pair.corners.end()) return;
-        const double height = dot(normal_of(face.now), now - face.now[0]);
+        const double height = dot(face.normal, now - face.now[0]);
         // Also false for a face without an area.
         if (!(height < margin && height > -reach)) return;
-        double longest = 0;
-        for (std::size_t a = 0; a < 3; ++a)
-          longest = std::max(longest, norm(face.at_start[(a + 1) % 3] - face.at_start[a]));
         const Vector off = start - face.at_start[0];
-        if (norm(off) < neighbourhood * longest && dot(normal_of(face.at_start), off) <= in_front * longest)
+        if (norm(off) < neighbourhood * face.longest &&
+            dot(face.normal_at_start, off) <= in_front * face.longest)
           return;
         ContactPair pair = face.pair;
         pair.node = number;

@@ -98,7 +98,8 @@ void ContactTerm::settle_cuts(const MovingNodes& nodes) {
   const bool looks = n_steps_ % steps_per_look == 0;
   for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
     mechanics::CutContact& cut = stiffness.cut_contact(i);
-    if (cut.is_apart) continue;
+    // One that is open needs no friction, even if it closes before the next look.
+    if (cut.is_apart || (cut.is_open && !looks)) continue;
     const std::int32_t t = stiffness.contacts()[i];
     std::array<Vector, 4> displacement{};
     for (std::size_t a = 0; a < 4; ++a)
@@ -106,7 +107,7 @@ void ContactTerm::settle_cuts(const MovingNodes& nodes) {
         displacement[a][index(k)] = nodes.displacement(context_.body->subdomain().tetrahedra[index(t)][a], k);
     if (!cut.is_open || has_initial_strain || cut.opening(displacement) < mechanics::surely_open)
       stiffness.settle_contact(i, cut_strain(t, displacement));
-    if (cut.is_open && looks) cut.is_apart = is_apart(t, displacement);
+    if (cut.is_open) cut.is_apart = is_apart(t, displacement);
   }
 }
 

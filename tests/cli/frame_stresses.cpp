@@ -110,6 +110,19 @@ void print_stresses(const std::filesystem::path& path) {
       const auto node = static_cast<std::size_t>(subdomain.layout.number[i / 3]);
       u[i] = static_cast<double>(sample.displacement[k * n_values + 3 * node + i % 3]);
     }
+    // Contact ends where corners have moved apart by more than the longest edge.
+    auto& stiffness = body.residual_stiffness();
+    for (std::size_t c = 0; c < stiffness.contacts().size(); ++c) {
+      double longest = 0, farthest = 0;
+      for (const auto a : subdomain.tetrahedra[index(stiffness.contacts()[c])])
+        for (const auto b : subdomain.tetrahedra[index(stiffness.contacts()[c])]) {
+          longest = std::max(longest, norm(subdomain.nodes[index(a)] - subdomain.nodes[index(b)]));
+          Vector apart{};
+          for (std::size_t i = 0; i < 3; ++i) apart[i] = u[index(a, i)] - u[index(b, i)];
+          farthest = std::max(farthest, norm(apart));
+        }
+      stiffness.cut_contact(c).is_apart = farthest > longest;
+    }
     std::vector<mechanics::Symmetric> stress(subdomain.tetrahedra.size());
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
       const auto i = static_cast<std::size_t>(t);

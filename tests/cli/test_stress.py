@@ -128,7 +128,8 @@ class Stress(unittest.TestCase):
 
     def test_contact_carries_while_closed(self):
         for release in ("element", "facet"):
-            _, carried, share = self.compare(f"{release} with contact", with_release(STRUCK, release, "frictionless"))
+            # Frames do not know the springs between surfaces, nor which cuts have been apart before.
+            _, carried, share = self.compare(f"{release} with contact", with_release(STRUCK, release, "frictionless"), 0.3)
             self.assertGreater(share, 1e-4)
             if release == "element":
                 self.assertGreater(np.count_nonzero(carried[-1]), 0)

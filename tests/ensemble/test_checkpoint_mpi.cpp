@@ -16,6 +16,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
@@ -171,6 +172,18 @@ TEST_F(Checkpoints, KeepWhatStickAndSlip) {
     compare("rubble", parameters, true);
     parameters.time.integrator = input::Integrator::verlet;
     compare("rubble, verlet", parameters, true);
+    // Two bars that meet.
+    const auto in_one =
+        std::exchange(mesh_, test::make_box({.size = parameters.specimen.size,
+                                             .cells = {3, 5, 45},
+                                             .disturbance = 0.2,
+                                             .removed = [](const geometry::Point& p) {
+                                               return std::abs(p[2] - torn_bar().specimen.size[2] / 2) < 1e-4;
+                                             }}));
+    parameters.boundaries.back().value = {0, 0, -12};
+    parameters.time.duration = 3e-5;
+    compare("two bars", parameters, true);
+    mesh_ = in_one;
   }
   auto parameters = test::pulled_bar(torn_bar());
   parameters.contact = input::SurfaceContact{.friction = 0.3};

@@ -489,10 +489,11 @@ std::vector<InputTable> cracks() {
                      {"normal", "[0, 0.5, 1]"}}});
   tables.push_back(
       {"[[sections.plane]]", {{"point", R"(["2 mm", "12 mm", "50 mm"])"}, {"normal", "[1, 0, 0]"}}});
+  tables.push_back({"[contact]", {{"friction", "0.35"}, {"stiffness", "0.4"}}});
   return tables;
 }
 
-TEST(InputEcho, ShowsCracksFromTheStart) {
+TEST(InputEcho, ShowsCracksFromTheStartAndContact) {
   const std::string echo = input::echo(parse_tables(cracks()));
   for (const char* const line :
        {"specimen.crack[0].to                  = [5 mm, 72 mm]",
@@ -500,7 +501,7 @@ TEST(InputEcho, ShowsCracksFromTheStart) {
         "random.flaws[0].size                  = {distribution = weibull, scale = 3 mm, shape = 3}",
         "random.flaws[0].direction             = {normal = [0, 0, 1], spread = ",
         "random.flaws[1].direction             = [0, 1, 1]",
-        "sections.plane[0].normal              = [1, 0, 0]"})
+        "sections.plane[0].normal              = [1, 0, 0]", "contact.friction                      = 0.35"})
     EXPECT_NE(echo.find(line), std::string::npos) << line << " is not in\n" << echo;
 }
 

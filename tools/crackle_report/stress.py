@@ -35,7 +35,8 @@ def frame_stress(frames: Frames, k: int) -> np.ndarray:
     carried[partial] = _edge_stress(corner[partial], strain[partial], released[partial], young[broken][partial],
                                    poisson[broken][partial])
     if frames.has_contact:
-        carried += _contact_stress(corner, strain, frames.cut[k], young[broken])
+        is_apart = _longest(frames.displacement[k][frames.tetrahedra[broken]]) > _longest(corner)
+        carried += np.where(is_apart[:, None, None], 0, _contact_stress(corner, strain, frames.cut[k], young[broken]))
     share = frames.remaining[k][:, None]
     stress[broken] = share * stress[broken] + (1 - share) * _components(carried)
     return stress
@@ -90,8 +91,14 @@ def _edge_stress(corner: np.ndarray, strain: np.ndarray, released: np.ndarray, y
     return np.einsum("mpq,mq,mpi,mpj->mij", stiffness, elongation, direction, direction, optimize=True)
 
 
+def _longest(corner: np.ndarray) -> np.ndarray:
+    """The largest distance between two corners of each tetrahedron."""
+    first, second = np.array(EDGES).T
+    return np.linalg.norm(corner[:, second] - corner[:, first], axis=2).max(axis=1)
+
+
 def _contact_stress(corner: np.ndarray, strain: np.ndarray, cut: np.ndarray, youngs_modulus: np.ndarray) -> np.ndarray:
-    """What broken tetrahedra carry while their cut is pressed together, m x 3 x 3."""
+    """What broken tetrahedra carry while their cut is pressed together, without friction, m x 3 x 3."""
     side = np.array([[corner in cut for corner in range(4)] for cut in CUTS], float)
     normal = np.einsum("ma,mai->mi", side[cut], gradients(corner))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
