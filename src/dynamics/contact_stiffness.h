@@ -38,7 +38,7 @@ ContactScale contact_scale(const parallel::Communicator& group, const geometry::
 std::vector<double> tool_stiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                                    const mechanics::PdsOperators& operators, const ContactScale& scale);
 /// The body's own surface is there when the stable step is found.
-inline constexpr double tool_factor = 5;
+inline constexpr double tool_factor = 2;
 
 /// Springs at owned nodes to which the stable step is fitted: as stiff as contact between surfaces, or with
 /// tools, is at most. Collective.
