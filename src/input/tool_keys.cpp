@@ -208,18 +208,23 @@ Table tool_table() {
       {name_key(in_tool(&Tool::name), optional("tool-i"), "ball",
                 "as which its position, velocity and reaction are recorded"),
        choice_key<ToolShape>("shape", in_tool(&Tool::shape), shapes, required(),
-                             "a plane has the body on the side of its normal"),
+                             "a plane has the body on the side of its normal")
+           .that_affects(Affects::points),
        lengths_key<Vector>("at", in_tool(&Tool::at),
                            "three lengths, x, y and z, such as [\"5 mm\", \"12 mm\", \"40 mm\"]", coordinate,
-                           required(), "a point of a plane, the middle of another shape"),
+                           required(), "a point of a plane, the middle of another shape")
+           .that_affects(Affects::points),
        shown_if(direction_key("axis", in_tool(&Tool::axis), optional("required for a plane or cylinder"),
                               "normal of a plane, towards the body; axis of a cylinder"),
                 [](const Parameters& parameters, std::size_t i) {
                   return has(parameters.tools.at(i).shape, "axis");
-                }),
+                })
+           .that_affects(Affects::points),
        optional_quantity_key("radius", in_tool(&Tool::radius), with_example(length_dimension, "5 mm"),
-                             positive_length, optional("required for a cylinder or sphere"), "")
-           .also_called({"R", "r"}),
+                             positive_length, optional("required for a cylinder or sphere"),
+                             "of a cylinder or sphere")
+           .also_called({"R", "r"})
+           .that_affects(Affects::points),
        lengths_key<std::vector<double>>("size", in_tool(&Tool::size), size_form, positive_length,
                                         optional("required for a box; a cylinder without it has no ends"),
                                         "edges of a box along x, y and z, or length of a cylinder"),

@@ -44,6 +44,10 @@ def with_flaws(text, *lines, at=0):
     return text.append("[[random.flaws]]", *lines, at=at)
 
 
+def with_tool(text, shape, *lines, place='["2 mm", "12 mm", "-9 mm"]', at=0):
+    return text.append("[[tool]]", f'shape = "{shape}"', f"at = {place}", *lines, at=at)
+
+
 def with_slot(text, start, end, *lines, height="0.6 mm", at=0):
     return text.append("[[specimen.notch]]", f"from = {start}", f"to = {end}", f'height = "{height}"', *lines, at=at)
 
@@ -482,6 +486,28 @@ CASES = [
     Case("negative friction", lambda t: t.append("[contact]", "friction = -0.3", at=1), "contact.friction", "0 to 10"),
     Case("contact of no stiffness", lambda t: t.append("[contact]", "friction = 0.3", "stiffness = 0", at=2),
          "contact.stiffness", "0.001 to 10"),
+    Case("tool of no known shape", lambda t: with_tool(t, "cone", at=1), "tool[0].shape", '"cone" is not known', '"plane"'),
+    Case("sphere without a radius", lambda t: with_tool(t, "sphere"), "tool[0].radius", "a sphere needs it", '"5 mm"'),
+    Case("sphere with an axis", lambda t: with_tool(t, "sphere", 'radius = "2 mm"', "axis = [1, 0, 0]", at=4),
+         "tool[0].axis", "a sphere has none"),
+    Case("box of one length", lambda t: with_tool(t, "box", 'size = ["2 mm"]', at=3), "tool[0].size",
+         "has 1 lengths; a box needs three"),
+    Case("rounding that does not fit",
+         lambda t: with_tool(t, "box", 'size = ["2 mm", "3 mm", "4 mm"]', 'rounding = "2 mm"', at=4),
+         "tool[0].rounding", "give at most 1 mm"),
+    Case("tool with a mass and a displacement",
+         lambda t: with_tool(t, "sphere", 'radius = "2 mm"', 'mass = "5 g"', 'displacement = ["0 mm", "0 mm", "1 mm"]', at=5),
+         "tool[0].displacement", "moves by the forces on it"),
+    Case("velocity of a mass in equilibrium",
+         lambda t: with_tool(t, "sphere", 'radius = "2 mm"', 'mass = "5 g"', 'velocity = ["0 m/s", "0 m/s", "1 m/s"]', at=5),
+         "tool[0].velocity", 'requires time.start = "rest"'),
+    Case("free tool without a mass", lambda t: with_tool(t, "sphere", 'radius = "2 mm"', 'free = ["z"]', at=4),
+         "tool[0].free", "belongs to a tool with a mass"),
+    Case("rate of nothing", lambda t: with_tool(t, "sphere", 'radius = "2 mm"', 'rate = ["0 N/s", "0 N/s", "1 N/s"]', at=4),
+         "tool[0].rate", "does not have the dimension"),
+    Case("tools of one name",
+         lambda t: with_tool(with_tool(t, "sphere", 'radius = "2 mm"', 'name = "ball"'), "sphere", 'radius = "2 mm"',
+                             'name = "ball"', at=4), "tool[1].name", "is the name of another tool"),
     Case("unknown engine", lambda t: t.set("time", "engine", '"PETSc"'), "time.engine",
          '"PETSc" is not known', '"fixed-point" or "petsc"'),
     Case("engine that is no word", lambda t: t.set("time", "engine", "2"), "time.engine", '"fixed-point" or "petsc"'),

@@ -228,39 +228,32 @@ void expect_struck(const SampleResult& result) {
   EXPECT_LT(result.energy_error, 0.02);
 }
 
-/// A beam on two rollers under a third one that is pressed by a force, or driven.
-input::Parameters bent_beam(bool by_force) {
-  auto parameters = test::brittle({0.003, 0.006, 0.024});
-  parameters.time.duration = 1e-5;
+/// Pressed between rough plates by a force, then sheared by one of them.
+input::Parameters pressed_block() {
+  auto parameters = test::brittle({0.004, 0.006, 0.008});
+  parameters.time.duration = 5e-6;
   parameters.time.arrest = 2e-6;
-  const auto roller = [](double y, double z) {
-    input::Tool tool;
-    tool.shape = input::ToolShape::cylinder;
-    tool.at = {0.0015, y, z};
-    tool.axis = {1, 0, 0};
-    tool.radius = 0.002;
-    tool.friction = 0.3;
-    return tool;
-  };
-  parameters.tools = {roller(-0.002, 0.003), roller(-0.002, 0.021), roller(0.008, 0.012)};
-  parameters.tools[2].friction.reset();
-  if (by_force) {
-    parameters.tools[2].force = Vector{};
-    parameters.tools[2].rate = {0, -10, 0};
-  } else {
-    parameters.tools[2].displacement = Vector{};
-    parameters.tools[2].rate = {0, -1e-5, 0};
-  }
+  input::Tool plate;
+  plate.shape = input::ToolShape::plane;
+  plate.axis = {0, 0, 1};
+  plate.friction = 0.5;
+  parameters.tools = {plate, plate};
+  parameters.tools[1].axis = {0, 0, -1};
+  parameters.tools[1].at = {0, 0, 0.008};
+  parameters.tools[1].force = Vector{0, 100, -600};
+  parameters.tools[1].history = {{0, 0}, {1, 1}};
   return parameters;
 }
 
-void expect_bent(const SampleResult& result) {
-  // Three-point bending of a beam: sigma = 3 F L / (2 b h^2), with the concentrations of a coarse mesh.
-  const double load = result.first_break_load, beam = 35e6 * 2 * 0.003 * 0.006 * 0.006 / (3 * 0.018);
-  std::printf("first break at %.4g N, %.2f of the beam's\n", load, load / beam);
-  EXPECT_NEAR(load / beam, 1, 0.25);
-  EXPECT_GE(result.counts.dynamic_phases, 1);
-  EXPECT_LT(result.energy_error, 5e-3);
+void expect_pressed(const SampleResult& result) {
+  const ToolState &below = result.history.back().tools.at(0), &above = result.history.back().tools.at(1);
+  std::printf("%.6g and %.6g N on the plates, which has moved by %.4g and %.4g um\n", below.reaction[2],
+              above.reaction[2], 1e6 * above.displacement[1], 1e6 * above.displacement[2]);
+  EXPECT_NEAR(above.reaction[2], -600, 1e-2);
+  EXPECT_NEAR(below.reaction[2], 600, 1e-2);
+  EXPECT_NEAR(below.reaction[1], -100, 1e-2);
+  EXPECT_GT(above.displacement[1], 0);
+  EXPECT_LT(result.energy_error, 1e-2);
 }
 
 struct Case {
@@ -328,8 +321,7 @@ std::vector<Case> cases() {
           {"PreCrackedByFacets", pre_cracked_bar(Release::facet), {4, 8, 16}, expect_weakened},
           {"StruckByBilateral4", struck_plate(Integrator::bilateral4), {2, 12, 16}, expect_struck},
           {"StruckByVerlet", struck_plate(Integrator::verlet), {2, 12, 16}, expect_struck},
-          {"BentByAForce", bent_beam(true), {3, 6, 24}, expect_bent},
-          {"BentByADisplacement", bent_beam(false), {3, 6, 24}, expect_bent},
+          {"PressedBetweenPlates", pressed_block(), {4, 6, 8}, expect_pressed},
           {"Finger", bar_with_finger(), {3, 6, 12}, expect_more_than_the_finger, is_beside_finger},
           spring_case("OnSprings", test::SpringBed::Kind::linear),
           spring_case("OnSpringsInIncrements", test::SpringBed::Kind::in_increments),

@@ -431,6 +431,7 @@ fracture: sample strength toughness fracture_toughness length exponent impulse a
 fracture.variation: sample of distribution modulus reference_volume coefficient_of_variation correlation_length
 boundary: place on; points region.x region.y region.z; sample fix force traction velocity displacement pressure absorbing rate history factor.along factor.table name
 load: sample acceleration body_force angular_velocity axis point velocity velocity_gradient center rate history
+tool: sample name; points shape at axis radius; sample size rounding mass displacement velocity force rate history free friction
 initial.stress: sample along surface profile components temperature expansion material history
 time: sample start step duration integrator engine precision arrest after_separation
 damping: sample mass bulk
@@ -490,6 +491,31 @@ std::vector<InputTable> cracks() {
   tables.push_back(
       {"[[sections.plane]]", {{"point", R"(["2 mm", "12 mm", "50 mm"])"}, {"normal", "[1, 0, 0]"}}});
   tables.push_back({"[contact]", {{"friction", "0.35"}, {"stiffness", "0.4"}}});
+  const std::pair<std::string, std::string> at{"at", R"(["2 mm", "12 mm", "-9 mm"])"};
+  tables.push_back({"[[tool]]",
+                    {{"name", "\"punch\""},
+                     {"shape", "\"cylinder\""},
+                     at,
+                     {"axis", "[0, 0, 1]"},
+                     {"radius", "\"3 mm\""},
+                     {"size", R"(["8 mm"])"},
+                     {"rounding", "\"1 mm\""},
+                     {"mass", "\"5 g\""},
+                     {"force", R"(["0 N", "0 N", "2 N"])"},
+                     {"rate", R"(["0 N/s", "0 N/s", "1 N/s"])"},
+                     {"free", R"(["z"])"},
+                     {"friction", "0.2"}}});
+  tables.push_back({"[[tool]]",
+                    {{"shape", "\"box\""},
+                     at,
+                     {"size", R"(["2 mm", "3 mm", "4 mm"])"},
+                     {"displacement", R"(["0 mm", "0 mm", "1 mm"])"},
+                     {"history", R"([["0 s", 0], ["1 s", 1]])"}}});
+  tables.push_back({"[[tool]]",
+                    {{"shape", "\"sphere\""},
+                     at,
+                     {"radius", "\"2 mm\""},
+                     {"velocity", R"(["0 m/s", "0 m/s", "3 m/s"])"}}});
   return tables;
 }
 
@@ -501,7 +527,10 @@ TEST(InputEcho, ShowsCracksFromTheStartAndContact) {
         "random.flaws[0].size                  = {distribution = weibull, scale = 3 mm, shape = 3}",
         "random.flaws[0].direction             = {normal = [0, 0, 1], spread = ",
         "random.flaws[1].direction             = [0, 1, 1]",
-        "sections.plane[0].normal              = [1, 0, 0]", "contact.friction                      = 0.35"})
+        "sections.plane[0].normal              = [1, 0, 0]", "contact.friction                      = 0.35",
+        "tool[0].mass                          = 5 g",
+        "tool[1].size                          = [2 mm, 3 mm, 4 mm]",
+        "tool[2].velocity                      = [0 m/s, 0 m/s, 3 m/s]"})
     EXPECT_NE(echo.find(line), std::string::npos) << line << " is not in\n" << echo;
 }
 
