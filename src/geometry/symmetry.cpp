@@ -416,7 +416,8 @@ private:
 std::vector<Symmetry> loaded_symmetries(const Body& body, const input::Model& model) {
   const Loads loads(body, model);
   std::vector<Symmetry> result = body.symmetries();
-  if (!model.tools.empty()) std::erase_if(result, [](const Symmetry& symmetry) { return symmetry.code != 0; });
+  if (!model.tools.empty())
+    std::erase_if(result, [](const Symmetry& symmetry) { return symmetry.code != 0; });
   std::erase_if(
       result, [&](const Symmetry& symmetry) { return symmetry.code != 0 && !loads.are_symmetric(symmetry); });
   return result;

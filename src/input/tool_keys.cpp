@@ -76,7 +76,12 @@ Key tool_rate_key() {
           "three components, such as [\"0 mm/s\", \"0 mm/s\", \"-1 mm/s\"]",
           "increase with time",
           [](const Source& source, Parameters& parameters, std::size_t i) {
-            const Dimension& dimension = rate_dimension(prescribed(tool(parameters, i)));
+            const Tool& one = tool(parameters, i);
+            if (!one.displacement && !one.velocity && !one.force) {
+              source.report("nothing is prescribed that could change with time; leave it out");
+              return;
+            }
+            const Dimension& dimension = rate_dimension(prescribed(one));
             if (const auto rate = read_components(source, dimension, {-1e18, 1e18}))
               tool(parameters, i).rate = rate->value;
           },
