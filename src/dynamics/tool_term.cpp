@@ -335,7 +335,8 @@ bool ToolTerm::dissipates() const {
 
 void ToolTerm::add_dissipated(std::vector<double>& sum) const {
   for (const Contact& contact : contacts_) sum.push_back(contact.lost());
-  for (const Moving& one : moving_) sum.push_back(one.lost);
+  for (const Moving& one : moving_)
+    for (const auto& [node, lost] : one.lost) sum.push_back(lost);
 }
 
 void ToolTerm::add_stored(const parallel::NodeField& displacement, std::vector<double>& sum) const {
@@ -471,7 +472,7 @@ void ToolTerm::rest_at(double time, const parallel::NodeField& displacement) {
       }
       const auto found = (*at_rest_)[t].anchor.find(n);
       Vector anchor = found == (*at_rest_)[t].anchor.end() ? now.relative : found->second;
-      if (now.depth > 0) moving_[t].lost += slide(t, n, now, anchor);
+      if (now.depth > 0) moving_[t].lost[n] += slide(t, n, now, anchor);
       anchors.emplace(n, anchor);
     }
     (*at_rest_)[t].anchor = std::move(anchors);
@@ -487,7 +488,8 @@ void ToolTerm::measure(double time, const parallel::NodeField& displacement, con
       if ((driven_[index(node)] >> i & 1) == 0) terms[4 * tool + i].push_back(push[i]);
   });
   for (const Contact& contact : contacts_) terms[4 * contact.tool + 3].push_back(contact.lost());
-  for (std::size_t t = 0; t < tools_->size(); ++t) terms[4 * t + 3].push_back(moving_[t].lost);
+  for (std::size_t t = 0; t < tools_->size(); ++t)
+    for (const auto& [node, lost] : moving_[t].lost) terms[4 * t + 3].push_back(lost);
   const auto sums = parallel::exact_sums(*context_.group, terms);
   for (std::size_t t = 0; t < tools_->size(); ++t) {
     ToolState tool;

@@ -102,9 +102,9 @@ private:
     std::array<mechanics::LoadCurve, 3> curve;  // of what is prescribed
     double offset = 0;                          // of the surface [m]
     double friction = 0;
-    Vector displacement{}, velocity{};  // at time_, of one that moves by forces
-    double work = 0;                    // on the body, of one with a mass [J]
-    double lost = 0;                    // by friction in equilibria, of this rank [J]
+    Vector displacement{}, velocity{};    // at time_, of one that moves by forces
+    double work = 0;                      // on the body, of one with a mass [J]
+    std::map<std::int32_t, double> lost;  // by friction in equilibria, by node [J]
   };
 
   /// The axes along which a tool's position is an unknown of equilibria.
