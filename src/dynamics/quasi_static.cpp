@@ -61,7 +61,9 @@ constexpr double least_load_share = 0.01;
 constexpr double equilibrium_tolerance = 1e-8;
 constexpr int max_newton_steps = 40;
 /// The same where it hardly falls any more: by rounding, or as the terms' stiffness is not exact.
-constexpr double slow_tolerance = 1e-5;
+constexpr double slow_tolerance = 1e-4;
+/// The same after so many steps.
+constexpr double last_tolerance = 1e-3;
 /// A step of Newton's method is cut where the unbalanced force does at most this share of the work on it that
 /// it does at its start, or after so many trials.
 constexpr double step_accuracy = 0.5;
@@ -69,7 +71,7 @@ constexpr int max_step_cuts = 10;
 /// An increment is straight if half-way along it the unbalanced force would do at most this share of the work
 /// of the body's stiffness on it, or after so many halvings. One without an equilibrium at its end is halved
 /// so many times.
-constexpr double straightness = 0.02;
+constexpr double straightness = 0.05;
 constexpr int max_bends = 10;
 constexpr int max_halvings = 30;
 /// The largest share of the strength at a break is 1 within this, or after so many refinements.
@@ -286,7 +288,8 @@ void QuasiStaticLoading::find_equilibrium(double time) {
     forces = std::max(forces, now.forces);  // where it ends without any, those on the way count
     const double residual = now.norm / forces;
     const bool is_slow = residual <= slow_tolerance && residual > 0.5 * last;
-    if (residual <= equilibrium_tolerance || is_slow) {
+    const bool is_last = n == max_newton_steps && residual <= last_tolerance;
+    if (residual <= equilibrium_tolerance || is_slow || is_last) {
       residual_ = std::max(residual_, residual);
       return;
     }

@@ -378,7 +378,7 @@ NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch
   const double contact = stiffness_[index(node)], barely = stabilizing_share * contact;
   NodeResponse response;
   response.node = node;
-  // Along the surface it is held if it sticks.
+  // Along the surface it is held if it sticks; where it slides, the secant keeps Newton's steps short.
   double along = moving_[tool].friction > 0 ? barely : 0;
   if (is_inside) {
     const Vector* const anchor = anchor_of(tool, node);
@@ -386,7 +386,8 @@ NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch
     if (anchor != nullptr) {
       const Vector from = now.relative - *anchor;
       const Vector offset = from - dot(from, now.normal) * now.normal;
-      if (norm(offset) <= moving_[tool].friction * std::max(now.depth, 0.0)) along = contact;
+      const double most = moving_[tool].friction * std::max(now.depth, 0.0), length = norm(offset);
+      along = length <= most ? contact : std::max(barely, contact * most / length);
     }
   }
   response.stiffness = outer((is_inside ? contact : barely) - along, now.normal);
