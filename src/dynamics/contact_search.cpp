@@ -25,7 +25,7 @@ struct SurfaceFace {
   ContactPair pair;                // without a node
   std::array<Vector, 3> at_start;  // places of its corners
   std::array<Vector, 3> now;
-  // Of these, once complete: unit normals, and the longest edge at the start.
+  // Unit normals of these, once complete, and the longest edge at the start.
   Vector normal_at_start{}, normal{};
   double longest = 0;
 };

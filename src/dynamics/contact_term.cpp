@@ -103,8 +103,7 @@ void ContactTerm::settle_cuts(const MovingNodes& nodes) {
     const std::int32_t t = stiffness.contacts()[i];
     std::array<Vector, 4> displacement{};
     for (std::size_t a = 0; a < 4; ++a)
-      for (int k = 0; k < 3; ++k)
-        displacement[a][index(k)] = nodes.displacement(context_.body->subdomain().tetrahedra[index(t)][a], k);
+      displacement[a] = nodes.whole_displacement(context_.body->subdomain().tetrahedra[index(t)][a]);
     if (!cut.is_open || has_initial_strain || cut.opening(displacement) < mechanics::surely_open)
       stiffness.settle_contact(i, cut_strain(t, displacement));
     if (cut.is_open) cut.is_apart = is_apart(t, displacement);
@@ -116,35 +115,38 @@ bool ContactTerm::is_mine(const Meeting& meeting) const {
   return node >= 0 && node < context_.body->subdomain().layout.n_owned;
 }
 
+std::vector<ContactTerm::Node> ContactTerm::own_nodes() const {
+  const parallel::NodeLayout& layout = context_.body->subdomain().layout;
+  std::vector<std::int64_t> numbers;
+  for (const ContactPair& pair : pairs_) {
+    numbers.push_back(pair.node);
+    numbers.insert(numbers.end(), pair.corners.begin(), pair.corners.end());
+  }
+  std::ranges::sort(numbers);
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  std::vector<Node> nodes;
+  const auto owned = std::span(layout.number).first(index(layout.n_owned));
+  for (const std::int64_t one : numbers) {
+    const auto place = std::ranges::lower_bound(owned, one);
+    if (place == owned.end() || *place != one) continue;
+    const auto n = static_cast<std::int32_t>(place - owned.begin());
+    const auto contact = known_.find(one);
+    nodes.push_back({one,
+                     {static_cast<std::int32_t>(context_.group->rank()), n},
+                     context_.body->subdomain().nodes[index(n)],
+                     context_.body->operators().node_mass[index(n)],
+                     contact == known_.end() ? Contact{} : contact->second});
+  }
+  return nodes;
+}
+
 /// Finds the nodes of the pairs that concern this rank, and how their positions get here. Collective.
 void ContactTerm::connect() {
   const parallel::Communicator& group = *context_.group;
   const parallel::NodeLayout& layout = context_.body->subdomain().layout;
   is_connected_ = false;
   exchange_.reset();
-  const auto mine = parallel::agree(group, [&] {
-    std::vector<std::int64_t> numbers;
-    for (const ContactPair& pair : pairs_) {
-      numbers.push_back(pair.node);
-      numbers.insert(numbers.end(), pair.corners.begin(), pair.corners.end());
-    }
-    std::ranges::sort(numbers);
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-    std::vector<Node> nodes;
-    const auto owned = std::span(layout.number).first(index(layout.n_owned));
-    for (const std::int64_t one : numbers) {
-      const auto place = std::ranges::lower_bound(owned, one);
-      if (place == owned.end() || *place != one) continue;
-      const auto n = static_cast<std::int32_t>(place - owned.begin());
-      const auto contact = known_.find(one);
-      nodes.push_back({one,
-                       {static_cast<std::int32_t>(group.rank()), n},
-                       context_.body->subdomain().nodes[index(n)],
-                       context_.body->operators().node_mass[index(n)],
-                       contact == known_.end() ? Contact{} : contact->second});
-    }
-    return nodes;
-  });
+  const auto mine = parallel::agree(group, [&] { return own_nodes(); });
   auto all = parallel::gather_all<Node>(group, mine);
   parallel::NodeLayout received;
   received.n_global = layout.n_global;
@@ -228,31 +230,36 @@ void ContactTerm::connect() {
 void ContactTerm::receive(MovingNodes& nodes) {
   if (exchange_) {
     for (std::size_t i = 0; i < exchange_->sent().size(); ++i)
-      for (int k = 0; k < 3; ++k)
-        exchange_->sent()[i][index(k)] = nodes.displacement(exchange_->sent_nodes()[i], k);
+      exchange_->sent()[i] = nodes.whole_displacement(exchange_->sent_nodes()[i]);
     exchange_->begin();
     exchange_->end();
   }
   for (Corner& corner : corners_)
-    for (int k = 0; k < 3; ++k)
-      corner.now[index(k)] =
-          corner.at_start[index(k)] + (corner.local >= 0 ? nodes.displacement(corner.local, k)
-                                                         : exchange_->received()[corner.received][index(k)]);
+    corner.now = corner.at_start + (corner.local >= 0 ? nodes.whole_displacement(corner.local)
+                                                      : exchange_->received()[corner.received]);
 }
 
 ContactTerm::Position ContactTerm::position(const Meeting& meeting, const Candidate& candidate) const {
   const auto x = [&](std::size_t a) -> const Vector& { return corners_[candidate.corners[a]].now; };
   const Vector area = cross(x(1) - x(0), x(2) - x(0));
-  const double twice = norm(area);
-  Position position{area / twice, 0, {}};
+  Position position{{}, norm(area), 0, {}};
+  position.normal = area / position.twice;
   const Vector& node = corners_[meeting.node].now;
   position.depth = dot(position.normal, x(0) - node);
+  position.weight = weights(candidate, position, node);
+  return position;
+}
+
+std::array<double, 3> ContactTerm::weights(const Candidate& candidate, const Position& on_face,
+                                           const Vector& point) const {
+  const auto x = [&](std::size_t a) -> const Vector& { return corners_[candidate.corners[a]].now; };
+  std::array<double, 3> weight{};
   for (std::size_t a = 1; a < 3; ++a) {
     const Vector& p = x((a + 1) % 3);
-    position.weight[a] = dot(position.normal, cross(x((a + 2) % 3) - p, node - p)) / twice;
+    weight[a] = dot(on_face.normal, cross(x((a + 2) % 3) - p, point - p)) / on_face.twice;
   }
-  position.weight[0] = 1 - position.weight[1] - position.weight[2];
-  return position;
+  weight[0] = 1 - weight[1] - weight[2];
+  return weight;
 }
 
 ContactTerm::Force ContactTerm::force(const Meeting& meeting) const {
@@ -320,7 +327,7 @@ void ContactTerm::settle(Meeting& meeting) {
   Contact& contact = meeting.contact;
   const Contact before = contact;
   double energy_before = 0, slipped = 0;
-  std::optional<Position> chosen;
+  bool may_keep = false;
   if (contact.face >= 0) {
     const Candidate& candidate = candidates_[meeting.candidate];
     const Force force = this->force(meeting);
@@ -337,12 +344,8 @@ void ContactTerm::settle(Meeting& meeting) {
     }
     contact.energy = force.energy;
     const bool is_near = force.position.depth > 0 && std::ranges::min(force.position.weight) >= -kept_beyond;
-    if (is_below(meeting, candidate, force.position)) {
-      chosen = force.position;
-    } else if (is_near) {
-      chosen = force.position;
-      contact.face = -1;  // unless there is no other
-    } else {
+    if (!is_below(meeting, candidate, force.position)) {
+      may_keep = is_near;  // if there is no other
       contact.face = -1;
     }
   }
@@ -368,16 +371,7 @@ void ContactTerm::settle(Meeting& meeting) {
         if (depth > 0) {
           const Vector slide = share / before.stiffness * old.tangential;
           // The point where it sticks, in the plane of the next face.
-          Position stick = *found;
-          const Vector foot = corners_[meeting.node].now + slide;
-          const auto x = [&](std::size_t a) -> const Vector& { return corners_[candidate.corners[a]].now; };
-          const double twice = norm(cross(x(1) - x(0), x(2) - x(0)));
-          for (std::size_t a = 1; a < 3; ++a) {
-            const Vector& p = x((a + 1) % 3);
-            stick.weight[a] = dot(found->normal, cross(x((a + 2) % 3) - p, foot - p)) / twice;
-          }
-          stick.weight[0] = 1 - stick.weight[1] - stick.weight[2];
-          next.stick = stick.weight;
+          next.stick = weights(candidate, *found, corners_[meeting.node].now + slide);
         }
       }
       meeting.candidate = best;
@@ -385,14 +379,14 @@ void ContactTerm::settle(Meeting& meeting) {
       const Force force = this->force(meeting);
       contact.friction = norm(force.tangential);
       contact.energy = force.energy;
-    } else if (chosen) {
+    } else if (may_keep) {
       contact.face = before.face;
     } else {
       contact = {};
     }
   }
   if (is_mine(meeting))
-    // What friction takes, and what is lost with a face.
+    // The work of friction, and the energy lost with a face.
     dissipated_[index(corners_[meeting.node].local)] += slipped + (energy_before - contact.energy);
 }
 
@@ -422,7 +416,7 @@ void ContactTerm::search(MovingNodes& nodes) {
       std::clamp(steps_per_search * farthest, least_margin * scale_.spacing, largest_margin * scale_.spacing);
   moved_ = 0;
   for (std::size_t n = 0; n < work_.size(); ++n)
-    for (int k = 0; k < 3; ++k) work_[n][index(k)] = nodes.displacement(static_cast<std::int32_t>(n), k);
+    work_[n] = nodes.whole_displacement(static_cast<std::int32_t>(n));
   parallel::agree(group, [&] {
     for (const Meeting& meeting : meetings_)
       if (meeting.contact.face >= 0 && is_mine(meeting))

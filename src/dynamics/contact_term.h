@@ -62,7 +62,7 @@ private:
     double friction = 0;            // magnitude of the tangential force when it was settled last [N]
     double energy = 0;              // [J]
   };
-  /// What ranks tell each other of the nodes of pairs.
+  /// A node of the pairs as ranks tell each other of it.
   struct Node {
     std::int64_t number;
     parallel::GhostSource source;
@@ -96,6 +96,7 @@ private:
   /// A node relative to a face.
   struct Position {
     Vector normal;
+    double twice;  // the face's area [m^2]
     double depth;
     std::array<double, 3> weight;  // barycentric coordinates of its foot
   };
@@ -109,10 +110,15 @@ private:
     double energy = 0;
   };
 
+  std::vector<Node> own_nodes() const;  // of the pairs
   void connect();
   void receive(MovingNodes& nodes);
   void search(MovingNodes& nodes);
   Position position(const Meeting& meeting, const Candidate& candidate) const;
+  /// The barycentric coordinates of a point in the plane of a face. @param on_face any position relative to
+  /// it
+  std::array<double, 3> weights(const Candidate& candidate, const Position& on_face,
+                                const Vector& point) const;
   Force force(const Meeting& meeting) const;
   bool is_below(const Meeting& meeting, const Candidate& candidate, const Position& position) const;
   void settle(Meeting& meeting);

@@ -80,7 +80,7 @@ public:
 
   /// Dissipated by the terms since the start [J]. Collective.
   virtual double dissipated_energy() const { return 0; }
-  /// What terms store in motion only [J]. Collective.
+  /// Energy that terms store in motion only [J]. Collective.
   /// @param state as currently returned by read()
   virtual double energy_lost_at_rest([[maybe_unused]] const MotionState& state) const { return 0; }
 

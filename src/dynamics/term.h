@@ -33,7 +33,10 @@ public:
   virtual ~MovingNodes() = default;
 
   virtual double displacement(std::int32_t node, int component) const = 0;  ///< [m]
-  virtual double velocity(std::int32_t node, int component) const = 0;      ///< [m/s]
+  Vector whole_displacement(std::int32_t node) const {                      ///< [m]
+    return {displacement(node, 0), displacement(node, 1), displacement(node, 2)};
+  }
+  virtual double velocity(std::int32_t node, int component) const = 0;  ///< [m/s]
   /// The internal force, by which the velocity changes with the opposite sign [N].
   virtual double internal_force(std::int32_t node, int component) const = 0;
 

@@ -62,7 +62,7 @@ public:
   mechanics::HeldComponents held_components(const geometry::Subdomain& subdomain) const;
   /// The sums at each node, ascending.
   std::vector<NodeResponse> responses(double time, std::span<const double> displacement) const;
-  /// Of all terms, in their order.
+  /// Those of all terms, in their order.
   std::vector<double*> unknowns() const;
   std::vector<UnknownResponse> unknown_responses(double time, std::span<const double> displacement) const;
   /// As responses(), of what they add at most.

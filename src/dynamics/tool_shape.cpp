@@ -9,8 +9,8 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Of a shape with rounded edges: its flat sides are moved in by the rounding, and the surface lies that far
-/// from what is left.
+/// The surface of a shape with rounded edges: its flat sides are moved in by the rounding, and the surface
+/// lies that far from what is left.
 /// @param beyond distance beyond each pair of sides moved in, negative inside [m]
 /// @param outward unit vector out of each pair, on the side of the point
 template <std::size_t n>

@@ -36,11 +36,6 @@ double spacing_of(double node_volume) {
   return std::cbrt(std::numbers::sqrt2 * node_volume);
 }
 
-mechanics::Symmetric outer(double factor, const Vector& n) {
-  return {factor * n[0] * n[0], factor * n[1] * n[1], factor * n[2] * n[2],
-          factor * n[1] * n[2], factor * n[0] * n[2], factor * n[0] * n[1]};
-}
-
 Vector place(const geometry::Subdomain& subdomain, std::int32_t node) {
   return subdomain.nodes[index(node)];
 }
@@ -49,18 +44,10 @@ Vector displacement_of(std::span<const double> field, std::int32_t node) {
   return {field[index(node, 0)], field[index(node, 1)], field[index(node, 2)]};
 }
 
-Vector displacement_of(const MovingNodes& nodes, std::int32_t node) {
-  return {nodes.displacement(node, 0), nodes.displacement(node, 1), nodes.displacement(node, 2)};
-}
-
 /// What is prescribed for a tool, by component.
 std::array<mechanics::LoadCurve, 3> curves_of(const input::Tool& tool) {
   std::array<mechanics::LoadCurve, 3> curves;
-  const Vector none{};
-  const Vector value = tool.displacement ? *tool.displacement
-                       : tool.force      ? *tool.force
-                       : tool.has_mass() ? none
-                                         : tool.velocity.value_or(none);
+  const Vector value = tool.has_mass() && tool.gives_velocity() ? Vector{} : tool.given();
   for (std::size_t i = 0; i < 3; ++i) curves[i] = {value[i], tool.rate[i], tool.history};
   return curves;
 }
@@ -156,8 +143,7 @@ ToolTerm::Touch ToolTerm::touch(std::size_t tool, std::int32_t node, const Vecto
 }
 
 Vector ToolTerm::stretch(std::size_t tool, const Touch& touch, const Vector& anchor) const {
-  const Vector from = touch.relative - anchor;
-  const Vector along = from - dot(from, touch.normal) * touch.normal;
+  const Vector along = touch.from(anchor);
   const double length = norm(along), most = moving_[tool].friction * touch.depth;
   return length > most ? most / length * along : along;
 }
@@ -169,8 +155,7 @@ Vector ToolTerm::force(std::size_t tool, std::int32_t node, const Touch& touch, 
 }
 
 double ToolTerm::slide(std::size_t tool, std::int32_t node, const Touch& touch, Vector& anchor) const {
-  const Vector from = touch.relative - anchor;
-  const Vector along = from - dot(from, touch.normal) * touch.normal;
+  const Vector along = touch.from(anchor);
   const Vector held = stretch(tool, touch, anchor);
   const Vector slip = along - held;
   anchor = touch.relative - held;
@@ -227,7 +212,7 @@ void ToolTerm::find_contacts(double time, const MovingNodes& nodes, double margi
     for (std::size_t t = 0; t < tools_->size(); ++t) {
       if (next != kept.end() && place_of(*next) == std::pair{n, t})
         contacts_.push_back(*next++);
-      else if (touch(t, n, displacement_of(nodes, n), displacement_at(t, time)).depth > -margin)
+      else if (touch(t, n, nodes.whole_displacement(n), displacement_at(t, time)).depth > -margin)
         contacts_.push_back({.node = n, .tool = t});
     }
   std::ranges::fill(first_contact_, contacts_.size());
@@ -244,7 +229,7 @@ void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes
   if (must_find_) find_contacts(substep.kick_time, nodes, search_spacings * spacing_);
   for (std::size_t c = first_contact_[block]; c < first_contact_[block + 1]; ++c) {
     Contact& contact = contacts_[c];
-    const Touch now = touch(contact.tool, contact.node, displacement_of(nodes, contact.node),
+    const Touch now = touch(contact.tool, contact.node, nodes.whole_displacement(contact.node),
                             displacement_at(contact.tool, substep.kick_time));
     if (now.depth <= 0) continue;
     if (!contact.anchor) contact.anchor = now.relative;
@@ -253,7 +238,7 @@ void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes
     const Vector velocity = velocity_at(contact.tool, substep.kick_time, &substep.step);
     const double push = dot(force, now.normal);
     for (int i = 0; i < 3; ++i) {
-      if ((driven_[index(contact.node)] >> i & 1) != 0) continue;
+      if (is_driven(contact.node, i)) continue;
       const double before = nodes.velocity(contact.node, i);
       nodes.kick(contact.node, i, substep.kick, force[index(i)], contact.remainder[index(i)]);
       contact.impulse[index(i)] += substep.kick * force[index(i)];
@@ -267,8 +252,7 @@ void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes
   }
 }
 
-void ToolTerm::end_step(const mechanics::StepSpan& step, MovingNodes& nodes, const Drives&) {
-  // What moves by forces takes over the impulse.
+double ToolTerm::move_tools(const mechanics::StepSpan& step) {
   std::vector<std::vector<double>> impulses(3 * tools_->size());
   bool moves_by_forces = false;
   for (std::size_t t = 0; t < tools_->size(); ++t)
@@ -298,11 +282,14 @@ void ToolTerm::end_step(const mechanics::StepSpan& step, MovingNodes& nodes, con
     fastest = std::max(fastest, norm(moving.velocity));
   }
   time_ = step.end;
-  // Anchors are let go, or slide.
+  return fastest;
+}
+
+void ToolTerm::settle_anchors(const MovingNodes& nodes) {
   for (Contact& contact : contacts_) {
     contact.impulse = {};
     if (!contact.anchor) continue;
-    const Touch now = touch(contact.tool, contact.node, displacement_of(nodes, contact.node),
+    const Touch now = touch(contact.tool, contact.node, nodes.whole_displacement(contact.node),
                             displacement_at(contact.tool, time_));
     contact.held = 0;
     if (now.depth <= 0) {
@@ -313,11 +300,16 @@ void ToolTerm::end_step(const mechanics::StepSpan& step, MovingNodes& nodes, con
     const Vector held = stretch(contact.tool, now, *contact.anchor);
     contact.held = 0.5 * stiffness_[index(contact.node)] * dot(held, held);
   }
+}
+
+void ToolTerm::end_step(const mechanics::StepSpan& step, MovingNodes& nodes, const Drives&) {
+  const double fastest = move_tools(step);
+  settle_anchors(nodes);
   // The nodes near the tools are those that can touch them before the next search.
   nodes.movements(moved_);
   double farthest = 0;
   for (const Vector& moved : moved_) farthest = std::max(farthest, norm(moved));
-  const double approach = farthest + duration * fastest;
+  const double approach = farthest + (step.end - step.begin) * fastest;
   room_ -= approach;
   if (room_ < least_room * approach)
     find_contacts(time_, nodes, std::max(search_spacings * spacing_, search_steps * approach));
@@ -369,8 +361,7 @@ void ToolTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
   for (std::size_t t = 0; t < tools_->size(); ++t)
     for (const auto& curve : moving_[t].curve)
       if (!curve.is_zero())
-        loads.push_back(
-            {UnitLoad::Kind::other, &curve, {}, 0, !(*tools_)[t].displacement && !(*tools_)[t].force});
+        loads.push_back({UnitLoad::Kind::other, &curve, {}, 0, (*tools_)[t].gives_velocity()});
 }
 
 NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch& now) const {
@@ -384,16 +375,15 @@ NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch
     const Vector* const anchor = anchor_of(tool, node);
     if (now.depth > 0) response.force = force(tool, node, now, anchor);
     if (anchor != nullptr) {
-      const Vector from = now.relative - *anchor;
-      const Vector offset = from - dot(from, now.normal) * now.normal;
-      const double most = moving_[tool].friction * std::max(now.depth, 0.0), length = norm(offset);
+      const double most = moving_[tool].friction * std::max(now.depth, 0.0), length = norm(now.from(*anchor));
       along = length <= most ? contact : std::max(barely, contact * most / length);
     }
   }
-  response.stiffness = outer((is_inside ? contact : barely) - along, now.normal);
+  response.stiffness =
+      mechanics::symmetric_product(((is_inside ? contact : barely) - along) * now.normal, now.normal);
   for (std::size_t i = 0; i < 3; ++i) response.stiffness[i] += along;
-  for (std::size_t i = 0; i < 3; ++i)
-    if ((driven_[index(node)] >> i & 1) != 0) response.force[i] = 0;
+  for (int i = 0; i < 3; ++i)
+    if (is_driven(node, i)) response.force[index(i)] = 0;
   return response;
 }
 
@@ -427,8 +417,8 @@ void ToolTerm::add_unknown_responses(double time, std::span<const double> displa
                   Vector pull = mechanics::apply(one.stiffness, along);
                   forces[6 * tool + i].push_back(-one.force[i]);
                   forces[6 * tool + 3 + i].push_back(pull[i]);
-                  for (std::size_t k = 0; k < 3; ++k)
-                    if ((driven_[index(node)] >> k & 1) != 0) pull[k] = 0;
+                  for (int k = 0; k < 3; ++k)
+                    if (is_driven(node, k)) pull[index(k)] = 0;
                   of_tools[tool][i].coupling.emplace_back(node, pull);
                 }
               });
@@ -485,8 +475,8 @@ void ToolTerm::measure(double time, const parallel::NodeField& displacement, con
   std::vector<std::vector<double>> terms(4 * tools_->size());
   for_touches(time, displacement.owned(), 0, [&](std::size_t tool, std::int32_t node, const Touch& now) {
     const Vector push = force(tool, node, now, anchor_of(tool, node));
-    for (std::size_t i = 0; i < 3; ++i)
-      if ((driven_[index(node)] >> i & 1) == 0) terms[4 * tool + i].push_back(push[i]);
+    for (int i = 0; i < 3; ++i)
+      if (!is_driven(node, i)) terms[4 * tool + index(i)].push_back(push[index(i)]);
   });
   for (const Contact& contact : contacts_) terms[4 * contact.tool + 3].push_back(contact.lost());
   for (std::size_t t = 0; t < tools_->size(); ++t)

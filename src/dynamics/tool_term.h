@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "common/index.h"
 #include "dynamics/moving_body.h"
 #include "dynamics/term.h"
 #include "dynamics/tool_shape.h"
@@ -26,9 +27,9 @@ struct ToolAtRest {
 
 /// Rigid tools that touch the body: a node inside a tool is pushed out along the normal of the tool's surface
 /// by a force in proportion to its depth and to the surface that it stands for, limited as ContactScale says.
-/// Friction is Coulomb's: along
-/// the surface a spring as stiff holds the node at its anchor, which slides where the force would exceed the
-/// coefficient times the normal force. Nodes inside the body take part once breaking has laid them open.
+/// Friction is Coulomb's: along the surface a spring as stiff holds the node at its anchor, which slides
+/// where the force would exceed the coefficient times the normal force. Nodes inside the body take part once
+/// breaking has laid them open.
 ///
 /// A tool that does not touch the body's nodes, but comes closer to one than a twentieth of the spacing,
 /// touches that one: its surface is offset by the gap.
@@ -82,6 +83,11 @@ private:
     double depth = 0;  ///< negative outside [m]
     Vector normal{};
     Vector relative{};  ///< displacement of the node from the tool [m]
+    /// The way along the surface from another such displacement.
+    Vector from(const Vector& other) const {
+      const Vector way = relative - other;
+      return way - dot(way, normal) * normal;
+    }
   };
   /// A node near a tool, in motion.
   struct Contact {
@@ -129,7 +135,14 @@ private:
   void find_offsets();
   /// Finds all nodes to which a tool is closer than the margin [m].
   void find_contacts(double time, const MovingNodes& nodes, double margin);
-  void move_tools(const mechanics::StepSpan& step);
+  /// Lets tools with a mass take over the impulse of a step. Collective. @return the largest speed [m/s]
+  double move_tools(const mechanics::StepSpan& step);
+  /// Lets go of the anchors of nodes that are no longer inside a tool; others slide.
+  void settle_anchors(const MovingNodes& nodes);
+  /// A motion prescribes this component.
+  bool is_driven(std::int32_t node, int component) const {
+    return (driven_[index(node)] >> component & 1) != 0;
+  }
 
   MotionContext context_;
   const std::vector<input::Tool>* tools_;

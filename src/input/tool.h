@@ -35,6 +35,10 @@ struct Tool {
   std::optional<double> friction = {};           ///< coefficient
 
   bool has_mass() const { return mass > 0; }
+  /// What is given of its motion, besides the velocity of a mass: a displacement, else a force, else a
+  /// velocity.
+  Vector given() const { return displacement.value_or(force.value_or(velocity.value_or(Vector{}))); }
+  bool gives_velocity() const { return !displacement && !force; }
   /// Moves by the forces on it.
   bool is_driven_by_force() const { return has_mass() || force.has_value(); }
   bool moves_along(int axis_number) const { return !free || (*free)[static_cast<std::size_t>(axis_number)]; }

@@ -77,7 +77,7 @@ Key tool_rate_key() {
           "increase with time",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             const Tool& one = tool(parameters, i);
-            if (!one.displacement && !one.velocity && !one.force) {
+            if (!one.velocity && one.gives_velocity()) {
               source.report("nothing is prescribed that could change with time; leave it out");
               return;
             }
@@ -179,8 +179,8 @@ void check_motion(const Tool& tool, const std::string& table, const Time& time, 
   }
   for (const char* const key : {"rate", "history"}) {
     if (!findings.given(path(key))) continue;
-    const bool is_of_velocity = tool.velocity && !tool.displacement && !tool.force;
-    if (!tool.displacement && !tool.force && (!tool.velocity || tool.has_mass()))
+    const bool is_of_velocity = tool.velocity && tool.gives_velocity();
+    if (tool.gives_velocity() && (!tool.velocity || tool.has_mass()))
       findings.report(path(key), "nothing is prescribed that could change with time; leave it out");
     else if (is_of_velocity && !starts_at_rest && !may_rest)
       findings.report(

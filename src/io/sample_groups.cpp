@@ -103,21 +103,18 @@ void write_tools(hid_t history, const std::vector<input::Tool>& tools, const std
   const hdf5::Handle all = hdf5::create_group(history, "tools");
   for (std::size_t t = 0; t < tools.size(); ++t) {
     const hdf5::Handle group = hdf5::create_group(all, name_of(tools[t], t));
-    const auto write = [&](const char* name, Vector ToolState::*member, const char* units,
-                           const char* meaning) {
-      std::vector<double> values;
-      for (const HistoryRow& row : rows) hdf5::flatten(row.tools.at(t).*member, values);
-      hdf5::write_dataset<double>(group, name, {rows.size(), 3}, values, units, hdf5::Storage::compressed);
-      describe_dataset(group, name, meaning);
+    const auto write = [&]<class Member>(const char* name, Member member, const char* units,
+                                         const char* meaning) {
+      write_column<double>(
+          group, name, rows, [&](const HistoryRow& row) { return row.tools[t].*member; }, units, meaning);
     };
     write("position", &ToolState::position, "m", "of the point `at` of the input (x, y, z)");
     write("displacement", &ToolState::displacement, "m", "since the start (x, y, z)");
     write("velocity", &ToolState::velocity, "m/s", "(x, y, z); 0 in equilibrium unless it is prescribed");
     write("reaction", &ToolState::reaction, "N", "force on the body (x, y, z)");
     label_as(group, {"position", "displacement", "velocity", "reaction"}, {"moment", "component"});
-    write_column<double>(
-        group, "friction_work", rows, [&](const HistoryRow& row) { return row.tools.at(t).friction_work; },
-        "J", "energy lost by friction so far, in dynamic phases since the start of the phase");
+    write("friction_work", &ToolState::friction_work, "J",
+          "energy lost by friction so far, in dynamic phases since the start of the phase");
     label_as(group, {"friction_work"}, {"moment"});
   }
 }
@@ -133,13 +130,16 @@ void write_records(hid_t history, const std::vector<HistoryRow>& rows) {
   hdf5::label_datasets(group, {"moment"});
 }
 
-void write_cracks(hid_t group, const cracks::CrackHistory& cracks, std::size_t n_rows) {
-  const auto write = [&](const char* name, const std::vector<double>& values, const char* units,
-                         const char* meaning) {
-    hdf5::write_dataset<double>(group, name, {n_rows, cracks.n_starts}, values, units,
-                                hdf5::Storage::compressed);
+/// Writes tables of values, by moment and column.
+auto writer(hid_t group, std::size_t n_rows, std::size_t n_columns) {
+  return [=](const char* name, const std::vector<double>& values, const char* units, const char* meaning) {
+    hdf5::write_dataset<double>(group, name, {n_rows, n_columns}, values, units, hdf5::Storage::compressed);
     describe_dataset(group, name, meaning);
   };
+}
+
+void write_cracks(hid_t group, const cracks::CrackHistory& cracks, std::size_t n_rows) {
+  const auto write = writer(group, n_rows, cracks.n_starts);
   write("crack_area", cracks.area, "m^2",
         "area of all opened dual facets of the cracks from each crack start");
   write("crack_length", cracks.length, "m",
@@ -156,12 +156,7 @@ void write_cracks(hid_t group, const cracks::CrackHistory& cracks, std::size_t n
 /// The group /history/cracks.
 void write_cracks_in_space(hid_t history, const cracks::CracksInSpace& cracks, std::size_t n_rows) {
   const hdf5::Handle group = hdf5::create_group(history, "cracks");
-  const auto write = [&](const char* name, const std::vector<double>& values, const char* units,
-                         const char* meaning) {
-    hdf5::write_dataset<double>(group, name, {n_rows, values.size() / n_rows}, values, units,
-                                hdf5::Storage::compressed);
-    describe_dataset(group, name, meaning);
-  };
+  const auto write = writer(group, n_rows, cracks.area.size() / n_rows);
   write("area", cracks.area, "m^2", "area of all opened dual facets of each crack");
   write("reach", cracks.reach, "m", "greatest distance of these from the facet that opened first");
   write("speed", cracks.speed, "m/s",

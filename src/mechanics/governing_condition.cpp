@@ -41,9 +41,8 @@ Drive drive_of(const input::BodyLoad& load) {
 }
 
 Drive drive_of(const input::Tool& tool, std::size_t number) {
-  const bool is_velocity = tool.velocity && !tool.displacement && !tool.force;
-  const Vector value = tool.displacement.value_or(tool.force.value_or(tool.velocity.value_or(Vector{})));
-  return {name_of(tool, number), value, tool.rate, tool.history, true, is_velocity, true};
+  const bool is_velocity = tool.velocity && tool.gives_velocity();
+  return {name_of(tool, number), tool.given(), tool.rate, tool.history, true, is_velocity, true};
 }
 
 bool drives(const Drive& condition) {

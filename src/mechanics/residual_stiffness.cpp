@@ -145,11 +145,8 @@ Symmetric ResidualStiffness::contact_stress(std::size_t i, const Symmetric& stra
   Symmetric sigma{pressure * n[0] * n[0], pressure * n[1] * n[1], pressure * n[2] * n[2],
                   pressure * n[1] * n[2], pressure * n[0] * n[2], pressure * n[0] * n[1]};
   if (friction_ == 0) return sigma;
-  const Vector t = cut.share * state.traction;
-  for (std::size_t k = 0; k < 3; ++k) sigma[k] += 2 * t[k] * n[k];
-  sigma[3] += t[1] * n[2] + t[2] * n[1];
-  sigma[4] += t[0] * n[2] + t[2] * n[0];
-  sigma[5] += t[0] * n[1] + t[1] * n[0];
+  const Symmetric shear = symmetric_product(cut.share * state.traction, n);
+  for (std::size_t k = 0; k < sigma.size(); ++k) sigma[k] += 2 * shear[k];
   return sigma;
 }
 

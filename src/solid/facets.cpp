@@ -286,13 +286,13 @@ Facets read_facets(const std::string& content, const std::string& extension) {
   const std::map<std::string, Facets (*)(const std::string&)> readers{
       {".stl", read_stl}, {".obj", read_obj},  {".off", read_off},
       {".ply", read_ply}, {".msh", read_gmsh}, {".vtk", read_vtk}};
-  const auto reader = readers.find(extension);
   if (extension == ".vtu" || extension == ".vtp" || extension == ".vtkhdf")
     fail(
         "is of a newer format of VTK; save it as .vtk in ASCII, with ParaView's Save Data or meshio convert");
   if (extension == ".step" || extension == ".stp" || extension == ".iges" || extension == ".igs" ||
       extension == ".brep")
     fail("holds curved faces; mesh them first, such as by gmsh -2 FILE -o body.msh");
+  const auto reader = readers.find(extension);
   if (reader == readers.end()) fail("has a name of no known format");
   return reader->second(content);
 }

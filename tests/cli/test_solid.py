@@ -240,6 +240,16 @@ normal = [1, 0, 0]
         print(f"first break of a cube: {mean[0]:.1f} N from a file, {mean[1]:.1f} N of the box, standard error {error:.1f} N")
         self.assertLess(abs(mean[0] - mean[1]), 3 * error)
 
+    def stresses_at_centre(self) -> list:
+        """At the start, by sample, of a run of the input with a probe there."""
+        result = invoke("run", self.input, "-o", self.out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        found = []
+        for file in sorted((self.out / "samples").glob("*.h5")):
+            with h5py.File(file) as root:
+                found.append(root["history/probes/centre/stress"][0])
+        return found
+
     def test_a_disk_between_platens_has_hondros_tension(self):
         n, radius, thickness, force = 40, 6.0, 2.0, 100.0
         (self.folder / "disk.stl").write_text(stl(*prism(n, radius, thickness)))
@@ -265,12 +275,7 @@ duration = "1 us"
 name = "centre"
 at = [{", ".join(place)}]
 """))
-        result = invoke("run", self.input, "-o", self.out)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        found = []
-        for file in sorted((self.out / "samples").glob("*.h5")):
-            with h5py.File(file) as root:
-                found.append(root["history/probes/centre/stress"][0])
+        found = self.stresses_at_centre()
         half = np.pi / n  # of the arc, on which the load is spread
         tension = 2 * force / (np.pi * 2 * radius * thickness) * (np.sin(2 * half) / half - 1)
         stress = np.mean(found, axis=0) / 1e6
@@ -305,12 +310,7 @@ duration = "1 us"
 name = "centre"
 at = ["0 mm", "0 mm", "0 mm"]
 """))
-        result = invoke("run", self.input, "-o", self.out)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        found = []
-        for file in sorted((self.out / "samples").glob("*.h5")):
-            with h5py.File(file) as root:
-                found.append(root["history/probes/centre/stress"][0])
+        found = self.stresses_at_centre()
         stress = np.mean(found, axis=0) / 1e6
         edge = np.cos(np.radians(30))
         mean = pressure * (1 - edge)  # over the sphere
