@@ -12,6 +12,7 @@ import interface
 import laws
 import nucleation
 import plates
+import solids
 import toughness
 from crackle_readme import BLOCKS, put_block
 from crackle_runs import command
@@ -26,6 +27,7 @@ TABLES = {
                "l-panel": plates.l_panel},
     "nucleation": nucleation.CASES,
     "interface": {"interface": interface.interface},
+    "solids": solids.CASES,
 }
 CASES = {name: case for table in TABLES.values() for name, case in table.items()}
 

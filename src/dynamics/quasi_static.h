@@ -142,6 +142,11 @@ private:
   /// A step of Newton's method. @param force the imbalance @param change receives it, and that of unknowns
   void find_step(double time, std::span<const double> force, parallel::NodeField& change,
                  std::vector<double>& of_unknowns);
+  /// Sliding friction changes with the pressure, which the stiffness leaves out, so that each step is a share
+  /// of the one before: takes the sum of the series. @param before the step before at owned nodes; receives
+  /// this one
+  void sum_up(parallel::NodeField& change, std::vector<double>& before,
+              std::vector<double>& of_unknowns) const;
   /// Goes along it as far as the potential falls. @param force workspace
   void take_step(double time, const parallel::NodeField& change, const std::vector<double>& of_unknowns,
                  std::vector<double>& force);

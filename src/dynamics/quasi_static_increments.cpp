@@ -31,10 +31,14 @@ constexpr double last_tolerance = 1e-3;
 /// it does at its start, or after so many trials.
 constexpr double step_accuracy = 0.5;
 constexpr int max_step_cuts = 10;
+/// Steps that are a share of the one before, within these, and along it, with this square of the cosine.
+constexpr double least_ratio = 0.02, largest_ratio = 0.95;
+constexpr double aligned = 0.9;
 /// An increment is straight if half-way along it the unbalanced force would do at most this share of the work
-/// of the body's stiffness on it, or after so many halvings. One without an equilibrium at its end is halved
-/// so many times.
+/// of the body's stiffness on it, or is at most that share of the forces, or after so many halvings. One
+/// without an equilibrium at its end is halved so many times.
 constexpr double straightness = 0.05;
+constexpr double slight_imbalance = 5e-3;
 constexpr int max_bends = 10;
 constexpr int max_halvings = 30;
 /// The largest share of the strength at a break is 1 within this, or after so many refinements.
@@ -127,6 +131,7 @@ void QuasiStaticLoading::find_equilibrium(double time) {
   displacement_.update_ghosts();
   take(displacement_.local(), time);
   double last = infinity, forces = 0;
+  std::vector<double> before(u.size());
   for (int n = 0;; ++n) {
     const Imbalance now = find_imbalance(time, force);
     forces = std::max(forces, now.forces);  // where it ends without any, those on the way count
@@ -152,12 +157,27 @@ void QuasiStaticLoading::find_equilibrium(double time) {
     } catch (const mechanics::NoEquilibrium&) {
       no_equilibrium = std::current_exception();  // on every rank; how far the body moves may tell why
     }
+    if (!no_equilibrium) sum_up(change, before, of_unknowns);
     if (!no_equilibrium) take_step(time, change, of_unknowns, force);
     if (no_equilibrium)
       for (std::size_t i = 0; i < displacement_.local().size(); ++i)
         displacement_.local()[i] += change.local()[i];
     if (no_equilibrium) std::rethrow_exception(no_equilibrium);
   }
+}
+
+void QuasiStaticLoading::sum_up(parallel::NodeField& change, std::vector<double>& before,
+                                std::vector<double>& of_unknowns) const {
+  const std::span<const double> now = std::as_const(change).owned();
+  const double along = parallel::exact_dot(*group_, now, before);
+  const double square = parallel::exact_dot(*group_, before, before);
+  const double ratio = square > 0 ? along / square : 0;
+  if (ratio >= least_ratio && ratio <= largest_ratio &&
+      along * along >= aligned * square * parallel::exact_dot(*group_, now, now)) {
+    for (double& value : change.local()) value /= 1 - ratio;
+    for (double& value : of_unknowns) value /= 1 - ratio;
+  }
+  before.assign(now.begin(), now.end());
 }
 
 void QuasiStaticLoading::take_step(double time, const parallel::NodeField& change,
@@ -217,14 +237,15 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
       end = current();
       for (std::size_t i = 0; i < end.size(); ++i) between[i] = 0.5 * (start[i] + end[i]);
       take(between, 0.5 * (from + to));
-      find_imbalance(time_, between);
+      const Imbalance halfway = find_imbalance(time_, between);
       for (std::size_t i = 0; i < end.size(); ++i) change[i] = end[i] - start[i];
       const std::size_t n_owned = displacement_.owned().size();
       const double bend = parallel::exact_dot(*group_, std::span<const double>(between).first(n_owned),
                                               std::span<const double>(change).first(n_owned));
       const double work =
           2 * change_energy(*group_, *body_, {}, std::span(change).first(displacement_.local().size()));
-      is_straight = n >= max_bends || std::abs(bend) <= straightness * (work + negligible_work_);
+      is_straight = n >= max_bends || halfway.norm <= slight_imbalance * halfway.forces ||
+                    std::abs(bend) <= straightness * (work + negligible_work_);
     } catch (const mechanics::NoEquilibrium&) {  // on every rank
       if (n == max_halvings || !(0.5 * (from + to) > from)) throw;
       take(start, from);

@@ -30,7 +30,7 @@ constexpr double least_room = 8;
 /// Searches reach at least so many spacings, or steps.
 constexpr double search_spacings = 1, search_steps = 64;
 /// In equilibrium, nodes that a tool almost touches resist with this share of the stiffness of contact.
-constexpr double stabilizing_share = 1e-3;
+constexpr double stabilizing_share = 1e-5;
 
 double spacing_of(double node_volume) {
   return std::cbrt(std::numbers::sqrt2 * node_volume);
@@ -369,18 +369,26 @@ NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch
   const double contact = stiffness_[index(node)], barely = stabilizing_share * contact;
   NodeResponse response;
   response.node = node;
-  // Along the surface it is held if it sticks; where it slides, the secant keeps Newton's steps short.
+  // Along the surface a node that sticks is held. One that slides is held across its way, by a force that
+  // turns with it; along its way the force does not change.
   double along = moving_[tool].friction > 0 ? barely : 0;
+  double on_its_way = along;
+  Vector way{};
   if (is_inside) {
     const Vector* const anchor = anchor_of(tool, node);
     if (now.depth > 0) response.force = force(tool, node, now, anchor);
     if (anchor != nullptr) {
-      const double most = moving_[tool].friction * std::max(now.depth, 0.0), length = norm(now.from(*anchor));
+      way = now.from(*anchor);
+      const double most = moving_[tool].friction * std::max(now.depth, 0.0), length = norm(way);
       along = length <= most ? contact : std::max(barely, contact * most / length);
+      if (length <= most) on_its_way = along;
+      if (length > 0) way = (1 / length) * way;
     }
   }
   response.stiffness =
       mechanics::symmetric_product(((is_inside ? contact : barely) - along) * now.normal, now.normal);
+  const mechanics::Symmetric less = mechanics::symmetric_product((on_its_way - along) * way, way);
+  for (std::size_t i = 0; i < 6; ++i) response.stiffness[i] += less[i];
   for (std::size_t i = 0; i < 3; ++i) response.stiffness[i] += along;
   for (int i = 0; i < 3; ++i)
     if (is_driven(node, i)) response.force[index(i)] = 0;

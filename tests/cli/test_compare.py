@@ -121,6 +121,14 @@ class Compare(unittest.TestCase):
                 if entry["p"] is not None and entry["p_adjusted"] is not None:
                     self.assertLessEqual(entry["p"], entry["p_adjusted"])
 
+    def test_a_body_without_patterns_has_no_shares_of_them(self):
+        shutil.copytree(self.folder / "b", self.folder / "solid")
+        with h5py.File(self.folder / "solid" / "ensemble.h5", "r+") as file:
+            file["samples/pattern"][:] = -1
+        for names, shares in ((("a", "b"), True), (("a", "solid"), False)):
+            results = json.loads(self.compare("--json", *names).stdout)["comparisons"][0]["results"]
+            self.assertEqual("pattern" in {entry["name"] for entry in results}, shares, names)
+
     def test_the_text_names_what_is_compared(self):
         result = self.compare("a", "b", "slots")
         self.assertEqual(result.returncode, 0, result.stderr)

@@ -234,6 +234,8 @@ class _Comparison:
             if info["about"] in ("computation", "place") or (info["reduction"] == "none" and not is_pattern):
                 continue
             if is_pattern or info["reduction"] == "shares":
+                if any(not (_numbers(each.rows[name]) >= 0).any() for each in (self.first, self.second)):
+                    continue  # such as the pattern of a body that is no plate
                 for k, word in enumerate(info["categories"]):
                     self._add_share(info, word, lambda values, k=k: values == k)
             elif info["reduction"] == "counts":

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bodies in space: strength of bars with random flaws, a cube from Gmsh beside the built-in box."""
+from __future__ import annotations
+
+import math
+import subprocess
+from pathlib import Path
+
+import crackle
+import numpy as np
+
+from crackle_runs import RunError, run
+from figures import MILLIMETRE, Figure, mean
+
+# Bars with flaws across them, whose radii have a tail of a power, as the flaws of a ceramic do.
+BARS, EXPONENT = 200, 4  # Weibull's modulus is twice the exponent
+SMALLEST, LARGEST = 1.5, 3.5  # radii [mm]
+WIDTH, LENGTH, MARGIN = 20, 50, 5  # of the bar, and what flaws' middles keep from its faces [mm]
+FLAWS = 4  # in each bar
+FLAW_SPACINGS = (1.0,)  # [mm]
+MODULUS, POISSON, TOUGHNESS = 32e9, 0.2, 10  # [Pa], -, [J/m^2]
+BAR = """[ensemble]
+samples = {samples}
+seed = 5
+[specimen]
+size = ["{width} mm", "{width} mm", "{length} mm"]
+[mesh]
+spacing = "{spacing} mm"
+[material]
+youngs_modulus = "32 GPa"
+poisson_ratio = 0.2
+density = "2450 kg/m^3"
+[fracture]
+toughness = "10 J/m^2"
+[[random.flaws]]
+number = {flaws}
+size = {{ distribution = "empirical", values = [{radii}] }}
+direction = [0, 0, 1]
+region = {{ x = [{across}], y = [{across}], z = [{along}] }}
+[[boundary]]
+on = "x-min"
+fix = ["x"]
+[[boundary]]
+on = "y-min"
+fix = ["y"]
+[[boundary]]
+on = "z-min"
+fix = ["z"]
+[[boundary]]
+on = "z-max"
+traction = ["0 MPa", "0 MPa", "1 MPa"]
+rate = ["0 MPa/s", "0 MPa/s", "1 MPa/s"]
+[time]
+duration = "60 us"
+after_separation = "1 fs"
+integrator = "verlet"
+[sections]
+y = ["10 mm"]
+[output]
+frames = 0
+"""
+
+
+def radii(share: np.ndarray) -> np.ndarray:
+    """Radius that this share of the flaws exceeds [m]: Pareto's law, truncated."""
+    rest = (SMALLEST / LARGEST) ** EXPONENT
+    return SMALLEST * MILLIMETRE * (rest + share * (1 - rest)) ** (-1 / EXPONENT)
+
+
+def griffith(radius: np.ndarray) -> np.ndarray:
+    """Stress at which a disk across the load grows (Sneddon 1946) [Pa]."""
+    return math.sqrt(TOUGHNESS * MODULUS / (1 - POISSON ** 2)) / 2 * np.sqrt(np.pi / radius)
+
+
+def flawed_bar(spacing: float) -> str:
+    values = radii(np.linspace(1, 0, 61)) / MILLIMETRE
+    return BAR.format(samples=BARS, width=WIDTH, length=LENGTH, spacing=spacing, flaws=FLAWS,
+                      radii=", ".join(f'"{value:.6g} mm"' for value in values),
+                      across=f'"{MARGIN} mm", "{WIDTH - MARGIN} mm"', along=f'"{MARGIN} mm", "{LENGTH - MARGIN} mm"')
+
+
+def strengths(share: np.ndarray) -> np.ndarray:
+    """Stress at which this share of the bars has broken, by their largest flaw alone [Pa]."""
+    return griffith(radii(1 - (1 - share) ** (1 / FLAWS)))
+
+
+def largest_flaw(sample: crackle.Sample) -> float:
+    with sample.open() as file:
+        return file["pre_cracks/flaws/radius"][:].max()
+
+
+def flawed_bars(folder: Path, program: Path) -> list[Figure]:
+    """Weibull's modulus and scale of the loads that bars hold, beside those of their largest flaws' distribution."""
+    from scipy.stats import weibull_min  # not needed for a run
+    expected, _, scale = weibull_min.fit(strengths((np.arange(20000) + 0.5) / 20000), floc=0)
+    moduli, scales, each = [], [], []
+    for spacing in FLAW_SPACINGS:
+        bars = run(flawed_bar(spacing), folder / f"flawed-bars-{spacing}", program)
+        held = bars.samples.peak_load[bars.done].to_numpy() / (WIDTH * MILLIMETRE) ** 2
+        modulus, _, middle = weibull_min.fit(held, floc=0)
+        error = 1.96 / math.sqrt(len(held))  # of the estimates: 0.78 of the modulus, 1.05 / modulus of the scale
+        moduli.append(f"{modulus:.1f} ± {0.78 * error * modulus:.1f}")
+        scales.append(f"{middle / scale:.3f} ± {1.05 * error / modulus * middle / scale:.3f}")
+        largest = np.array([griffith(largest_flaw(bars[number])) for number in bars.done])
+        each.append(mean(list(held / largest), ".2f"))
+    case = f"{BARS} bars of four flaws each, {', '.join(map(str, FLAW_SPACINGS))} mm; 95 % intervals"
+    return [Figure(case, "modulus", "; ".join(moduli), f"{expected:.1f}"),
+            Figure(case, "scale over that of the flaws", "; ".join(scales), "1"),
+            Figure(case, "strength of each over that of its largest flaw", "; ".join(each), "1, or less where flaws are near each other")]
+
+
+# A cube whose surface is a mesh of Gmsh, beside the built-in box.
+CUBES = 48
+CUBE_GEO = """SetFactory("OpenCASCADE");
+Box(1) = {0, 0, 0, 12, 12, 12};
+Mesh.MeshSizeMax = 5;
+"""
+CUBE = """[ensemble]
+samples = {samples}
+seed = {seed}
+[specimen]
+{body}
+[[specimen.crack]]
+polygon = [{corners}]
+[mesh]
+spacing = "0.8 mm"
+[material]
+youngs_modulus = "32 GPa"
+poisson_ratio = 0.2
+density = "2450 kg/m^3"
+[fracture]
+toughness = "10 J/m^2"
+[[boundary]]
+on = "z-min"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "z-max"
+displacement = ["0 mm", "0 mm", "0 mm"]
+rate = ["0 mm/s", "0 mm/s", "0.001 mm/s"]
+[time]
+duration = "40 us"
+after_separation = "1 fs"
+integrator = "verlet"
+[[sections.plane]]
+point = ["6 mm", "6 mm", "6 mm"]
+normal = [1, 0, 0]
+[output]
+frames = 0
+"""
+
+
+def cube(body: str, seed: int) -> str:
+    corners = ", ".join(f'["{x} mm", "{y} mm", "6 mm"]' for x, y in ((0, 0), (12, 0), (12, 4), (0, 4)))
+    return CUBE.format(samples=CUBES, seed=seed, body=body, corners=corners)
+
+
+def cubes(folder: Path, program: Path) -> list[Figure]:
+    """All results of samples that do not share a seed, each compared between the two bodies."""
+    mesh = folder / "cube.msh"
+    if not mesh.is_file():
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "cube.geo").write_text(CUBE_GEO)
+        try:
+            subprocess.run(["gmsh", "-3", "cube.geo", "-o", mesh.name], cwd=folder, check=True, capture_output=True)
+        except (OSError, subprocess.CalledProcessError) as error:
+            raise RunError(f"Gmsh makes the cube: {error}; `tools/setup full` installs it") from None
+    box = run(cube('size = ["12 mm", "12 mm", "12 mm"]', 1), folder / "cube-box", program)
+    solid = run(cube('solid = "cube.msh"\nunit = "mm"', 2), folder / "cube-gmsh", program, beside=[mesh])
+    compared = crackle.compare(box, solid, program=program)
+    p = compared.results.p_adjusted.dropna()
+    means = "; ".join(f"{values.mean():.1f} ± {values.std():.1f} N" for one in (box, solid) for values in [one.samples.peak_load[one.done]])
+    return [Figure(f"Cube with an edge crack, {CUBES} samples each; built-in, from Gmsh's mesh", "load that it holds", means, "equal"),
+            Figure("", f"smallest p of {len(p)} results, adjusted", f"{p.min():.2g}", "above 0.05")]
+
+
+CASES = {"flawed-bars": flawed_bars, "cubes": cubes}
