@@ -154,12 +154,8 @@ Vector ToolTerm::force(std::size_t tool, std::int32_t node, const Touch& touch, 
   return stiffness_[index(node)] * push;
 }
 
-double ToolTerm::slide(std::size_t tool, std::int32_t node, const Touch& touch, Vector& anchor) const {
-  const Vector along = touch.from(anchor);
-  const Vector held = stretch(tool, touch, anchor);
-  const Vector slip = along - held;
-  anchor = touch.relative - held;
-  return stiffness_[index(node)] * norm(held) * norm(slip);
+void ToolTerm::slide(std::size_t tool, const Touch& touch, Vector& anchor) const {
+  anchor = touch.relative - stretch(tool, touch, anchor);
 }
 
 template <class Visit>
@@ -183,9 +179,9 @@ const Vector* ToolTerm::anchor_of(std::size_t tool, std::int32_t node) const {
     const bool is_there = found != contacts_.end() && found->node == node && found->tool == tool;
     return is_there && found->anchor ? &*found->anchor : nullptr;
   }
-  const auto& anchors = (*at_rest_)[tool].anchor;
-  const auto found = anchors.find(node);
-  return found == anchors.end() ? nullptr : &found->second;
+  const auto& springs = (*at_rest_)[tool].springs;
+  const auto found = springs.find(node);
+  return found == springs.end() ? nullptr : &found->second.anchor;
 }
 
 void ToolTerm::start(double time, const MotionState&) {
@@ -197,8 +193,8 @@ void ToolTerm::start(double time, const MotionState&) {
                             1,
                         0);
   for (std::size_t t = 0; t < tools_->size(); ++t)
-    for (const auto& [node, anchor] : (*at_rest_)[t].anchor)
-      contacts_.push_back({.node = node, .tool = t, .anchor = anchor});
+    for (const auto& [node, spring] : (*at_rest_)[t].springs)
+      contacts_.push_back({.node = node, .tool = t, .anchor = spring.anchor});
 }
 
 void ToolTerm::find_contacts(double time, const MovingNodes& nodes, double margin) {
@@ -296,7 +292,7 @@ void ToolTerm::settle_anchors(const MovingNodes& nodes) {
       contact.anchor.reset();
       continue;
     }
-    slide(contact.tool, contact.node, now, *contact.anchor);
+    slide(contact.tool, now, *contact.anchor);
     const Vector held = stretch(contact.tool, now, *contact.anchor);
     contact.held = 0.5 * stiffness_[index(contact.node)] * dot(held, held);
   }
@@ -460,21 +456,26 @@ void ToolTerm::rest_at(double time, const parallel::NodeField& displacement) {
   for (std::size_t t = 0; t < tools_->size(); ++t) {
     (*at_rest_)[t].displacement = displacement_at(t, time);
     if (moving_[t].friction == 0) continue;
-    std::map<std::int32_t, Vector> anchors;
+    const auto& before = (*at_rest_)[t].springs;
+    std::map<std::int32_t, ToolAtRest::Spring> springs;
     for (std::int32_t n = 0; index(n) < driven_.size(); ++n) {
       const Touch now = touch(t, n, displacement_of(displacement.owned(), n), (*at_rest_)[t].displacement);
-      if (now.depth < -touching_share * spacing_) continue;
+      const bool is_near = now.depth >= -touching_share * spacing_;
+      const auto found = before.find(n);
       // A node that comes into contact is held from where it was in the last equilibrium.
-      if (now.depth < 0) {
-        anchors.emplace(n, now.relative);
-        continue;
+      ToolAtRest::Spring spring{.anchor = now.relative};
+      if (found != before.end()) {
+        if (now.depth > 0) {
+          spring.stretch = stretch(t, now, found->second.anchor);
+          spring.anchor = now.relative - spring.stretch;
+        }
+        // The force has changed evenly on the way, as those of the account do.
+        const Vector slip = now.from(found->second.anchor) - spring.stretch;
+        moving_[t].lost[n] += 0.5 * stiffness_[index(n)] * dot(found->second.stretch + spring.stretch, slip);
       }
-      const auto found = (*at_rest_)[t].anchor.find(n);
-      Vector anchor = found == (*at_rest_)[t].anchor.end() ? now.relative : found->second;
-      if (now.depth > 0) moving_[t].lost[n] += slide(t, n, now, anchor);
-      anchors.emplace(n, anchor);
+      if (is_near) springs.emplace(n, spring);
     }
-    (*at_rest_)[t].anchor = std::move(anchors);
+    (*at_rest_)[t].springs = std::move(springs);
   }
 }
 

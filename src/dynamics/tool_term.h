@@ -21,8 +21,13 @@ namespace crackle::dynamics {
 
 /// A tool as it is found when the body is at rest, handed from the equilibria to the motion that follows.
 struct ToolAtRest {
-  Vector displacement{};                  ///< since the start [m]
-  std::map<std::int32_t, Vector> anchor;  ///< by owned node that it touches or almost does, see ToolTerm
+  /// The spring along the surface, see ToolTerm.
+  struct Spring {
+    Vector anchor{};   ///< displacement from the tool at which it is not stretched [m]
+    Vector stretch{};  ///< [m]
+  };
+  Vector displacement{};                   ///< since the start [m]
+  std::map<std::int32_t, Spring> springs;  ///< by owned node that it touches or almost does
 };
 
 /// Rigid tools that touch the body: a node inside a tool is pushed out along the normal of the tool's surface
@@ -126,8 +131,8 @@ private:
   Vector force(std::size_t tool, std::int32_t node, const Touch& touch, const Vector* anchor) const;
   /// The stretch of the spring along the surface, at most as the friction allows [m].
   Vector stretch(std::size_t tool, const Touch& touch, const Vector& anchor) const;
-  /// Lets the anchor slide. @return energy lost [J]
-  double slide(std::size_t tool, std::int32_t node, const Touch& touch, Vector& anchor) const;
+  /// Lets the anchor slide.
+  void slide(std::size_t tool, const Touch& touch, Vector& anchor) const;
   /// Calls visit(tool, node, touch) for all owned nodes inside a tool, or closer than `gap`.
   template <class Visit>
   void for_touches(double time, std::span<const double> displacement, double gap, const Visit& visit) const;

@@ -165,6 +165,74 @@ TEST(Tools, SlowASlidingBlockByCoulombsLaw) {
   }
 }
 
+TEST(Tools, DragABlockAcrossAPlateInEquilibrium) {
+  // The upper plate holds the block by friction and moves down and along; below it slides.
+  auto parameters = strong_bar({0.008, 0.008, 0.004});
+  parameters.materials[0].poisson_ratio = 0.3;
+  auto base = plate_at(0, 1), drive = plate_at(0.004, -1);
+  base.friction = 0.3;
+  drive.friction = 2;
+  drive.displacement = Vector{0, 6e-5, -1e-5};
+  drive.history = {{0, 0}, {1, 1}};
+  parameters.tools = {base, drive};
+  const auto result = run(
+      parameters, test::make_box({.size = {0.008, 0.008, 0.004}, .cells = {6, 6, 3}, .disturbance = 0.2}));
+  const ToolState& below = result.history.back().tools.at(0);
+  std::printf("friction over pressure %.6f, exactly 0.3; %lld solves, residual %.1e, energy error %.1e\n",
+              std::hypot(below.reaction[0], below.reaction[1]) / below.reaction[2],
+              static_cast<long long>(result.counts.static_solves), result.equilibrium_residual,
+              result.energy_error);
+  EXPECT_NEAR(-below.reaction[1] / below.reaction[2], 0.3, 0.003);
+  EXPECT_LT(result.equilibrium_residual, 1e-7);
+  EXPECT_LT(result.counts.static_solves, 60);
+  EXPECT_LT(result.energy_error, 1e-2);
+}
+
+/// A beam on three rollers, which are tools or lines of nodes.
+SampleResult bent_beam(bool on_tools) {
+  const double height = 0.004, middle = 0.012, deflection = 2e-5;
+  auto parameters = strong_bar({0.002, height, 2 * middle});
+  parameters.materials[0].poisson_ratio = 0.3;
+  parameters.boundaries = {test::boundary(Face::x_min, BoundaryKind::fix, {true, false, false})};
+  const std::array<std::pair<double, double>, 3> rollers{{{0, 0.002}, {0, 0.022}, {height, middle}}};
+  for (const auto& [y, z] : rollers) {
+    const bool moves = y > 0;
+    if (on_tools) {
+      Tool roller;
+      roller.shape = ToolShape::cylinder;
+      roller.radius = 0.002;
+      roller.axis = {1, 0, 0};
+      roller.at = {0.001, y + (moves ? 1 : -1) * roller.radius, z};
+      if (moves) roller.friction = 0.3;  // so that the beam stays in place
+      if (moves) {
+        roller.displacement = Vector{0, -deflection, 0};
+        roller.history = {{0, 0}, {1, 1}};
+      }
+      parameters.tools.push_back(roller);
+    } else {
+      auto line = test::boundary(moves ? Face::y_max : Face::y_min,
+                                 moves ? BoundaryKind::displacement : BoundaryKind::fix,
+                                 {false, true, z == rollers[0].second}, {0, moves ? -deflection : 0, 0});
+      line.region[2] = {z, z};
+      if (moves) line.history = {{0, 0}, {1, 1}};
+      parameters.boundaries.push_back(line);
+    }
+  }
+  return run(parameters, test::make_box({.size = {0.002, height, 2 * middle}, .cells = {4, 8, 48}}));
+}
+
+TEST(Tools, BendABeamAsLinesOfNodesDo) {
+  const auto by_tools = bent_beam(true), by_lines = bent_beam(false);
+  const double load = by_tools.history.back().tools.at(2).reaction[1],
+               of_lines = by_lines.history.back().force.at(3)[1];
+  std::printf("%.5g N by rollers, %.5g N by lines of nodes; %lld solves, residual %.1e, energy error %.1e\n",
+              load, of_lines, static_cast<long long>(by_tools.counts.static_solves),
+              by_tools.equilibrium_residual, by_tools.energy_error);
+  EXPECT_NEAR(load / of_lines, 1, 0.02);
+  EXPECT_LT(by_tools.counts.static_solves, 60);
+  EXPECT_LT(by_tools.energy_error, 1e-2);
+}
+
 TEST(Tools, ThatOverlapTheBodyAreRefused) {
   auto parameters = strong_bar({0.004, 0.004, 0.008});
   parameters.time.start = input::Start::rest;
