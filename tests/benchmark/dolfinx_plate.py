@@ -105,7 +105,7 @@ def main() -> None:
     file, step, n_steps = sys.argv[1], float(sys.argv[2]), int(sys.argv[3])
     plate = Plate(file)
     ways = {"MatMult of BAIJ": partial(plate.by_matrix, "baij"), "MatMult of SBAIJ": partial(plate.by_matrix, "sbaij"),
-            "an assembled vector": plate.by_vector}
+            "assembled vector": plate.by_vector}
     tried = {way: plate.move(force, step, N_TRIED) for _ in range(2) for way, force in ways.items()}  # the first touches memory
     way = min(tried, key=tried.get)
     seconds = plate.move(ways[way], step, n_steps)
