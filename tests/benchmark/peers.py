@@ -395,10 +395,9 @@ def compare(source: Path, program: Path, folder: Path, n_rounds: int, n_steps: i
 
 
 def duration_text(seconds: float) -> str:
-    for size, unit in ((3600, "h"), (60, "min")):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.2g} {unit}" if seconds < 100 * size else f"{seconds / size:.0f} {unit}"
-    return f"{seconds:.2g} s"
+    """In the largest unit of which there are two, with two digits."""
+    value, unit = next((seconds / size, unit) for size, unit in ((3600, "h"), (60, "min"), (1, "s")) if seconds >= 2 * size or size == 1)
+    return f"{value:.2g} {unit}" if value < 99.5 else f"{value:.0f} {unit}"
 
 
 def table(figures: dict) -> str:

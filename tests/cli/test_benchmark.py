@@ -54,6 +54,10 @@ class Peers(unittest.TestCase):
         del without["versions"]["CalculiX"]
         self.assertIn("| CalculiX |", peers.table(without))
 
+    def test_durations(self):
+        for seconds, text in ((0.123, "0.12 s"), (99.7, "100 s"), (119, "119 s"), (150, "2.5 min"), (7200, "2 h"), (720_000, "200 h")):
+            self.assertEqual(peers.duration_text(seconds), text)
+
     def test_the_page_has_all_programs(self):
         first = [line.split("|")[1].strip() for line in block("peers").splitlines() if line.startswith("|")][2:]
         for name, row in zip(("crackle", "crackle, cracks running", "DOLFINx", "CalculiX", "LAMMPS", "LAMMPS"), first, strict=True):
