@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bodies in space: strength of bars with random flaws, a cube from Gmsh beside the built-in box."""
+"""Bodies in space: strength of bars with random flaws, a cube from Gmsh beside the built-in box, a sphere on a block."""
 from __future__ import annotations
 
 import math
@@ -173,4 +173,83 @@ def cubes(folder: Path, program: Path) -> list[Figure]:
             Figure("", f"smallest p of {len(p)} results, adjusted", f"{p.min():.2g}", "above 0.05")]
 
 
-CASES = {"flawed-bars": flawed_bars, "cubes": cubes}
+# A rigid sphere on a block, of which a quarter is meshed: Hertz's contact, pressed and dropped.
+GLASS = 70e9 / (1 - 0.22 ** 2)  # plane strain modulus [Pa]
+RADIUS, DEPTH, SPHERE, SPEED = 10 * MILLIMETRE, 0.03 * MILLIMETRE, 33e-3, 0.2  # [m], [m], mass of the whole [kg], [m/s]
+BLOCK = """[ensemble]
+samples = 1
+[specimen]
+size = ["24 mm", "24 mm", "24 mm"]
+[mesh]
+spacing = "3 mm"
+growth = 0.12
+[[mesh.region]]
+x = ["0 mm", "1.2 mm"]
+y = ["0 mm", "1.2 mm"]
+z = ["22.8 mm", "24 mm"]
+spacing = "{spacing} mm"
+[material]
+youngs_modulus = "70 GPa"
+poisson_ratio = 0.22
+density = "2500 kg/m^3"
+[fracture]
+strength = "100 GPa"
+[[boundary]]
+on = "x-min"
+fix = ["x"]
+[[boundary]]
+on = "y-min"
+fix = ["y"]
+[[boundary]]
+on = "z-min"
+fix = ["z"]
+[[tool]]
+name = "sphere"
+shape = "sphere"
+at = ["0 mm", "0 mm", "34 mm"]
+radius = "10 mm"
+{tool}
+[time]
+{time}
+[sections]
+y = ["12 mm"]
+[output]
+frames = 0
+"""
+
+
+def sphere_history(text: str, folder: Path, program: Path) -> dict[str, np.ndarray]:
+    """Of the sphere along z, the reaction that of the whole one; time [SI]."""
+    with run(text, folder, program)[0].open() as file:
+        sphere = file["history/tools/sphere"]
+        found = {name: sphere[name][:, 2] for name in ("displacement", "velocity", "reaction")}
+        return found | {"reaction": -4 * found["reaction"], "time": file["history/phase_time"][:]}
+
+
+def pressed_over_hertz(spacing: float, folder: Path, program: Path) -> np.ndarray:
+    """Force over Hertz's at the same approach, at four approaches."""
+    history = ", ".join(f'["{share} s", {share}]' for share in (0, 0.25, 0.5, 0.75, 1))
+    tool = f'displacement = ["0 mm", "0 mm", "-{DEPTH / MILLIMETRE} mm"]\nhistory = [{history}]'
+    of = sphere_history(BLOCK.format(spacing=spacing, tool=tool, time='duration = "1 us"'), folder / f"hertz-{spacing}", program)
+    return of["reaction"][1:] / (4 / 3 * GLASS * math.sqrt(RADIUS) * np.abs(of["displacement"][1:]) ** 1.5)
+
+
+def hertz(folder: Path, program: Path) -> list[Figure]:
+    spacings = (0.16, 0.12, 0.08)
+    found = [", ".join(f"{ratio:.3f}" for ratio in pressed_over_hertz(spacing, folder, program)) for spacing in spacings]
+    return [Figure("Sphere of 10 mm pressed into glass, contact radii of 0.27 to 0.55 mm",
+                   f"force over Hertz's at the same approach, spacings {', '.join(map(str, spacings))} mm", "; ".join(found), "1")]
+
+
+def bounce(folder: Path, program: Path) -> list[Figure]:
+    tool = f'mass = "{SPHERE / 4 * 1e3} g"\nvelocity = ["0 m/s", "0 m/s", "-{SPEED} m/s"]\nfree = ["z"]'
+    of = sphere_history(BLOCK.format(spacing=0.15, tool=tool, time='start = "rest"\nduration = "140 us"\nintegrator = "verlet"'), folder / "bounce", program)
+    touching = of["time"][of["reaction"] > 0]
+    exact = 2.87 * (SPHERE ** 2 / (RADIUS * GLASS ** 2 * SPEED)) ** 0.2
+    largest = 4 / 3 * GLASS * math.sqrt(RADIUS) * (15 * SPHERE * SPEED ** 2 / (16 * math.sqrt(RADIUS) * GLASS)) ** 0.6
+    return [Figure("The same dropped at 0.2 m/s, spacing 0.15 mm", "coefficient of restitution", f"{of['velocity'][-1] / SPEED:.4f}", "1"),
+            Figure("", "time of contact", f"{1e6 * np.ptp(touching):.1f} µs", f"{1e6 * exact:.1f} µs"),
+            Figure("", "largest force", f"{of['reaction'].max():.1f} N", f"{largest:.1f} N")]
+
+
+CASES = {"flawed-bars": flawed_bars, "cubes": cubes, "hertz": hertz, "bounce": bounce}
