@@ -9,7 +9,7 @@ from pathlib import Path
 import crackle
 import numpy as np
 
-from crackle_runs import RunError, run
+from crackle_runs import ROOT, RunError, run, with_keys
 from figures import MILLIMETRE, Figure, mean
 
 # Bars with flaws across them, whose radii have a tail of a power, as the flaws of a ceramic do.
@@ -252,4 +252,32 @@ def bounce(folder: Path, program: Path) -> list[Figure]:
             Figure("", "largest force", f"{of['reaction'].max():.1f} N", f"{largest:.1f} N")]
 
 
-CASES = {"flawed-bars": flawed_bars, "cubes": cubes, "hertz": hertz, "bounce": bounce}
+# Radial cracks of a struck plate, whose number doubles with four times the speed (Vandenberghe, Vermorel and Villermaux 2013).
+STRUCK, SPEEDS, PLATE_SPACINGS = 8, (19.4, 38.9, 77.8), (0.4,)  # samples, [m/s], [mm]
+RING, APART = (4.5 * MILLIMETRE, 6 * MILLIMETRE), math.radians(12)  # where cracks are counted; gap between two
+
+
+def radial_cracks(sample: crackle.Sample) -> int:
+    """Directions in which the plate has cracked through a ring, counted as one when close to each other."""
+    places = sample.crack_surface.corners.values.mean(axis=1)[:, 1:] - 20 * MILLIMETRE
+    radius, angle = np.hypot(*places.T), np.arctan2(*places.T)
+    inner, outer = (np.abs(radius - middle) < 0.4 * MILLIMETRE for middle in RING)
+    first = [directions for ring in (inner, outer) for directions in [np.sort(angle[ring])]]
+    groups = [np.split(one, np.flatnonzero(np.diff(one) > APART) + 1) for one in first if len(one)]
+    counts = [len(one) - (len(one) > 1 and one[0][0] + 2 * math.pi - one[-1][-1] <= APART) for one in groups]
+    return min(counts) if len(counts) == len(RING) else 0
+
+
+def stars(folder: Path, program: Path) -> list[Figure]:
+    text, found = (ROOT / "jobs" / "gallery" / "star.toml").read_text(), []
+    for spacing in PLATE_SPACINGS:
+        numbers = []
+        for speed in SPEEDS:
+            keys = {"ensemble.samples": str(STRUCK), "tool.velocity": f'["-{speed} m/s", "0 m/s", "0 m/s"]', "mesh.region.spacing": f'"{spacing} mm"'}
+            numbers.append(mean([radial_cracks(sample) for sample in run(with_keys(text, keys), folder / f"star-{spacing}-{speed}", program)], ".1f"))
+        found.append(", ".join(numbers))
+    case = f"PMMA, 1 mm, struck by a pellet of 4 mm at {', '.join(map(str, SPEEDS))} m/s, {STRUCK} samples each"
+    return [Figure(case, f"radial cracks, spacings {', '.join(map(str, PLATE_SPACINGS))} mm", "; ".join(found), "4, –, 8; doubles with four times the speed")]
+
+
+CASES = {"flawed-bars": flawed_bars, "cubes": cubes, "hertz": hertz, "bounce": bounce, "stars": stars}

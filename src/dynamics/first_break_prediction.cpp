@@ -100,6 +100,15 @@ public:
     add({{speed, speed}}, impedance_);
   }
 
+  /// Of tools that move by a displacement or a force it is not known.
+  void add_tools() {
+    for (const input::Tool& tool : setup_.model.tools) {
+      if (tool.displacement || tool.force) stress_ = infinity;
+      const double speed = norm(tool.velocity.value_or(Vector{}));
+      add({{speed, speed}}, impedance_);
+    }
+  }
+
   double stress() const { return stress_; }
   bool is_sudden() const { return is_sudden_; }
 
@@ -164,6 +173,7 @@ WaveOutlook wave_outlook(const SampleSetup& setup) {
   Waves waves(setup);
   waves.add_forces();
   waves.add_motions();
+  waves.add_tools();
   const auto strengths = setup.law.strengths();
   return {waves.stress(), *std::ranges::min_element(strengths), waves.is_sudden()};
 }

@@ -221,8 +221,13 @@ void ToolTerm::find_contacts(double time, const MovingNodes& nodes, double margi
   has_new_contacts_ = true;
 }
 
-void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) {
+void ToolTerm::before_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) {
   if (must_find_) find_contacts(substep.kick_time, nodes, search_spacings * spacing_);
+  for (std::size_t c = first_contact_[block]; c < first_contact_[block + 1]; ++c)
+    for (int i = 0; i < 3; ++i) contacts_[c].velocity[index(i)] = nodes.velocity(contacts_[c].node, i);
+}
+
+void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) {
   for (std::size_t c = first_contact_[block]; c < first_contact_[block + 1]; ++c) {
     Contact& contact = contacts_[c];
     const Touch now = touch(contact.tool, contact.node, nodes.whole_displacement(contact.node),
@@ -235,11 +240,12 @@ void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes
     const double push = dot(force, now.normal);
     for (int i = 0; i < 3; ++i) {
       if (is_driven(contact.node, i)) continue;
-      const double before = nodes.velocity(contact.node, i);
       nodes.kick(contact.node, i, substep.kick, force[index(i)], contact.remainder[index(i)]);
       contact.impulse[index(i)] += substep.kick * force[index(i)];
-      // What the force along the surface takes from the node and the tool.
-      const double sliding = 0.5 * (before + nodes.velocity(contact.node, i)) - velocity[index(i)];
+      // What the force along the surface takes from the node and the tool: at the mean velocity of the whole
+      // kick, as the other forces nearly balance this one.
+      const double sliding =
+          0.5 * (contact.velocity[index(i)] + nodes.velocity(contact.node, i)) - velocity[index(i)];
       contact.taken -= substep.kick * (force[index(i)] - push * now.normal[index(i)]) * sliding;
       // What moves by forces does its work when it takes over the impulse.
       if (!(*tools_)[contact.tool].has_mass())

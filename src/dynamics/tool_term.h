@@ -55,6 +55,7 @@ public:
     return must_find_ || first_contact_[block] < first_contact_[block + 1];
   }
   bool acts_elsewhere() override { return std::exchange(has_new_contacts_, false); }
+  void before_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) override;
   void after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) override;
   void end_step(const mechanics::StepSpan& step, MovingNodes& nodes, const Drives& drives) override;
 
@@ -99,6 +100,7 @@ private:
     std::int32_t node = 0;
     std::size_t tool = 0;
     std::array<double, 3> remainder{};            // of MovingNodes::kick
+    Vector velocity{};                            // before the kick [m/s]
     Vector impulse{};                             // on the body in this step [N s]
     double work = 0;                              // of the tool on the node [J]
     double taken = 0;                             // by the force along the surface [J]
