@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -77,32 +78,38 @@ std::array<double, 2> sums(const parallel::Communicator& group, const std::vecto
 
 }  // namespace
 
-std::vector<double> frequencies_alone(const geometry::Subdomain& subdomain,
-                                      const mechanics::PdsOperators& operators,
-                                      const mechanics::ElasticityField& elasticity) {
-  std::vector<mechanics::Symmetric> blocks(index(subdomain.layout.n_owned), mechanics::Symmetric{});
+std::vector<double> frequency_bounds(const geometry::Subdomain& subdomain,
+                                     const mechanics::PdsOperators& operators,
+                                     const mechanics::ElasticityField& elasticity) {
+  std::vector<mechanics::Symmetric> own(index(subdomain.layout.n_owned), mechanics::Symmetric{});
+  std::vector<double> bounds(own.size(), 0.0);
   for (std::int32_t number = 0; number < subdomain.n_tetrahedra(); ++number) {
     const mechanics::TetrahedronOperator t = operators.tetrahedra[index(number)];
     const auto& [lambda, mu] = elasticity[number];
-    for (std::size_t a = 0; a < 4; ++a) {
-      if (t.nodes[a] >= subdomain.layout.n_owned) continue;
-      const Vector& b = t.gradient[a];
-      const double all = mu * dot(b, b);
-      const mechanics::Symmetric outer = mechanics::symmetric_product(b, b);
-      for (std::size_t i = 0; i < 6; ++i)
-        blocks[index(t.nodes[a])][i] += t.volume * ((lambda + mu) * outer[i] + (i < 3 ? all : 0));
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (t.nodes[i] >= subdomain.layout.n_owned) continue;
+      const Vector& a = t.gradient[i];
+      const mechanics::Symmetric product = mechanics::symmetric_product(a, a);
+      for (std::size_t k = 0; k < 6; ++k)
+        own[index(t.nodes[i])][k] += t.volume * ((lambda + mu) * product[k] + (k < 3 ? mu * dot(a, a) : 0));
+      // Frobenius' norm of V (lambda a b^T + mu b a^T + mu (a . b) I).
+      for (std::size_t j = 0; j < 4; ++j) {
+        const Vector& b = t.gradient[j];
+        if (i != j)
+          bounds[index(t.nodes[i])] +=
+              t.volume * std::sqrt((lambda * lambda + mu * mu) * (dot(a, a) * dot(b, b)) +
+                                   mu * (4 * lambda + 5 * mu) * (dot(a, b) * dot(a, b)));
+      }
     }
   }
-  std::vector<double> squares;
-  squares.reserve(blocks.size());
-  for (std::size_t n = 0; n < blocks.size(); ++n) {
-    const mechanics::Symmetric& k = blocks[n];
+  for (std::size_t n = 0; n < own.size(); ++n) {
+    const mechanics::Symmetric& k = own[n];
     Eigen::Matrix3d block;
     block << k[0], k[5], k[4], k[5], k[1], k[3], k[4], k[3], k[2];
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(block, Eigen::EigenvaluesOnly);
-    squares.push_back(solver.eigenvalues()[2] / operators.node_mass[n]);
+    bounds[n] = (bounds[n] + solver.eigenvalues()[2]) / operators.node_mass[n];
   }
-  return squares;
+  return bounds;
 }
 
 std::optional<MassScaling> scale_masses(const parallel::Communicator& group, const input::Model& model,
@@ -118,23 +125,24 @@ std::optional<MassScaling> scale_masses(const parallel::Communicator& group, con
   };
   const double step_before = step();
   auto& mass = operators.node_mass;
-  const std::vector<double> square = frequencies_alone(subdomain, operators, material.elasticity);
+  const std::vector<double> bounds = frequency_bounds(subdomain, operators, material.elasticity);
   const std::vector<std::uint8_t> corridor = find_corridor(group, subdomain, operators);
   const auto whole = sums(group, corridor, [&](std::size_t n) { return mass[n]; });
-  const auto added = [&](double bound) {
-    return sums(group, corridor,
-                [&](std::size_t n) { return square[n] > bound ? mass[n] * (square[n] / bound - 1) : 0; });
+  const auto more = [&](std::size_t n, double limit) {
+    return bounds[n] > limit ? mass[n] * (bounds[n] / limit - 1) : 0;
   };
-  const double bound = least_for_which(largest_of(group, square), [&](double candidate) {
+  const auto added = [&](double limit) {
+    return sums(group, corridor, [&](std::size_t n) { return more(n, limit); });
+  };
+  const double limit = least_for_which(largest_of(group, bounds), [&](double candidate) {
     const auto sum = added(candidate);
     return sum[0] <= most * whole[0] && sum[1] <= most * whole[1];
   });
-  const auto sum = added(bound);
-  const auto n_scaled = std::ranges::count_if(square, [&](double value) { return value > bound; });
+  const auto sum = added(limit);
+  const auto n_scaled = std::ranges::count_if(bounds, [&](double bound) { return bound > limit; });
   parallel::check_peers(group);
   const auto n_all = parallel::all_reduce<std::int64_t>(group, n_scaled, MPI_SUM);
-  for (std::size_t n = 0; n < mass.size(); ++n)
-    if (square[n] > bound) mass[n] += mass[n] * (square[n] / bound - 1);
+  for (std::size_t n = 0; n < mass.size(); ++n) mass[n] += more(n, limit);
   return MassScaling{sum[0] / whole[0], sum[1] / whole[1],
                      static_cast<double>(n_all) / static_cast<double>(subdomain.layout.n_global),
                      step() / step_before};

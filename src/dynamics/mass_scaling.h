@@ -24,19 +24,18 @@ struct MassScaling {
   bool operator==(const MassScaling&) const = default;
 };
 
-/// The largest squared frequency of each owned node while its neighbours are held: the largest eigenvalue of
-/// its block of the stiffness matrix, divided by its mass [1/s^2]. The body's is not below the largest of
-/// them, which a few nodes at slivers have, and with these little above it. Local; bitwise equal for any
-/// number of ranks.
-std::vector<double> frequencies_alone(const geometry::Subdomain& subdomain,
-                                      const mechanics::PdsOperators& operators,
-                                      const mechanics::ElasticityField& elasticity);
+/// A bound on the body's largest squared frequency by the rows of each owned node in M^-1 K, of which the
+/// largest holds (Gershgorin's, for blocks of 3 x 3, with those between nodes bounded by tetrahedra). It is
+/// too high by a factor of some 2, at all nodes alike, so that it shows which are the few that decide. Local;
+/// bitwise equal for any number of ranks. [1/s^2]
+std::vector<double> frequency_bounds(const geometry::Subdomain& subdomain,
+                                     const mechanics::PdsOperators& operators,
+                                     const mechanics::ElasticityField& elasticity);
 
-/// With input::Time::mass_scaling adds mass at the nodes of the highest frequencies alone, such that these
-/// become equal, and as low as they can with at most the given share of mass added to the body and to its
-/// corridor: where the spacing is at most 1.5 times the finest, that which 1 % of the nodes are below. A
-/// node's spacing is that of the mean volume of the tetrahedra around it. Collective; bitwise equal for any
-/// number of ranks.
+/// With input::Time::mass_scaling adds mass at the nodes of the highest bounds, such that these become equal,
+/// and as low as they can with at most the given share of mass added to the body and to its corridor: where
+/// the spacing is at most 1.5 times the finest, that which 1 % of the nodes are below. A node's spacing is
+/// that of the mean volume of the tetrahedra around it. Collective; bitwise equal for any number of ranks.
 /// @param operators take the new masses
 /// @param force of the body with these operators
 std::optional<MassScaling> scale_masses(const parallel::Communicator& group, const input::Model& model,
