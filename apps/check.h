@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/quantity_text.h"
+#include "dynamics/stable_step.h"
 #include "ensemble/estimate.h"
 #include "ensemble/memory.h"
 #include "geometry/body.h"
@@ -22,7 +23,7 @@ struct FirstSample {
   const geometry::Body& body;
   geometry::Realization realization;
   double mesh_seconds;  ///< to make it, on one core
-  double stable_step;   ///< [s]
+  dynamics::StableStep stable;
   ensemble::PhaseWork phase;
 
   double n_nodes() const { return static_cast<double>(realization.nodes.size()); }

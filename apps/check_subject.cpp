@@ -234,7 +234,7 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
   fracture::BreakableBody body(subdomain,
                                fracture::make_material_field(parameters, 0, fracture::span_of(subdomain)));
   const parallel::Communicator self(MPI_COMM_SELF);
-  const fracture::FractureLaw law(self, parameters, 0, body, {subject.phase.grid.step, subject.stable_step});
+  const fracture::FractureLaw law(self, parameters, 0, body, {subject.phase.grid.step, subject.stable.step});
   add_criterion(rows, subject, body, law);
   add_waves(rows, parameters, body);
   add_release(rows, subject, body, crack_speed);
@@ -243,9 +243,11 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
                                                                              parameters.mesh, subject.body),
                                                      "m") +
                                            " or more");
+  rows.emplace_back("stable step", quantity_text(subject.stable.step, "s"));
+  if (const auto& scaling = subject.stable.mass_scaling)
+    rows.emplace_back("mass scaling", dynamics::to_string(*scaling));
   rows.insert(rows.end(),
-              {{"stable step", quantity_text(subject.stable_step, "s")},
-               {"time step", quantity_text(subject.phase.grid.step, "s")},
+              {{"time step", quantity_text(subject.phase.grid.step, "s")},
                {"steps", fmt::format("{} per dynamic phase", subject.phase.grid.n_steps)},
                {"force evaluations", fmt::format("{} per dynamic phase", subject.phase.force_evaluations)},
                {"memory", fmt::format("{:.0f} MB per sample, on {}; {:.3g} GB are available here",
@@ -305,9 +307,9 @@ FirstSample make_subject(const input::Parameters& parameters, const geometry::Bo
   heartbeat.begin("making the mesh of sample 0");
   auto realization = ensemble::make_sample_realization(body, base, parameters, 0);
   const double seconds = clock.seconds();
-  const double stable_step = dynamics::stable_step(parameters, realization);
-  const auto phase = ensemble::phase_work(parameters.time, stable_step);
-  return {parameters, body, std::move(realization), seconds, stable_step, phase};
+  const dynamics::StableStep stable = dynamics::stable_step(parameters, realization);
+  const auto phase = ensemble::phase_work(parameters.time, stable.step);
+  return {parameters, body, std::move(realization), seconds, stable, phase};
 }
 
 void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& available,

@@ -114,7 +114,9 @@ std::vector<NamedValue> mesh_table(const input::Parameters& parameters, std::uin
   table.emplace_back("dihedral angles",
                      fmt::format("{:.1f} to {:.1f} degrees", statistics.smallest_angle / degree,
                                  statistics.largest_angle / degree));
-  table.emplace_back("stable step", quantity_text(dynamics::stable_step(parameters, realization), "s"));
+  const dynamics::StableStep stable = dynamics::stable_step(parameters, realization);
+  table.emplace_back("stable step", quantity_text(stable.step, "s"));
+  if (stable.mass_scaling) table.emplace_back("mass scaling", dynamics::to_string(*stable.mass_scaling));
   table.emplace_back("redrawn points",
                      fmt::format("{} ({:.2f} %) in {} rounds", realization.report.redrawn_points,
                                  100 * static_cast<double>(realization.report.redrawn_points) /

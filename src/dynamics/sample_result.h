@@ -3,10 +3,12 @@
 
 #include "common/real.h"
 #include "common/vector.h"
+#include "dynamics/mass_scaling.h"
 #include "fracture/break_record.h"
 #include "mechanics/tensor.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -154,8 +156,9 @@ struct SampleResult {
   bool load_is_reaction = false;  ///< the machine's load is, at least in part, a reaction
   double time_step = 0;           ///< used in the run [s]
   double stable_step = 0;         ///< of the integrator on the intact body [s]
-  double wave_transit = none;     ///< see dynamics::wave_transit [s]
-  double energy_error = 0;        ///< largest imbalance over the outputs, relative to the work done
+  std::optional<MassScaling> mass_scaling = {};
+  double wave_transit = none;  ///< see dynamics::wave_transit [s]
+  double energy_error = 0;     ///< largest imbalance over the outputs, relative to the work done
   double equilibrium_residual =
       none;  ///< largest residual of the static solves, relative to the load; NaN without any
   std::vector<fracture::Break> breaks;  ///< sorted by time, then by tetrahedron number

@@ -117,6 +117,7 @@ public:
         history_(group, body_, loads_, account_, output.probes),
         context_(setup_.motion_context()) {
     result_.stable_step = setup_.stable_step;
+    result_.mass_scaling = setup_.mass_scaling;
     result_.wave_transit = wave_transit(model_.specimen.size, setup_.waves);
     result_.load_is_reaction = machine_reacts();
     result_.time_step = setup_.grid.step;
@@ -124,6 +125,7 @@ public:
     say(fmt::format("{} nodes, {} tetrahedra; stable step {:.3g} ns, used {:.4g} ns, {} steps",
                     subdomain.layout.n_global, subdomain.n_tetrahedra_global, 1e9 * result_.stable_step,
                     1e9 * result_.time_step, setup_.grid.n_steps));
+    if (result_.mass_scaling) say("mass scaling: " + to_string(*result_.mass_scaling));
   }
 
   SampleResult run() {

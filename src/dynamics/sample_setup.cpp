@@ -70,6 +70,7 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
       waves(fracture::slowest_waves(ranks, input, body)),
       loads(all_loads(ranks, input, body)),
       more_terms(all_terms(input, std::move(terms))),
+      mass_scaling(scale_masses(ranks, input, part, body.operators(), body.material(), body.force())),
       contact(input.any_contact()
                   ? contact_scale(ranks, part, body.operators(), body.force(), *input.any_contact())
                   : ContactScale{}),

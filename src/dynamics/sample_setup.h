@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dynamics/integrator.h"
+#include "dynamics/mass_scaling.h"
 #include "dynamics/moving_body.h"
 #include "dynamics/stable_step.h"
 #include "fracture/breakable_body.h"
@@ -13,6 +14,7 @@
 #include "parallel/communicator.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +48,7 @@ struct SampleSetup {
   fracture::BodyWaves waves;
   mechanics::Conditions loads;
   std::vector<MakeTerm> more_terms;
+  std::optional<MassScaling> mass_scaling;  ///< of the body, after the loads took the weights of its masses
   ContactScale contact;
   const Splitting& splitting;
   double stable_step;  ///< [s]

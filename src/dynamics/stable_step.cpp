@@ -133,19 +133,21 @@ double stable_step(const parallel::Communicator& group, input::Integrator integr
   return std::min(undamped, step);
 }
 
-double stable_step(const input::Model& model, const geometry::Realization& realization) {
+StableStep stable_step(const input::Model& model, const geometry::Realization& realization) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
   const auto material = fracture::make_material_field(model, 0, fracture::span_of(subdomain));
-  const auto operators = mechanics::make_operators(subdomain, material.density);
+  auto operators = mechanics::make_operators(subdomain, material.density);
   const mechanics::ResidualStiffness intact(operators, material.elasticity);
   const mechanics::InternalForce force(operators, intact);
+  const auto scaling = scale_masses(self, model, subdomain, operators, material, force);
   std::vector<mechanics::NodeStiffness> springs;
   if (const auto contact = model.any_contact())
     springs = largest_contact(self, model, subdomain, operators,
                               contact_scale(self, subdomain, operators, force, *contact));
-  return stable_step(self, model.time.integrator, model.bulk_viscosity(), subdomain, operators, material,
-                     force, springs);
+  return {stable_step(self, model.time.integrator, model.bulk_viscosity(), subdomain, operators, material,
+                      force, springs),
+          scaling};
 }
 
 TimeGrid choose_time_grid(const input::Time& time, double stable_step) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "dynamics/mass_scaling.h"
 #include "geometry/realization.h"
 #include "geometry/subdomain.h"
 #include "input/model.h"
@@ -9,6 +10,8 @@
 #include "mechanics/operators.h"
 #include "parallel/communicator.h"
 
+#include <cstdint>
+#include <optional>
 #include <span>
 
 namespace crackle::dynamics {
@@ -27,8 +30,14 @@ double stable_step(const parallel::Communicator& group, input::Integrator integr
                    const mechanics::InternalForce& force,
                    std::span<const mechanics::NodeStiffness> springs = {});
 
-/// The same on a realization. Not collective (runs on one rank).
-double stable_step(const input::Model& model, const geometry::Realization& realization);
+/// The same on a realization, with the input's mass scaling.
+struct StableStep {
+  double step;  ///< [s]
+  std::optional<MassScaling> mass_scaling;
+};
+
+/// Not collective (runs on one rank).
+StableStep stable_step(const input::Model& model, const geometry::Realization& realization);
 
 /// The time step of a run and its number of steps.
 struct TimeGrid {

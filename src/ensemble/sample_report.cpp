@@ -109,6 +109,7 @@ std::vector<std::string> describe(const dynamics::SampleResult& result) {
                        count_text(counts.solver_iterations, "iteration")),
            fmt::format("{} steps of {:.3f} ns (stable up to {:.3f} ns), {} force evaluations", counts.steps,
                        result.time_step * 1e9, result.stable_step * 1e9, counts.force_evaluations),
+           result.mass_scaling ? "mass scaling: " + dynamics::to_string(*result.mass_scaling) : std::string(),
            std::isnan(result.equilibrium_residual)
                ? fmt::format("energy error {:.2e} of the work", result.energy_error)
                : fmt::format("energy error {:.2e} of the work; equilibrium residual {:.1e} of the loads",
@@ -117,7 +118,7 @@ std::vector<std::string> describe(const dynamics::SampleResult& result) {
                        timings.setup, timings.quasi_static, timings.dynamic),
            fmt::format("{:.3e} element updates per second", timings.element_updates_per_second),
        })
-    lines.push_back(line);
+    if (!line.empty()) lines.push_back(line);
   return lines;
 }
 

@@ -52,6 +52,8 @@ public:
 
   const geometry::Subdomain& subdomain() const { return *subdomain_; }
   const mechanics::PdsOperators& operators() const { return operators_; }
+  /// For mass scaling, which adds to the masses.
+  mechanics::PdsOperators& operators() { return operators_; }
   const mechanics::MaterialField& material() const { return material_; }
   const mechanics::ElasticityField& elasticity() const { return material_.elasticity; }
   const mechanics::Edges& edges() const { return edges_; }

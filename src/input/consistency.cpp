@@ -335,6 +335,12 @@ void check_time(const Parameters& parameters, Findings& findings) {
       if (parameters.boundaries[i].kind == BoundaryKind::absorbing)
         findings.report(fmt::format("boundary[{}].absorbing", i), "{}", why);
   }
+  if (time.step && time.mass_scaling > 0)
+    findings.report(
+        "time.mass_scaling",
+        "finds a longer step, but time.step is given in line {}; leave one of the two out, or give "
+        "time.step = \"auto\"",
+        findings.line_of("time.step"));
   if (!time.step || findings.faulty("time.step") || findings.faulty("time.duration")) return;
   constexpr double max_steps = 1e9;
   const std::string duration = format_quantity(time.duration, time_dimension);

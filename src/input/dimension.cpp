@@ -52,6 +52,7 @@ const Dimension angular_velocity_dimension{"an angular velocity", "rad/s", "3000
 const Dimension number_density_dimension{
     "a number per volume", "m-3", "0.1 mm-3", 0, {{"mm-3", 1e9}, {"m-3", 1}}};
 const Dimension mass_dimension{"a mass", "kg", "5 g", 0, {{"kg", 1}, {"g", 1e-3}, {"mg", 1e-6}}};
+const Dimension share_dimension{"a share", "1", "0.2 %", 0, {{"%", 1e-2}}};
 const Dimension velocity_gradient_dimension = with_example(rate_of_decay_dimension, "5000 1/s");
 
 Dimension impulse_dimension(double exponent) {
@@ -88,14 +89,23 @@ const Dimension& rate_dimension(BoundaryKind kind) {
 }
 
 std::vector<Dimension> known_dimensions(double exponent) {
-  std::vector<Dimension> dimensions{length_dimension,           time_dimension,
-                                    stress_dimension,           density_dimension,
-                                    energy_per_area_dimension,  volume_dimension,
-                                    rate_of_decay_dimension,    stress_intensity_dimension,
-                                    temperature_dimension,      expansion_dimension,
-                                    acceleration_dimension,     body_force_dimension,
-                                    angular_velocity_dimension, acceleration_rate_dimension,
-                                    body_force_rate_dimension,  mass_dimension};
+  std::vector<Dimension> dimensions{length_dimension,
+                                    time_dimension,
+                                    stress_dimension,
+                                    density_dimension,
+                                    energy_per_area_dimension,
+                                    volume_dimension,
+                                    rate_of_decay_dimension,
+                                    stress_intensity_dimension,
+                                    temperature_dimension,
+                                    expansion_dimension,
+                                    acceleration_dimension,
+                                    body_force_dimension,
+                                    angular_velocity_dimension,
+                                    acceleration_rate_dimension,
+                                    body_force_rate_dimension,
+                                    mass_dimension,
+                                    share_dimension};
   for (const BoundaryTraits& traits : boundary_kinds) {
     if (!has_quantity(traits.kind)) continue;
     dimensions.push_back(value_dimension(traits.kind));

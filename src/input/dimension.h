@@ -31,7 +31,7 @@ extern const Dimension length_dimension, time_dimension, stress_dimension, densi
     energy_per_area_dimension, volume_dimension, rate_of_decay_dimension, stress_intensity_dimension,
     angle_dimension, temperature_dimension, expansion_dimension, acceleration_dimension,
     acceleration_rate_dimension, body_force_dimension, body_force_rate_dimension, angular_velocity_dimension,
-    velocity_gradient_dimension, number_density_dimension, mass_dimension;
+    velocity_gradient_dimension, number_density_dimension, mass_dimension, share_dimension;
 
 /// stress^exponent time, the dimension of the Tuler-Butcher impulse K_f.
 Dimension impulse_dimension(double exponent);

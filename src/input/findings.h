@@ -21,6 +21,9 @@ public:
   /// True if the file contains the key.
   bool given(const std::string& key) const { return lines_.contains(key); }
 
+  /// The line of the key, or of its nearest enclosing table.
+  int line_of(const std::string& key) const;
+
   /// Reports an error at the key's line, or at that of its nearest enclosing table.
   void report(const std::string& key, const std::string& message);
   void report(const std::string& key, int line, const std::string& message);
@@ -53,8 +56,6 @@ private:
     std::string key;
     std::string message;
   };
-  /// The line of the key, or of its nearest enclosing table.
-  int line_of(const std::string& key) const;
   static std::vector<std::string> lines(const std::filesystem::path& file, std::vector<Finding> sorted);
 
   std::map<std::string, int> lines_;

@@ -272,6 +272,8 @@ struct Time {
   Engine engine = Engine::fixed_point;
   std::optional<double> step;  ///< [s]; empty: a fraction of the stable step ("auto")
   double duration = 0;         ///< of the dynamic phase [s]
+  /// Largest share of mass that may be added for a longer step, see dynamics::scale_masses; 0: none.
+  double mass_scaling = 0;
   Integrator integrator = Integrator::bilateral4;
   Precision precision = Precision::mixed;
   /// Time without a break after which a dynamic phase counts as arrested [s]; empty: the time of a

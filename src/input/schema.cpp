@@ -368,6 +368,11 @@ Table time_table() {
        automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
                           "\"auto\" is a fraction of the stable step")
            .also_called({"dt", "delta_t", "time_step"}),
+       optional_quantity_key("mass_scaling", in(&Parameters::time, &Time::mass_scaling), share_dimension,
+                             {0, 0.1, true}, optional("none"),
+                             "mass added to the few nodes that decide the stable step, at most this share of "
+                             "the whole and of what is meshed finely, for a longer step; waves are slower by "
+                             "half the share added"),
        quantity_key("duration", in(&Parameters::time, &Time::duration),
                     with_example(time_dimension, "100 us"), positive_time, required(), "of a dynamic phase")
            .also_called({"T", "t_end", "end_time", "final_time", "total_time"}),

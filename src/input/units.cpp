@@ -29,7 +29,7 @@ bool looks_like_unit(const std::string& text) {
   // Letters are those of ASCII and all non-ASCII bytes of UTF-8.
   static const std::regex units(
       R"((?:1 ?/ ?)?(?=[^)./* ])(?:(?:[^\x01-@[-`{-\x7f]|\))(?:\^?[-+]?[0-9]{1,2})?|[ ./*(])+)");
-  return text.size() <= 80 && std::regex_match(text, units);
+  return text == "%" || (text.size() <= 80 && std::regex_match(text, units));
 }
 
 /// The text with the signs of typeset pages in the form that is read: "MPa sqrt(m)" of "MPa √m", "m^0.5" of
@@ -129,6 +129,9 @@ Quantity UnitSystem::convert(double number, const std::string& unit, const Dimen
     } else {
       factor = looks_like_unit(unit) ? not_a_number : 0;
     }
+  } else if (dimension.si_unit == "1" && unit != "%" && unit != "percent") {
+    // UDUNITS counts angles as numbers, too.
+    factor = looks_like_unit(unit) ? not_a_number : 0;
   } else {
     factor = factor_to(system_.get(), unit, dimension.si_unit);
   }

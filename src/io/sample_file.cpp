@@ -419,6 +419,12 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(summary, "phase_start", result.phase_start, "s");
     hdf5::write_scalar<double>(summary, "time_step", result.time_step, "s");
     hdf5::write_scalar<double>(summary, "stable_step", result.stable_step, "s");
+    if (const auto& scaling = result.mass_scaling) {
+      hdf5::write_scalar<double>(summary, "added_mass_share", scaling->share, "1");
+      hdf5::write_scalar<double>(summary, "added_mass_share_in_corridor", scaling->corridor_share, "1");
+      hdf5::write_scalar<double>(summary, "nodes_with_added_mass_share", scaling->node_share, "1");
+      hdf5::write_scalar<double>(summary, "step_gain", scaling->gain, "1");
+    }
     const auto body = geometry::make_composite_body(content.parameters);
     const auto flaws = geometry::drawn_flaws(content.parameters, *body, content.sample);
     write_specimen(id, *body, flaws);

@@ -67,6 +67,8 @@
 /// | /summary/traces/length, along, across, time | t | with [[sections.plane]]: cracks::start_traces |
 /// | /summary/phase_start | | load time at time zero of cracks and frames |
 /// | /summary/time_step, stable_step | | steps |
+/// | /summary/added_mass_share, added_mass_share_in_corridor, nodes_with_added_mass_share, step_gain | | with
+/// time.mass_scaling: dynamics::MassScaling |
 /// | /counts/... | | dynamics::SampleCounts |
 /// | /timing/..., attributes of /provenance | | what differs between two runs |
 ///

@@ -104,7 +104,8 @@ private:
 /// Time-independent operators on a subdomain: paper section 2, on the barycentric dual.
 struct PdsOperators {
   TetrahedronOperators tetrahedra;
-  std::vector<double> node_mass;         ///< M^a = rho sum V/4 of the owned nodes [kg]
+  /// M^a = rho sum V/4 of the owned nodes, and what dynamics::scale_masses adds [kg].
+  std::vector<double> node_mass;
   std::vector<double> node_volume = {};  ///< sum V/4 of the owned nodes [m^3]
 };
 

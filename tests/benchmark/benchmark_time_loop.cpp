@@ -184,7 +184,7 @@ public:
       : sample_(sample),
         splitting_(dynamics::splitting(integrator)),
         law_(sample.law(*sample.parameters.time.step,
-                        dynamics::stable_step(sample.parameters, sample.realization))),
+                        dynamics::stable_step(sample.parameters, sample.realization).step)),
         state_{parallel::NodeField(sample.self, sample.subdomain.layout),
                parallel::NodeField(sample.self, sample.subdomain.layout)},
         step_(*sample.parameters.time.step),
@@ -293,7 +293,7 @@ void measure(const parallel::Communicator& world, const Options& options) {
 
   Sample sample(parameters);
   const double n_tetrahedra = static_cast<double>(sample.subdomain.n_tetrahedra());
-  const double stable = dynamics::stable_step(parameters, sample.realization);
+  const double stable = dynamics::stable_step(parameters, sample.realization).step;
   sample.parameters.time.step = dynamics::choose_time_grid(parameters.time, stable).step;
   const auto equilibrium = [&](Sample& of, double& load_time) {
     const auto law = of.law(5e-9);

@@ -81,6 +81,20 @@ class Mesh(unittest.TestCase):
             self.assertEqual(len(root["VTKHDF/Points"]), int(re.search(r"nodes +(\d+)", result.stdout)[1]))
         self.assertNotIn("partition", invoke(DEMO, "-o", mesh).stdout)
 
+    def test_mass_scaling_lengthens_the_step(self):
+        plate, mesh = (self.folder / name for name in ("plate.toml", "mesh.vtkhdf"))
+        plate.write_text(DEMO.read_text().replace('step = "auto"', 'mass_scaling = "0.2 %"'))
+        plain, scaled, checked = (result.stdout for result in (invoke(DEMO, "-o", mesh), invoke(plate, "-o", mesh),
+                                                               run_program("check", "--no-measure", plate)))
+        step, longer, again = (float(re.search(r"stable step [ =]*([\d.]+) ns", text)[1]) for text in (plain, scaled, checked))
+        row = r"mass scaling [ =]*[\d.]+ % of the mass, 0\.2 % in the corridor, at [\d.]+ % of the nodes: a step ([\d.]+) times as long"
+        self.assertNotIn("mass scaling", plain)
+        self.assertEqual(re.search(row, scaled)[1], re.search(row, checked)[1])
+        self.assertEqual(longer, again)
+        self.assertAlmostEqual(longer / step / float(re.search(row, checked)[1]), 1, delta=0.01)
+        self.assertGreater(longer, 1.15 * step)
+        self.assertIn("time.mass_scaling", checked)
+
     def test_regions_are_counted_and_drawn(self):
         plate, mesh = (self.folder / name for name in ("plate.toml", "mesh.vtkhdf"))
         plate.write_text(DEMO.read_text() + REGIONS)

@@ -150,6 +150,13 @@ TEST_F(Checkpoints, KeepWhatDampersRemember) {
   }
 }
 
+TEST_F(Checkpoints, ContinueWithTheSameAddedMasses) {
+  for (auto parameters : {torn_bar(), test::pulled_bar(torn_bar())}) {
+    parameters.time.mass_scaling = 0.005;
+    compare("added masses", parameters, true);
+  }
+}
+
 TEST_F(Checkpoints, KeepWhatFacetsAndTiesReleased) {
   auto parameters = torn_bar();
   parameters.fracture.release = input::Release::facet;

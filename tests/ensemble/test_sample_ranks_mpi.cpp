@@ -324,6 +324,23 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithBulkViscosity) {
   }
 }
 
+/// Masses of nodes at the parts' boundaries, and which nodes they are raised at.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithMassScaling) {
+  auto parameters = torn_bar();
+  parameters.time.precision = GetParam();
+  parameters.time.mass_scaling = 0.005;
+  for (const auto integrator : {input::Integrator::bilateral4, input::Integrator::verlet}) {
+    parameters.time.integrator = integrator;
+    const auto* alone = compare(parameters, 50);
+    if (alone == nullptr) continue;
+    EXPECT_GT(alone->mass_scaling.value().gain, 1.02);
+    EXPECT_LT(alone->energy_error, 0.02);
+  }
+  parameters.contact = input::SurfaceContact{.friction = 0.3};
+  parameters.damping = {.mass = 0, .bulk = {0.06, 1.2}};
+  compare(parameters, 50, {test::hostile_partitions(parameters.specimen.size)[2]});
+}
+
 /// Release by facets with the bridging rule, whose edges may lie between two ghosts, and a strength that
 /// varies between tetrahedra.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {

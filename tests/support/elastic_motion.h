@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace crackle::test {
@@ -37,7 +38,7 @@ inline geometry::Realization irregular_box(const geometry::Point& size, double s
 /// Motion of an unbreakable body in fixed-point numbers of 64 bits on one rank.
 class ElasticMotion {
 public:
-  /// @param parameters only their material, damping and boundary list are used
+  /// @param parameters only their material, damping, mass scaling and boundary list are used
   ElasticMotion(const geometry::Realization& mesh, const input::Parameters& parameters,
                 input::Integrator integrator = input::Integrator::bilateral4)
       : damping_rate_(parameters.damping_rate()),
@@ -48,6 +49,8 @@ public:
         law_(unbreakable(subdomain_)),
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)},
         map_(dynamics::splitting(integrator)),
+        mass_scaling_(dynamics::scale_masses(self_, parameters, subdomain_, body_.operators(),
+                                             body_.material(), body_.force())),
         stable_step_(dynamics::stable_step(self_, integrator, bulk_viscosity_, subdomain_, body_.operators(),
                                            body_.material(), body_.force())) {}
 
@@ -87,6 +90,7 @@ public:
   }
   double dissipated_energy() const { return motion_->dissipated_energy(); }
   double stable_step() const { return stable_step_; }
+  const std::optional<dynamics::MassScaling>& mass_scaling() const { return mass_scaling_; }
 
 private:
   double damping_rate_;
@@ -98,6 +102,7 @@ private:
   fracture::FractureLaw law_;
   dynamics::MotionState state_;
   const dynamics::Splitting& map_;
+  std::optional<dynamics::MassScaling> mass_scaling_;
   double stable_step_;
   std::unique_ptr<dynamics::MovingBody> motion_;
   std::int64_t n_steps_done_ = 0;

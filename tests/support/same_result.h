@@ -35,6 +35,7 @@ inline void expect_same_end(const dynamics::SampleResult& a, const dynamics::Sam
                                      {"equilibrium_residual", &Result::equilibrium_residual}})
     EXPECT_EQ(std::bit_cast<std::uint64_t>(a.*number), std::bit_cast<std::uint64_t>(b.*number))
         << name << ": " << a.*number << " and " << b.*number;
+  EXPECT_TRUE(a.mass_scaling == b.mass_scaling);
 }
 
 template <typename Row, typename Fields>

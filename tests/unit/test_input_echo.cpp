@@ -433,7 +433,7 @@ boundary: place on; points region.x region.y region.z; sample fix force traction
 load: sample acceleration body_force angular_velocity axis point velocity velocity_gradient center rate history
 tool: sample name; points shape at axis radius; sample size rounding mass displacement velocity force rate history free friction
 initial.stress: sample along surface profile components temperature expansion material history
-time: sample start step duration integrator engine precision arrest after_separation
+time: sample start step mass_scaling duration integrator engine precision arrest after_separation
 damping: sample mass bulk
 contact: sample friction stiffness
 sections: reading y z
@@ -570,6 +570,7 @@ TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
                              "correlation.between",
                              "correlation.rank",
                              "time.after_separation",
+                             "time.mass_scaling",
                              "specimen.solid",
                              "specimen.unit",
                              "sweep.key",

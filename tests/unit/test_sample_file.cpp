@@ -118,6 +118,24 @@ TEST_F(SampleFile, ReadsTheRowThatWasWritten) {
   EXPECT_EQ(n_entries(file.parent_path()), 1) << "a partial file is left";
 }
 
+TEST_F(SampleFile, HasTheMassThatWasAdded) {
+  fs::create_directory(folder.path() / "out");
+  const fs::path file = sample_path(folder.path() / "out", 3);
+  const std::map<std::string, double> shares{{"added_mass_share", 1e-4},
+                                             {"added_mass_share_in_corridor", 2e-3},
+                                             {"nodes_with_added_mass_share", 0.03},
+                                             {"step_gain", 1.4}};
+  for (const bool is_scaled : {false, true}) {
+    if (is_scaled) result.mass_scaling = dynamics::MassScaling{1e-4, 2e-3, 0.03, 1.4};
+    write(file);
+    const hdf5::Handle root = hdf5::open_for_reading(file), row = hdf5::open_group(root, "summary");
+    for (const auto& [name, share] : shares) {
+      ASSERT_EQ(H5Lexists(row, name.c_str(), H5P_DEFAULT) > 0, is_scaled) << name;
+      EXPECT_EQ(is_scaled ? hdf5::read_scalar<double>(row, name) : share, share) << name;
+    }
+  }
+}
+
 TEST_F(SampleFile, NumbersThatNoComputationGivesAreNamed) {
   const fs::path file = sample_path(folder.path(), 3);
   const auto reason = [&] {
