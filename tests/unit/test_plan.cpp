@@ -6,6 +6,7 @@
 #include "io/sample_file.h"
 #include "support/temporary_folder.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -272,6 +273,10 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
       of_another +
           "sections.y is absent, not [3 mm, 4 mm], sections.z is [3 mm], not absent, "
           "specimen.notch[0].face is z-min, not y-min; use that input, or another folder");
+  std::string many = "y = [\"3 mm\"";
+  for (int i = 0; i < 60; ++i) many += fmt::format(", \"{} mm\"", 3.01 + 0.01 * i);
+  EXPECT_EQ(changed({{"y = [\"3 mm\", \"4 mm\"]", many + "]"}, {"seed = 1", "seed = 2"}}),
+            of_another + "ensemble.seed is 2, not 1, sections.y differs; use that input, or another folder");
 }
 
 TEST_F(Plan, ResumeWithOtherPointsIsRefusedWithTheDifference) {
