@@ -207,6 +207,7 @@ private:
     if (is_unloaded(group_, body_, *context_.loads)) result_.separated_at = last.time;
     result_.note = fmt::format("the phase ended early, after the body had separated: {}", reason);
     result_.end_time = last.time;
+    output_.write_last_fragments();
     ends_ = true;
   }
 
@@ -237,7 +238,7 @@ private:
       running.load_check = load_watch_->state(group_);
       running.ended_loads = gather_ended_loads(group_, body_.subdomain().layout, *options_.ending_loads);
     }
-    options_.save(std::move(running), result_.energy, result_.frames);
+    options_.save(std::move(running), result_);
   }
 
   void restore(const Checkpoint& checkpoint) {
@@ -261,6 +262,7 @@ private:
     }
     result_.energy = checkpoint.energy;
     result_.frames = checkpoint.frames;
+    result_.fragment_history = checkpoint.fragment_history;
     motion_.read(state_);
   }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "phase_output.h"
 
+#include "dynamics/fragments.h"
+#include "fracture/connectivity.h"
+#include "parallel/agreement.h"
 #include "parallel/exact_sum.h"
 
 #include <algorithm>
@@ -132,6 +135,31 @@ void PhaseOutput::write(std::int64_t step, bool is_last) {
     Frame taken = frame(time);
     if (group.is_root()) result_->frames.push_back(std::move(taken));
   }
+  group.enter("fragments");
+  write_fragments(time);
+  if (is_last || step >= options_->grid.n_steps) write_last_fragments();
+}
+
+void PhaseOutput::write_fragments(double time) {
+  const parallel::Communicator& group = *context_.group;
+  // Until something breaks, the pieces are those of the start.
+  const bool is_known = has_labels_ && result_->energy.back().broken == 0;
+  if (!is_known) labels_ = fracture::piece_labels(group, *context_.body);
+  has_labels_ = true;
+  parallel::agree(group, [&] {
+    const auto u = state_->displacement.owned(), v = state_->velocity.owned();
+    displacement_.assign(u.begin(), u.end());
+    velocity_.assign(v.begin(), v.end());
+  });
+  if (!is_known) count_ = count_fragments(group, *context_.body, labels_, motion_->frozen(), time);
+  count_.time = time;
+  count_.frozen_energy = motion_->frozen_energy();
+  parallel::agree_on_root(group, [&] { result_->fragment_history.push_back(count_); });
+}
+
+void PhaseOutput::write_last_fragments() {
+  result_->fragments =
+      find_fragments(*context_.group, *context_.body, labels_, motion_->frozen(), displacement_, velocity_);
 }
 
 }  // namespace crackle::dynamics

@@ -8,13 +8,14 @@
 
 namespace crackle::dynamics {
 
-/// The outputs of a dynamic phase during its duration: rows of the energy account, history and frames.
+/// The outputs of a dynamic phase during its duration: rows of the energy account, history, frames and
+/// fragments.
 class PhaseOutput {
 public:
   /// Collective. The references must outlive the object.
   /// @param load_time time of the load curves at the start of the phase [s]
   /// @param state receives the current state at every output
-  /// @param result receives energy rows and frames
+  /// @param result receives energy rows, frames and fragments
   PhaseOutput(const MotionContext& context, const MovingBody& motion, const EnergyAccount& account,
               double load_time, const PhaseOptions& options, MotionState& state, PhaseResult& result);
 
@@ -26,6 +27,9 @@ public:
   /// @throws std::runtime_error on every rank when the energies show that the motion is invalid
   void write(std::int64_t step, bool is_last);
 
+  /// Takes the fragments at the last energy row as those of the end. Collective.
+  void write_last_fragments();
+
 private:
   bool is_frame(std::int64_t step) const;
   bool is_energy_row(std::int64_t step) const;
@@ -34,6 +38,7 @@ private:
   bool is_measured(std::int64_t step) const;
   EnergyRow measure(double time) const;
   Frame frame(double time) const;
+  void write_fragments(double time);
 
   MotionContext context_;
   const MovingBody* motion_;
@@ -46,6 +51,11 @@ private:
   std::vector<std::int64_t> frame_steps_;         // ascending
   std::vector<std::int64_t> kink_steps_;          // around those of the loads, ascending
   double negligible_energy_;                      // that rounding alone may produce [J]
+  // Of the last energy row:
+  bool has_labels_ = false;
+  FragmentCount count_;                          // on the root
+  std::vector<std::int64_t> labels_;             // of the pieces
+  std::vector<double> displacement_, velocity_;  // of owned nodes
 };
 
 /// Kinetic energy of the lumped masses [J]. Collective; bitwise equal for any number of ranks.
