@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/explicit_phase.h"
 
+#include "common/index.h"
 #include "dynamics/breaking_check.h"
 #include "dynamics/separation.h"
 #include "fracture/connectivity.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include "break_release.h"
 #include "loose_loads.h"
@@ -101,6 +103,7 @@ private:
     const bool is_poll = may_save || step_ == options_.grid.n_steps || step_ == end_.last_step();
     const bool is_output = output_.is_due(step_);
     if (!is_poll && !is_output) return;
+    if (is_poll && options_.freezes && result_.energy.back().broken > 0) freeze_leaving();
     const Request own_request = agree_on_failures(may_save);
     if (ends_) return;
 
@@ -143,6 +146,11 @@ private:
     failure_.guard_messages([&] {
       const auto found = breaking_check_->end_step(step_);
       breaking_.assign(found.begin(), found.end());
+      const auto frozen = motion_.frozen();
+      if (!frozen.empty())
+        std::erase_if(breaking_, [&](std::int32_t t) {
+          return frozen[index(body_.subdomain().tetrahedra[index(t)][0])] != 0;
+        });
     });
   }
 
@@ -178,6 +186,32 @@ private:
       motion_.end_loads(load_time(), *nodes, state_);
       loads.end_loads(group_, *nodes);
     }
+    begin_steps();
+  }
+
+  /// Freezes loose pieces whose numbers are about to leave their range: they fly on without being computed.
+  void freeze_leaving() {
+    std::vector<std::int32_t> leaving;
+    failure_.guard([&] { leaving = motion_.leaving(); });
+    failure_.agree();
+    if (!parallel::any_of_all(group_, !leaving.empty())) return;
+    group_.enter("fragments that leave");
+    const auto nodes = nodes_of_loose_pieces_at(group_, body_, *context_.loads, pieces(), leaving);
+    motion_.read(state_);
+    const auto energies = parallel::agree(group_, [&] {
+      const auto v = state_.velocity.owned();
+      const auto& mass = body_.operators().node_mass;
+      std::vector<double> terms;
+      for (const auto node : nodes) {
+        const std::size_t n = index(node);
+        if (n < mass.size())
+          terms.push_back(0.5 * mass[n] *
+                          (v[3 * n] * v[3 * n] + v[3 * n + 1] * v[3 * n + 1] + v[3 * n + 2] * v[3 * n + 2]));
+      }
+      return terms;
+    });
+    const double energy = parallel::exact_sum(group_, energies);
+    parallel::agree(group_, [&] { motion_.freeze(nodes, energy); });
     begin_steps();
   }
 

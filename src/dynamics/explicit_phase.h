@@ -69,6 +69,7 @@ struct PhaseOptions {
   bool awaits_break = false;
   std::optional<double> after_separation = {};  ///< a phase ends this long after separation of the body [s]
   bool ends_out_of_range = false;  ///< after separation, numbers out of range end the phase without a failure
+  bool freezes = false;            ///< loose pieces whose numbers are about to leave their range stand still
   int n_frames = 0;                ///< frames over the whole duration, including first and last
   int n_energy_rows = 200;         ///< approximate number of rows of the energy account
   /// Interval of the history's rows [s]; empty: that of the energy rows.

@@ -324,6 +324,7 @@ private:
                          // Loads that change, and waves, may take their time to break a body in equilibrium.
                          .awaits_break = starts_moving(number),
                          .ends_out_of_range = model_.time.precision == input::Precision::double_,
+                         .freezes = model_.time.precision == input::Precision::double_,
                          .n_frames = output_.frames,
                          .history_interval = output_.history,
                          .ending_loads = &loads_,

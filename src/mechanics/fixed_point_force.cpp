@@ -2,6 +2,7 @@
 #include "fixed_point_force.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -337,30 +338,53 @@ double FixedPointForce<Real>::padding() const {
 }
 
 template <class Real>
-double FixedPointForce<Real>::largest_stretch() const {
-  double largest = 0;
+template <class Visit>
+void FixedPointForce<Real>::for_each_stretch(const Visit& visit) const {
   // The magnitude, which is equal for both directions of an edge: ranks may use different ones.
-  const auto include_edge = [&](std::int32_t a, std::int32_t b) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Integer d =
-          kernels::difference(nodes_[index(b)].displacement[i], nodes_[index(a)].displacement[i]);
-      largest = std::max(largest, std::abs(static_cast<double>(d)));
-    }
+  const auto visit_edge = [&](std::int32_t a, std::int32_t b, const auto& s, std::size_t lane) {
+    std::array<double, 3> d{};
+    for (std::size_t i = 0; i < 3; ++i)
+      d[i] = static_cast<double>(
+          kernels::difference(nodes_[index(b)].displacement[i], nodes_[index(a)].displacement[i]));
+    const auto force = [&](std::size_t x, std::size_t y, std::size_t z) {
+      return static_cast<double>(s[x][lane]) * d[0] + static_cast<double>(s[y][lane]) * d[1] +
+             static_cast<double>(s[z][lane]) * d[2];
+    };
+    const auto largest = [](double x, double y, double z) {
+      return std::max({std::abs(x), std::abs(y), std::abs(z)});
+    };
+    // S as xx, yy, zz, yz, xz, xy.
+    visit(a, b, largest(d[0], d[1], d[2]), largest(force(0, 5, 4), force(5, 1, 3), force(4, 3, 2)));
   };
   const auto carries = [](const auto& s, std::size_t lane) {
     return s[0][lane] != 0 || s[1][lane] != 0 || s[2][lane] != 0;
   };
   for (std::size_t pair = 0; pair < ends_.size(); ++pair) {
     const EdgeEnds& ends = ends_[pair];
+    const auto& s = symmetric_[pair].s;
     for (std::size_t lane = 0; lane < 8; ++lane)
-      if (carries(symmetric_[pair].s, lane))
-        include_edge(ends.owner + (lane < 4 ? 0 : ends.second_owner), ends.owner + ends.target[lane]);
+      if (carries(s, lane))
+        visit_edge(ends.owner + (lane < 4 ? 0 : ends.second_owner), ends.owner + ends.target[lane], s, lane);
   }
   for (const Block& block : blocks_)
     for (const auto& group : block.general)
       for (std::size_t lane = 0; lane < 8; ++lane)
-        if (carries(group.s, lane)) include_edge(group.first[lane], group.second[lane]);
+        if (carries(group.s, lane)) visit_edge(group.first[lane], group.second[lane], group.s, lane);
+}
+
+template <class Real>
+double FixedPointForce<Real>::largest_stretch() const {
+  double largest = 0;
+  for_each_stretch(
+      [&](std::int32_t, std::int32_t, double stretch, double) { largest = std::max(largest, stretch); });
   return largest;
+}
+
+template <class Real>
+void FixedPointForce<Real>::add_overstretched(double least, std::vector<std::int32_t>& nodes) const {
+  for_each_stretch([&](std::int32_t a, std::int32_t b, double stretch, double force) {
+    if (stretch >= least || force >= contribution_limit / 4) nodes.insert(nodes.end(), {a, b});
+  });
 }
 
 template class FixedPointForce<float>;
