@@ -335,7 +335,9 @@ void append_fragments(std::string& text, const Statistics& statistics) {
     const ShownUnit unit = info.units == std::string_view("kg") ? mass : info.unit_for(one.mean);
     auto& row = table.emplace_back();
     row = {with_unit(info.label, unit.name)};
-    for (const double value : {one.mean, one.std, one.half_width})
+    // The mass of all bodies is the same but for rounding.
+    const bool is_constant = one.std < 1e-9 * one.mean;
+    for (const double value : {one.mean, is_constant ? 0 : one.std, is_constant ? 0 : one.half_width})
       row.push_back(shown(value, info.format, unit.factor));
   });
   text += aligned(table);

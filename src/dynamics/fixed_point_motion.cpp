@@ -70,6 +70,7 @@ public:
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
         ghosts_(*context.group, subdomain_.layout, force_.nodes(),
                 std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
+    force_.let_ends_part();
     state_.read(state);
     terms_.start(load_time, state);
     for (const auto node : ghosts_.sent_nodes())

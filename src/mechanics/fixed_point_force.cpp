@@ -222,24 +222,31 @@ auto FixedPointForce<Real>::coefficients(std::int32_t edge) -> Coefficients {
 
 template <class Real>
 void FixedPointForce<Real>::set_coefficients(std::int32_t edge, const Coefficients& values) {
-  // The ends of an edge without stiffness may fly apart farther than a difference of displacements can tell:
-  // then it is one from a node to itself.
-  const bool carries = values != Coefficients{};
+  const bool joins = !ends_part_ || values != Coefficients{};
   const auto [a, b] = edges_->nodes[index(edge)];
   if (is_general(edge)) {
     const auto [block, number] = general_place(edge);
     auto& group = blocks_[index(block)].general[index(number / 8)];
-    group.second[number % 8] = carries ? b : a;
+    group.second[number % 8] = joins ? b : a;
     for (std::size_t i = 0; i < 6; ++i) group.s[i][number % 8] = values[i];
     for (std::size_t i = 0; i < 3; ++i) group.w[i][number % 8] = values[6 + i];
   } else {
     const PairPlace at = pair_place(edge);
     EdgeEnds& ends = ends_[index(place_[index(edge)] / 8)];
     const auto [owner, other] = at.direction > 0 ? std::pair(a, b) : std::pair(b, a);
-    ends.target[at.lane] = static_cast<std::int16_t>((carries ? other : owner) - ends.owner);
+    ends.target[at.lane] = static_cast<std::int16_t>((joins ? other : owner) - ends.owner);
     for (std::size_t i = 0; i < 6; ++i) at.symmetric->s[i][at.lane] = values[i];
     for (std::size_t i = 0; i < 3 && at.skew != nullptr; ++i)
       at.skew->w[i][at.lane] = at.direction * values[6 + i];
+  }
+}
+
+template <class Real>
+void FixedPointForce<Real>::let_ends_part() {
+  ends_part_ = true;
+  for (std::size_t e = 0; e < edges_->size(); ++e) {
+    const auto edge = static_cast<std::int32_t>(e);
+    set_coefficients(edge, coefficients(edge));
   }
 }
 
@@ -310,7 +317,7 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
         const auto edge = changed[std::min(begin + lane, changed.size() - 1)];
         const Coefficients values = coefficients(edge);
         group.first[lane] = edges_->nodes[index(edge)][0];
-        group.second[lane] = edges_->nodes[index(edge)][values == Coefficients{} ? 0 : 1];
+        group.second[lane] = edges_->nodes[index(edge)][ends_part_ && values == Coefficients{} ? 0 : 1];
         if (begin + lane >= changed.size()) continue;
         for (std::size_t i = 0; i < 6; ++i) group.s[i][lane] = sign * values[i];
         for (std::size_t i = 0; i < 3; ++i) group.w[i][lane] = sign * values[6 + i];

@@ -81,6 +81,10 @@ public:
   /// Unused slots relative to the edges stored in groups of four from one owner.
   double padding() const;
 
+  /// The ends of edges without stiffness may part farther than a difference of displacements can tell: such
+  /// an edge becomes one from a node to itself, as those do that lose their stiffness later.
+  void let_ends_part();
+
   /// Largest difference of displacement along an edge that carries load, in quanta; valid as long as none has
   /// wrapped around.
   double largest_stretch() const;
@@ -165,6 +169,7 @@ private:
   std::vector<std::int32_t> place_;
   std::vector<GeneralPlace> general_places_;
   Real largest_contribution_ = 0;
+  bool ends_part_ = false;
 };
 
 }  // namespace crackle::mechanics
