@@ -53,7 +53,7 @@ struct PhaseResult {
   std::int64_t n_forces = 0;
   std::vector<EnergyRow> energy;
   std::vector<Frame> frames;                    ///< root only
-  std::vector<FragmentCount> fragment_history;  ///< of each energy row; root only
+  std::vector<FragmentCount> fragment_history;  ///< at some energy rows; root only
   /// After the last output that counts; root only.
   Fragments fragments;
 };

@@ -18,6 +18,9 @@ namespace {
 /// Share of the energy at the strength: far above rounding errors in a hardly loaded body.
 constexpr double negligible_share = 1e-12;
 
+/// Fragments are counted less often: finding them takes as long as some steps.
+constexpr std::int64_t energy_rows_per_count = 4;
+
 /// The steps after which a frame is stored.
 std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
   std::vector<std::int64_t> steps;
@@ -78,6 +81,11 @@ bool PhaseOutput::is_energy_row(std::int64_t step) const {
   return step % row_interval_ == 0 || step >= options_->grid.n_steps || is_frame(step);
 }
 
+bool PhaseOutput::is_count(std::int64_t step) const {
+  return step % (energy_rows_per_count * row_interval_) == 0 || step >= options_->grid.n_steps ||
+         is_frame(step);
+}
+
 bool PhaseOutput::is_history_row(std::int64_t step) const {
   return options_->on_history && (step % history_interval_ == 0 || step >= options_->grid.n_steps);
 }
@@ -135,6 +143,7 @@ void PhaseOutput::write(std::int64_t step, bool is_last) {
     Frame taken = frame(time);
     if (group.is_root()) result_->frames.push_back(std::move(taken));
   }
+  if (!is_last && !is_count(step)) return;
   group.enter("fragments");
   write_fragments(time);
   if (is_last || step >= options_->grid.n_steps) write_last_fragments();

@@ -27,12 +27,13 @@ public:
   /// @throws std::runtime_error on every rank when the energies show that the motion is invalid
   void write(std::int64_t step, bool is_last);
 
-  /// Takes the fragments at the last energy row as those of the end. Collective.
+  /// Takes the fragments at their last count as those of the end. Collective.
   void write_last_fragments();
 
 private:
   bool is_frame(std::int64_t step) const;
   bool is_energy_row(std::int64_t step) const;
+  bool is_count(std::int64_t step) const;  ///< of fragments, at an energy row
   bool is_history_row(std::int64_t step) const;
   /// True if the history is measured, for a row or for the machine's results.
   bool is_measured(std::int64_t step) const;
@@ -51,7 +52,7 @@ private:
   std::vector<std::int64_t> frame_steps_;         // ascending
   std::vector<std::int64_t> kink_steps_;          // around those of the loads, ascending
   double negligible_energy_;                      // that rounding alone may produce [J]
-  // Of the last energy row:
+  // Of the last count of fragments:
   bool has_labels_ = false;
   FragmentCount count_;                          // on the root
   std::vector<std::int64_t> labels_;             // of the pieces

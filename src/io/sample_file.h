@@ -63,7 +63,7 @@
 /// frozen | g, of vectors g x 3 | at the end, the heaviest first: see dynamics::Fragment |
 /// | /fragments/of_node | n | row of each node; -1: dust |
 /// | /fragments/dust/nodes, mass, volume, kinetic | | single nodes, which have no row |
-/// | /fragments/history/time, number, ... | e | see dynamics::FragmentCount |
+/// | /fragments/history/time, number, ... | i | see dynamics::FragmentCount |
 /// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | for computing the stress; of broken
 /// tetrahedra also from /breaks/cut, /bridge_releases and the input |
 /// | attribute release_time [s] of /frames | | of what falls at the time of a frame |

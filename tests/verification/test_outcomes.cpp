@@ -311,7 +311,147 @@ TEST_F(Bar, PhaseEndsAfterSeparationOnlyWhenAsked) {
   EXPECT_EQ(ended.energy[5].strain, whole.energy[5].strain);
 }
 
-TEST_F(Bar, AFragmentThatLeavesTheNumberRangeStandsStillAndTheSampleGoesOn) {
+TEST_F(Bar, DustFliesAnyDistanceInDoubleAndTheSampleGoesOn) {
+  parameters.time.start = input::Start::rest;
+  parameters.time.integrator = input::Integrator::verlet;
+  hold_below();
+  add(Face::z_max, BoundaryKind::force, {}, 600);
+  parameters.time.duration = 5e-3;  // for the dead load to carry its piece away
+  parameters.output.frames = 200;
+  const auto result = run();
+  EXPECT_EQ(result.outcome, Outcome::separated);
+  EXPECT_EQ(result.counts.range_restarts, 1) << "first it is tried in double";
+  EXPECT_EQ(result.note, "");
+  EXPECT_NEAR(result.energy.back().time, parameters.time.duration, 1e-6);
+  EXPECT_GT(result.fragment_history.back().dust, 0);
+  EXPECT_EQ(result.fragment_history.back().frozen, 0);
+  EXPECT_LT(result.energy_error, 1e-3);
+}
+
+TEST_F(Bar, AnUnloadedEquilibriumThatNothingLoadsIsUnbroken) {
+  hold_below();
+  add(Face::z_max, BoundaryKind::force, {}, 1);
+  parameters.time.start = input::Start::equilibrium;
+  for (const double window : {5e-6, 4 * parameters.time.duration}) {  // also longer than the longest phase
+    parameters.time.arrest = window;
+    const auto result = run();
+    EXPECT_EQ(result.outcome, Outcome::unbroken) << window;
+    EXPECT_EQ(result.note, "") << window;
+    EXPECT_TRUE(std::isnan(result.first_break_load));
+  }
+}
+
+/// A wave that takes longer to arrive than the window, and the arrest after its breaks.
+TEST_F(Bar, InMotionFromAnEquilibriumArrestsOnlyAfterABreak) {
+  hold_below();
+  add(Face::z_max, BoundaryKind::traction, {}, 34e6);
+  parameters.boundaries.back().history = {{0, 0.1}, {20e-6, 0.1}, {21e-6, 1}, {22e-6, 0.1}};
+  parameters.time.start = input::Start::equilibrium;
+  parameters.time.arrest = 6e-6;
+  parameters.time.duration = 100e-6;
+  const auto result = run();
+  EXPECT_GT(result.first_break_time, 20e-6);
+  EXPECT_LT(result.first_break_time, 34e-6);
+  EXPECT_EQ(result.outcome, Outcome::arrested);
+  EXPECT_THAT(result.note, HasSubstr("before time.duration, 100 us: nothing had broken for 6 us"));
+  // Without a break the motion lasts for the whole duration.
+  parameters.boundaries.back().value[2] = 3e6;
+  const auto unbroken = run();
+  EXPECT_EQ(unbroken.outcome, Outcome::unbroken);
+  EXPECT_EQ(unbroken.note, "");
+  EXPECT_GT(unbroken.energy.back().time, 0.999 * parameters.time.duration);
+}
+
+TEST_F(Bar, FirstBreakAndOnsetDifferWhereABreakIsNoRunAway) {
+  hold_below();
+  add(Face::z_max, BoundaryKind::force, {}, 0, 10);
+  parameters.time.arrest = 1e-30;  // every break is quasi-static, until the bar is in two pieces
+  const auto result = run();
+  EXPECT_EQ(result.outcome, Outcome::separated);
+  EXPECT_TRUE(std::isnan(result.onset_force));
+  EXPECT_EQ(result.first_break_time, result.breaks.front().load_time);
+  EXPECT_NEAR(result.first_break_load, 10 * result.first_break_time, 1e-9 * result.first_break_load);
+  EXPECT_GT(result.equilibrium_residual, 0);
+  EXPECT_LT(result.equilibrium_residual, 1e-9);
+}
+
+/// A strip with a slot, wedged open: cracks arrest again and again.
+class WedgedStrip : public Bar {
+protected:
+  WedgedStrip() {
+    parameters.specimen.size = {0.001, 0.012, 0.03};
+    for (const auto& [face, sign] : {std::pair{Face::y_max, 1.0}, {Face::y_min, -1.0}}) {
+      auto wedge = test::boundary(face, BoundaryKind::displacement, all, {0, sign * 1e-5, 0});
+      wedge.region[2] = {0, 0.0021};
+      wedge.history = {{0, 0}, {100, 100}};
+      parameters.boundaries.push_back(wedge);
+    }
+    parameters.time.arrest = 1e-5;
+  }
+  SampleResult run() {
+    const auto mesh = test::make_box({.size = parameters.specimen.size,
+                                      .cells = {1, 12, 30},
+                                      .disturbance = 0.15,
+                                      .removed = [](const geometry::Point& p) {
+                                        return p[2] < 0.4 * 0.03 && std::abs(p[1] - 0.0065) < 0.0005;
+                                      }});
+    const parallel::Communicator self(MPI_COMM_SELF);
+    const SampleResult result = run_sample(self, parameters, parameters.output, test::whole(mesh));
+    std::printf("  %s, first break %.6g s, onset %.6g s, %zu breaks, %lld phases, %zu rows up to %.3g us\n",
+                to_string(result.outcome).c_str(), result.first_break_time, result.onset_time,
+                result.breaks.size(), static_cast<long long>(result.counts.dynamic_phases),
+                result.energy.size(), result.energy.empty() ? 0.0 : 1e6 * result.energy.back().time);
+    return result;
+  }
+};
+
+TEST_F(WedgedStrip, AShortDurationDoesNotMakeAnArrestedPhaseTheLast) {
+  // A break 2 us before the end of the phase: whether it has arrested is only known later.
+  parameters.time.duration = 6e-5;
+  const auto full = run();
+  ASSERT_GE(full.counts.dynamic_phases, 3);
+  parameters.time.duration = 1.2e-5;
+  const auto brief = run();
+  EXPECT_GE(brief.counts.dynamic_phases, 3);
+  EXPECT_EQ(brief.first_break_time, full.first_break_time);
+}
+
+TEST_F(WedgedStrip, WhatHasNotArrestedWithinThreeDurationsIsUndecided) {
+  parameters.time.duration = 6e-6;
+  parameters.time.arrest = 4e-5;  // longer than three durations
+  const auto result = run();
+  EXPECT_EQ(result.outcome, Outcome::undecided);
+  EXPECT_THAT(result.note, HasSubstr("cracks were still running at time.duration = 6 us"));
+  ASSERT_FALSE(result.breaks.empty());
+  // Outputs are limited to the duration.
+  for (const auto& one : result.breaks) EXPECT_LE(one.phase_time, 6e-6 * (1 + 1e-12));
+  EXPECT_NEAR(result.energy.back().time, 6e-6, 1e-12);
+  EXPECT_EQ(result.energy.back().broken, static_cast<std::int64_t>(result.breaks.size()));
+  EXPECT_EQ(result.frames.size(), 3U);
+  EXPECT_GT(static_cast<double>(result.counts.steps) * result.time_step, 17e-6);
+}
+
+TEST_F(Bar, PhaseEndsAfterSeparationOnlyWhenAsked) {
+  hold_below();
+  add(Face::z_max, BoundaryKind::force, {}, 0, 10);
+  parameters.time.precision = input::Precision::double_;
+  parameters.time.duration = 1e-4;
+  const auto whole = run();
+  ASSERT_EQ(whole.outcome, Outcome::separated);
+  parameters.time.after_separation = 1e-5;
+  const auto ended = run();
+  EXPECT_EQ(ended.outcome, Outcome::separated);
+  EXPECT_EQ(ended.onset_force, whole.onset_force);
+  EXPECT_LT(ended.energy.back().time, 0.8 * whole.energy.back().time);
+  EXPECT_GT(ended.energy.back().time, 1e-5);
+  // Up to its end it is the same.
+  ASSERT_LE(ended.breaks.size(), whole.breaks.size());
+  for (std::size_t i = 0; i < ended.breaks.size(); ++i)
+    EXPECT_EQ(ended.breaks[i].tetrahedron, whole.breaks[i].tetrahedron);
+  EXPECT_EQ(ended.energy[5].strain, whole.energy[5].strain);
+}
+
+TEST_F(Bar, DustFliesAnyDistanceInDoubleAndTheSampleGoesOn) {
   parameters.time.start = input::Start::rest;
   parameters.time.integrator = input::Integrator::verlet;
   hold_below();
