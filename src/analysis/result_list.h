@@ -263,6 +263,40 @@ void for_each_trace_result(Visit&& visit) {
         &Trace::time);
 }
 
+/// Calls visit(info, member of FragmentSummary) for every number of a sample's fragments:
+/// /summary/fragments/<name> of a sample file, /fragments/<name> of the ensemble's.
+template <class Visit>
+void for_each_fragment_result(Visit&& visit) {
+  using Row = FragmentSummary;
+  using enum About;
+  using enum Reduction;
+  const auto see = [&](const char* name, const char* units, const char* meaning, const char* label,
+                       const char* shown_units, double factor, const char* format, auto member) {
+    visit(ResultInfo{name, units, meaning, body, none, nowhere, label, shown_units, factor, format, "", 7},
+          member);
+  };
+  see("number", "", "number of fragments: pieces of two nodes or more", "fragments", "", 1, ".1f",
+      &Row::number);
+  see("largest_mass", "kg", "mass of the largest fragment", "largest", "g", 1e3, ".4g", &Row::largest_mass);
+  see("second_mass", "kg", "mass of the second largest fragment; 0 if there is none", "second", "g", 1e3,
+      ".4g", &Row::second_mass);
+  see("mean_mass", "kg", "mean mass of the fragments", "mean", "g", 1e3, ".4g", &Row::mean_mass);
+  see("median_mass", "kg", "median of their masses", "median", "g", 1e3, ".4g", &Row::median_mass);
+  see("dust_mass", "kg", "mass of dust: of single nodes that nothing holds", "dust", "g", 1e3, ".4g",
+      &Row::dust_mass);
+  see("fastest", "m/s", "largest speed of the mean motion of a fragment", "fastest", "m/s", 1, ".4g",
+      &Row::fastest);
+  see("kinetic_energy", "J", "kinetic energy of the mean motions of all fragments", "kinetic energy", "mJ",
+      1e3, ".4g", &Row::kinetic_energy);
+  see("frozen", "", "number of fragments and single nodes that were frozen: numbers out of range", "frozen",
+      "", 1, ".1f", &Row::frozen);
+  see("frozen_mass", "kg", "their mass", "frozen mass", "g", 1e3, ".4g", &Row::frozen_mass);
+  see("frozen_energy", "J", "kinetic energy taken from them", "frozen energy", "mJ", 1e3, ".4g",
+      &Row::frozen_energy);
+  // The last one.
+  see("body_mass", "kg", "mass of the whole body", "body", "g", 1e3, ".4g", &Row::body_mass);
+}
+
 /// The area of the cracks in each of the crack_parts: /summary/crack_area_in of a sample file,
 /// /samples/crack_area_in of the ensemble's, with the parts as an attribute.
 inline constexpr ResultInfo crack_area_in_info{
@@ -279,12 +313,21 @@ inline constexpr ResultInfo crack_area_in_info{
     "",
     6};
 
+inline constexpr const char* heavier_meaning =
+    "number of fragments of at least each share of the body's mass";
+
+/// Visits every field, for a Packer.
+void for_each_field(std::derived_from<FragmentSummary> auto& row, const auto& visit) {
+  for_each_fragment_result([&](const ResultInfo&, auto member) { visit(row.*member); });
+  visit(row.heavier);
+}
+
 /// Visits every field of a row, for a Packer: messages between ranks of the same architecture.
 void for_each_field(std::derived_from<SampleSummary> auto& row, const auto& visit) {
   visit(row.status, row.error, row.note, row.inputs);
   for_each_result([&](const ResultInfo&, auto member) { visit(row.*member); });
   for_each_position_result([&](const ResultInfo&, auto member) { visit(row.*member); });
-  visit(row.crack_area_in, row.traces, row.wall_time);
+  visit(row.crack_area_in, row.traces, row.fragments, row.wall_time);
 }
 
 /// A result as a number; NaN for a negative integer, which means that there is none.

@@ -246,14 +246,14 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
 }
 
 /// Mean and scatter of values in groups.
-TraceStatistics::Estimate estimate(std::span<const double> values, Groups draws, const Statistics& shape) {
+MeanEstimate estimate(std::span<const double> values, Groups draws, const Statistics& shape) {
   Moments moments;
   GroupedMoments by_draws;
   for (std::size_t i = 0; i < values.size(); ++i) {
     moments.add(values[i]);
     by_draws.add(values[i], draws[i]);
   }
-  TraceStatistics::Estimate found{moments.mean(), moments.standard_deviation(), not_a_number};
+  MeanEstimate found{moments.mean(), moments.standard_deviation(), not_a_number};
   found.half_width = shape.replicates > 1 ? student_quantile(by_draws.n_groups(), shape.confidence) *
                                                 std::sqrt(by_draws.square_error())
                                           : student_half_width(found.std, moments.count(), shape.confidence);
@@ -290,6 +290,36 @@ void compute_traces(Statistics& statistics, std::span<const SampleSummary> rows)
   }
 }
 
+void compute_fragments(Statistics& statistics, std::span<const SampleSummary> rows) {
+  FragmentStatistics& found = statistics.fragments = {};
+  std::vector<std::size_t> draws;
+  std::vector<const FragmentSummary*> known;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].status != SampleStatus::done || rows[i].fragments.heavier.empty()) continue;
+    known.push_back(&rows[i].fragments);
+    found.n_fragmented += is_fragmented(rows[i]) ? 1 : 0;
+    draws.push_back(i / index(statistics.replicates));
+  }
+  found.n_of = static_cast<int>(known.size());
+  const auto add = [&](std::vector<MeanEstimate>& estimates, const auto& value_of) {
+    std::vector<double> values;
+    std::vector<std::size_t> draws_of_values;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      const double value = value_of(*known[i]);
+      if (std::isnan(value)) continue;  // without fragments there is no mean mass
+      values.push_back(value);
+      draws_of_values.push_back(draws[i]);
+    }
+    estimates.push_back(values.empty() ? MeanEstimate{} : estimate(values, draws_of_values, statistics));
+  };
+  for_each_fragment_result([&](const ResultInfo&, auto member) {
+    add(found.results, [member](const FragmentSummary& row) { return row.*member; });
+  });
+  if (known.empty()) return;
+  for (std::size_t k = 0; k < known.front()->heavier.size(); ++k)
+    add(found.heavier, [k](const FragmentSummary& row) { return row.heavier.at(k); });
+}
+
 /// The statistics of the first rows, which form the whole ensemble; `shape` gives shape and confidence.
 Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows,
                    Running running_values) {
@@ -305,6 +335,7 @@ Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<
   compute_ranks(statistics.follower, frame, std::nullopt, shape, rows, running_values);
   compute_shares(statistics, rows);
   compute_traces(statistics, rows);
+  compute_fragments(statistics, rows);
   return statistics;
 }
 

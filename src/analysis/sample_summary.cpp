@@ -2,6 +2,7 @@
 #include "analysis/sample_summary.h"
 
 #include "analysis/result_list.h"
+#include "analysis/statistics.h"
 #include "common/index.h"
 #include "common/packing.h"
 #include "common/quantity_text.h"
@@ -181,6 +182,50 @@ std::vector<double> crack_area_in_parts(const cracks::CrackSurface& surface,
     areas[interface > 0 ? materials.size() + interface - 1 : material] += facet.area;
   }
   return areas;
+}
+
+std::vector<double> fragment_shares() {
+  std::vector<double> shares;
+  for (double decade = 1e6; decade > 1; decade /= 10)
+    for (const double factor : {1.0, 1.8, 3.2, 5.6}) shares.push_back(factor / decade);
+  shares.push_back(1);
+  return shares;
+}
+
+FragmentSummary summarize_fragments(const dynamics::SampleResult& result) {
+  const dynamics::Fragments& found = result.fragments;
+  FragmentSummary row;
+  if (found.of_node.empty()) return row;
+  const auto n = found.pieces.size();
+  const auto mass = [&](std::size_t k) { return k < n ? found.pieces[k].mass : 0; };
+  row.body_mass = found.mass;
+  row.number = static_cast<double>(n);
+  row.largest_mass = mass(0);
+  row.second_mass = mass(1);
+  row.dust_mass = found.dust.mass;
+  row.fastest = row.kinetic_energy = 0;
+  double sum = 0;
+  std::vector<double> masses;
+  for (const dynamics::Fragment& one : found.pieces) {
+    sum += one.mass;
+    masses.push_back(one.mass);
+    row.fastest = std::max(row.fastest, norm(one.velocity));
+    row.kinetic_energy += one.kinetic_of_mean();
+  }
+  if (n > 0) {
+    row.mean_mass = sum / row.number;
+    row.median_mass = quantile(masses, 0.5);
+  }
+  if (!result.fragment_history.empty()) {
+    const dynamics::FragmentCount& last = result.fragment_history.back();
+    row.frozen = static_cast<double>(last.frozen);
+    row.frozen_mass = last.frozen_mass;
+    row.frozen_energy = last.frozen_energy;
+  }
+  for (const double share : fragment_shares())
+    row.heavier.push_back(static_cast<double>(
+        std::ranges::count_if(masses, [&](double one) { return one >= share * found.mass; })));
+  return row;
 }
 
 void measure_crossings(const geometry::Body& body, const cracks::CrackSurface& surface,

@@ -20,6 +20,28 @@ namespace crackle::analysis {
 
 enum class SampleStatus : std::int32_t { pending = 0, done = 1, failed = 2 };
 
+/// A sample's fragments in numbers: pieces of two nodes or more, without dust, unless it says so.
+struct FragmentSummary {
+  static constexpr double none = not_a_number;
+  double body_mass = none;       ///< [kg]
+  double number = none;          ///< of fragments
+  double largest_mass = none;    ///< [kg]
+  double second_mass = none;     ///< of the second largest; 0 if there is one only [kg]
+  double mean_mass = none;       ///< [kg]
+  double median_mass = none;     ///< [kg]
+  double dust_mass = none;       ///< of single nodes [kg]
+  double fastest = none;         ///< largest speed of a fragment's mean motion [m/s]
+  double kinetic_energy = none;  ///< of the mean motions of all fragments [J]
+  double frozen = none;          ///< number of frozen ones, single nodes too
+  double frozen_mass = none;     ///< [kg]
+  double frozen_energy = none;   ///< taken from them [J]
+  /// Number of fragments of at least each of fragment_shares() of the body's mass; empty where unknown.
+  std::vector<double> heavier;
+};
+
+/// The shares of the body's mass at which fragments are counted: 1e-6, 1.8e-6, 3.2e-6, 5.6e-6, 1e-5, ... 1.
+std::vector<double> fragment_shares();
+
 /// One sample's row in the ensemble; sample_results.h defines the results. For samples that are not done all
 /// results are NaN, 0 or -1.
 struct SampleSummary {
@@ -65,7 +87,8 @@ struct SampleSummary {
   std::vector<double> arrival_time;        ///< likewise
   std::vector<std::int32_t> branches;      ///< likewise
   std::vector<cracks::StartTrace> traces;  ///< cracks::start_traces; empty where they are not known
-  double wall_time = 0;                    ///< of the sample [s]; the only field that differs between runs
+  FragmentSummary fragments;
+  double wall_time = 0;  ///< of the sample [s]; the only field that differs between runs
 };
 
 /// True for a completed sample that was still breaking when it ended: its loads and cracks are unfinished.
@@ -84,6 +107,14 @@ inline bool is_separated(const SampleSummary& row) {
 inline bool is_unbroken(const SampleSummary& row) {
   return row.status == SampleStatus::done &&
          row.outcome == static_cast<std::int32_t>(dynamics::Outcome::unbroken);
+}
+
+/// True for a sample with more than two fragments: bodies that only come apart leave two of them, dust and
+/// crumbs, of less than 1 % of the mass together.
+inline bool is_fragmented(const SampleSummary& row) {
+  const FragmentSummary& found = row.fragments;
+  return row.status == SampleStatus::done &&
+         found.body_mass - found.largest_mass - found.second_mass - found.dust_mass >= 0.01 * found.body_mass;
 }
 
 /// A row for a sample without results: NaN and 0 in the right shape.
@@ -113,6 +144,9 @@ std::vector<double> crack_area_in_parts(const cracks::CrackSurface& surface,
                                         const geometry::Realization& realization,
                                         const std::vector<input::Material>& materials,
                                         const std::vector<input::Interface>& interfaces);
+
+/// The fragments at the end in numbers.
+FragmentSummary summarize_fragments(const dynamics::SampleResult& result);
 
 /// Replaces the row's crossings by those at other sections.
 void measure_crossings(const geometry::Body& body, const cracks::CrackSurface& surface,

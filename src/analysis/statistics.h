@@ -58,18 +58,29 @@ struct Interval {
   double lower, upper;
 };
 
+/// Mean and scatter of a result over samples.
+struct MeanEstimate {
+  double mean = not_a_number;        ///< NaN without samples
+  double std = not_a_number;         ///< of the samples; NaN for fewer than two
+  double half_width = not_a_number;  ///< of the confidence interval of the mean, by whole draws; likewise
+};
+
+/// The fragments of the samples that are done.
+struct FragmentStatistics {
+  int n_of = 0;                       ///< samples whose fragments are known
+  int n_fragmented = 0;               ///< of them, see is_fragmented
+  std::vector<MeanEstimate> results;  ///< in the order of for_each_fragment_result [SI]
+  std::vector<MeanEstimate> heavier;  ///< of FragmentSummary::heavier; empty without samples
+};
+
 /// The traces of some cracks in a plane of [[sections.plane]].
 struct TraceStatistics {
-  struct Estimate {
-    double mean = not_a_number;        ///< over the samples whose cracks cross the plane; NaN without any
-    double std = not_a_number;         ///< of these samples; NaN for fewer than two
-    double half_width = not_a_number;  ///< of the confidence interval of the mean, by whole draws; likewise
-  };
+  using Estimate = MeanEstimate;                  ///< over the samples whose cracks cross the plane
   int n_crossed = 0;                              ///< samples whose cracks cross the plane
   int n_of = 0;                                   ///< samples whose traces are known
   double share = not_a_number;                    ///< of the former among the latter
   Interval interval{not_a_number, not_a_number};  ///< of the share, by whole draws
-  std::vector<Estimate> results;                  ///< in the order of for_each_trace_result [SI]
+  std::vector<MeanEstimate> results;              ///< in the order of for_each_trace_result [SI]
 };
 
 /// Positions of the leading or the following cracks, in the frame of the leading crack (LeaderFrame): each
@@ -113,6 +124,7 @@ struct Statistics : PathStatistics {
   RankStatistics follower;            ///< for each class, a row for each other start
   std::size_t n_planes = 0;
   std::vector<TraceStatistics> traces;  ///< n_planes x cracks::n_trace_rows
+  FragmentStatistics fragments;
 };
 
 /// Calls visit(name, ranked statistics) for the members of type RankStatistics; the names are those of the

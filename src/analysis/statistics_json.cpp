@@ -205,6 +205,30 @@ Json trace_statistics(const Statistics& statistics) {
   return planes;
 }
 
+/// The numbers of every sample's fragments.
+Json fragments_of(std::span<const SampleSummary> samples) {
+  Json group{{"shares", fragment_shares()}};
+  for_each_fragment_result([&](const ResultInfo& info, auto member) {
+    group[info.name] = column(samples, [&](const SampleSummary& row) { return row.fragments.*member; });
+  });
+  group["heavier"] = column(samples, [](const SampleSummary& row) { return row.fragments.heavier; });
+  return group;
+}
+
+/// Their statistics; of `heavier` at each of the shares.
+Json fragment_statistics(const FragmentStatistics& statistics) {
+  const auto json = [](const MeanEstimate& one) {
+    return Json{{"mean", one.mean}, {"std", one.std}, {"half_width", one.half_width}};
+  };
+  Json found{
+      {"n_of", statistics.n_of}, {"n_fragmented", statistics.n_fragmented}, {"heavier", Json::array()}};
+  std::size_t i = 0;
+  for_each_fragment_result(
+      [&](const ResultInfo& info, auto) { found[info.name] = json(statistics.results[i++]); });
+  for (const MeanEstimate& one : statistics.heavier) found["heavier"].push_back(json(one));
+  return found;
+}
+
 void add_paths(Json& group, const PathStatistics& paths, std::size_t n_rows, const Statistics& statistics) {
   const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
   const Shape positions{n_rows, n_sections};
@@ -413,6 +437,10 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
   if (!parameters.sections.planes.empty()) {
     document["plane_traces"] = traces_of(samples, statistics, parameters.sections.planes);
     document["statistics"]["traces"] = trace_statistics(statistics);
+  }
+  if (statistics.fragments.n_of > 0) {
+    document["fragments"] = fragments_of(samples);
+    document["statistics"]["fragments"] = fragment_statistics(statistics.fragments);
   }
   if (!parameters.random.empty()) {
     document["inputs"] = inputs_of(samples, parameters.random);

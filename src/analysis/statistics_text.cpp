@@ -313,6 +313,49 @@ void append_traces(std::string& text, const Statistics& statistics,
   }
 }
 
+ShownUnit unit_of_masses(double body_mass) {
+  return body_mass < 1e-3 ? ShownUnit{"mg", 1e6} : body_mass < 1 ? ShownUnit{"g", 1e3} : ShownUnit{"kg", 1};
+}
+
+/// The fragments, if any sample has more than two.
+void append_fragments(std::string& text, const Statistics& statistics) {
+  const FragmentStatistics& found = statistics.fragments;
+  if (found.n_fragmented == 0) return;
+  text += fmt::format(
+      "\nfragments, without single nodes, which are dust: more than two in {} of {}; +- is the {:g} % "
+      "interval of "
+      "the mean\n",
+      found.n_fragmented, count_text(found.n_of, "sample"), 100 * statistics.confidence);
+  TextTable table{{"fragments", "mean", "std", "+-"}};
+  std::size_t i = 0;
+  const ShownUnit mass = unit_of_masses(found.results.back().mean);
+  for_each_fragment_result([&](const ResultInfo& info, auto) {
+    const MeanEstimate& one = found.results[i++];
+    if (std::string_view(info.name).starts_with("frozen") && !(one.mean > 0)) return;
+    const ShownUnit unit = info.units == std::string_view("kg") ? mass : info.unit_for(one.mean);
+    auto& row = table.emplace_back();
+    row = {with_unit(info.label, unit.name)};
+    // The mass of all bodies is the same but for rounding.
+    const bool is_constant = one.std < 1e-9 * one.mean;
+    for (const double value : {one.mean, is_constant ? 0 : one.std, is_constant ? 0 : one.half_width})
+      row.push_back(shown(value, info.format, unit.factor));
+  });
+  text += aligned(table);
+  TextTable numbers{{"fragments of at least", "mean number", "std", "+-"}};
+  const std::vector<double> shares = fragment_shares();
+  constexpr std::size_t per_decade = 4;
+  for (std::size_t k = 0; k + 1 < found.heavier.size(); k += per_decade) {
+    // Down to the smallest fragments.
+    if (k > 0 && found.heavier[k - per_decade].mean == found.heavier[k].mean && numbers.size() == 2)
+      numbers.pop_back();
+    auto& row = numbers.emplace_back();
+    row = {fmt::format("{:g} % of the mass", 100 * shares[k])};
+    for (const double value : {found.heavier[k].mean, found.heavier[k].std, found.heavier[k].half_width})
+      row.push_back(shown(value, ".1f"));
+  }
+  text += "\n" + aligned(numbers);
+}
+
 /// Weibull's distribution of the loads, where it is one of strengths.
 void append_weibull(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples) {
   if (!statistics.has_strength_scatter || statistics.replicates > 1) return;
@@ -383,6 +426,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   append_weibull(text, statistics, samples);
   append_parts(text, statistics, samples);
   append_traces(text, statistics, sections.planes);
+  append_fragments(text, statistics);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (!samples[i].error.empty())
       text += fmt::format("\n{} {}: {}",

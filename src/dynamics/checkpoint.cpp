@@ -22,7 +22,8 @@ void for_each_field(std::derived_from<Releases> auto& releases, const auto& visi
 namespace crackle::dynamics {
 
 void for_each_field(std::derived_from<MotionCheckpoint> auto& motion, const auto& visit) {
-  visit(motion.nodes, motion.has_force, motion.terms, motion.n_steps, motion.n_forces);
+  visit(motion.nodes, motion.has_force, motion.terms, motion.n_steps, motion.n_forces, motion.frozen,
+        motion.frozen_energy);
 }
 
 void for_each_field(std::derived_from<Record> auto& record, const auto& visit) {
@@ -50,7 +51,7 @@ void for_each_field(std::derived_from<Frame> auto& frame, const auto& visit) {
   visit(frame.time, frame.displacement, frame.velocity, frame.broken);
 }
 
-/// All fields but the frames, which only the root needs.
+/// All fields but those that only the root needs.
 void for_each_field(std::derived_from<Checkpoint> auto& checkpoint, const auto& visit) {
   visit(checkpoint.precision, checkpoint.engine, checkpoint.first_break_reaction, checkpoint.ended,
         checkpoint.running, checkpoint.memory, checkpoint.energy);
@@ -60,23 +61,27 @@ std::vector<std::byte> to_bytes(const Checkpoint& checkpoint) {
   Packer packer;
   packer.put(crackle::to_bytes(checkpoint));
   packer.put(checkpoint.frames);
+  packer.put(checkpoint.fragment_history);
   return packer.bytes();
 }
 
 Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const std::byte> bytes) {
   std::vector<std::byte> shared;
   std::vector<Frame> frames;
+  std::vector<FragmentCount> fragment_history;
   if (group.is_root()) {
     try {
       Unpacker unpacker(bytes);
       shared = unpacker.get<std::vector<std::byte>>();
       frames = unpacker.get<std::vector<Frame>>();
+      fragment_history = unpacker.get<std::vector<FragmentCount>>();
     } catch (const std::runtime_error&) {
       shared.clear();  // found too short on every rank
     }
   }
   auto checkpoint = from_bytes<Checkpoint>(parallel::share(group, std::move(shared)));
   checkpoint.frames = std::move(frames);
+  checkpoint.fragment_history = std::move(fragment_history);
   return checkpoint;
 }
 

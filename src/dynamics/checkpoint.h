@@ -26,6 +26,8 @@ struct MotionCheckpoint {
   std::vector<std::vector<parallel::NumberedRows>> terms;  ///< of each Term
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
+  parallel::NumberedRows frozen = {};  ///< a row for each frozen node
+  double frozen_energy = 0;            ///< taken from them [J]
 };
 
 /// A dynamic phase that has arrested.
@@ -83,15 +85,16 @@ struct Checkpoint {
   double first_break_reaction = 0;
   std::vector<EndedPhase> ended;
   std::optional<RunningPhase> running;
-  parallel::NumberedRows memory;  ///< non-zero memory of the criterion, by bits
-  std::vector<EnergyRow> energy;  ///< of the last phase
-  std::vector<Frame> frames;      ///< of the last phase; root only
+  parallel::NumberedRows memory;                     ///< non-zero memory of the criterion, by bits
+  std::vector<EnergyRow> energy;                     ///< of the last phase
+  std::vector<Frame> frames;                         ///< of the last phase; root only
+  std::vector<FragmentCount> fragment_history = {};  ///< likewise
 };
 
 /// @return the root's checkpoint as bytes
 std::vector<std::byte> to_bytes(const Checkpoint& checkpoint);
 
-/// The root's bytes as a checkpoint on every rank, frames on the root only. Collective.
+/// The root's bytes as a checkpoint on every rank, frames and fragments on the root only. Collective.
 /// @throws std::runtime_error on every rank when the bytes are not a checkpoint
 Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const std::byte> bytes);
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/explicit_phase.h"
 
+#include "common/index.h"
 #include "dynamics/breaking_check.h"
 #include "dynamics/separation.h"
 #include "fracture/connectivity.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
+#include "parallel/exact_sum.h"
 
 #include "break_release.h"
 #include "loose_loads.h"
@@ -101,6 +103,7 @@ private:
     const bool is_poll = may_save || step_ == options_.grid.n_steps || step_ == end_.last_step();
     const bool is_output = output_.is_due(step_);
     if (!is_poll && !is_output) return;
+    if (is_poll && options_.freezes && result_.energy.back().broken > 0) freeze_leaving();
     const Request own_request = agree_on_failures(may_save);
     if (ends_) return;
 
@@ -143,6 +146,11 @@ private:
     failure_.guard_messages([&] {
       const auto found = breaking_check_->end_step(step_);
       breaking_.assign(found.begin(), found.end());
+      const auto frozen = motion_.frozen();
+      if (!frozen.empty())
+        std::erase_if(breaking_, [&](std::int32_t t) {
+          return frozen[index(body_.subdomain().tetrahedra[index(t)][0])] != 0;
+        });
     });
   }
 
@@ -181,6 +189,32 @@ private:
     begin_steps();
   }
 
+  /// Freezes loose pieces whose numbers are about to leave their range: they fly on without being computed.
+  void freeze_leaving() {
+    std::vector<std::int32_t> leaving;
+    failure_.guard([&] { leaving = motion_.leaving(); });
+    failure_.agree();
+    if (!parallel::any_of_all(group_, !leaving.empty())) return;
+    group_.enter("fragments that leave");
+    const auto nodes = nodes_of_loose_pieces_at(group_, body_, *context_.loads, pieces(), leaving);
+    motion_.read(state_);
+    const auto energies = parallel::agree(group_, [&] {
+      const auto v = state_.velocity.owned();
+      const auto& mass = body_.operators().node_mass;
+      std::vector<double> terms;
+      for (const auto node : nodes) {
+        const std::size_t n = index(node);
+        if (n < mass.size())
+          terms.push_back(0.5 * mass[n] *
+                          (v[3 * n] * v[3 * n] + v[3 * n + 1] * v[3 * n + 1] + v[3 * n + 2] * v[3 * n + 2]));
+      }
+      return terms;
+    });
+    const double energy = parallel::exact_sum(group_, energies);
+    parallel::agree(group_, [&] { motion_.freeze(nodes, energy); });
+    begin_steps();
+  }
+
   /// Throws failures since the last time, and ends the phase if the motion is no longer valid.
   /// @return this rank's request, if it may save now
   Request agree_on_failures(bool may_save) {
@@ -207,6 +241,7 @@ private:
     if (is_unloaded(group_, body_, *context_.loads)) result_.separated_at = last.time;
     result_.note = fmt::format("the phase ended early, after the body had separated: {}", reason);
     result_.end_time = last.time;
+    output_.write_last_fragments();
     ends_ = true;
   }
 
@@ -237,7 +272,7 @@ private:
       running.load_check = load_watch_->state(group_);
       running.ended_loads = gather_ended_loads(group_, body_.subdomain().layout, *options_.ending_loads);
     }
-    options_.save(std::move(running), result_.energy, result_.frames);
+    options_.save(std::move(running), result_);
   }
 
   void restore(const Checkpoint& checkpoint) {
@@ -261,6 +296,7 @@ private:
     }
     result_.energy = checkpoint.energy;
     result_.frames = checkpoint.frames;
+    result_.fragment_history = checkpoint.fragment_history;
     motion_.read(state_);
   }
 

@@ -52,7 +52,10 @@ struct PhaseResult {
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
   std::vector<EnergyRow> energy;
-  std::vector<Frame> frames;  ///< root only
+  std::vector<Frame> frames;                    ///< root only
+  std::vector<FragmentCount> fragment_history;  ///< at some energy rows; root only
+  /// After the last output that counts; root only.
+  Fragments fragments;
 };
 
 struct PhaseOptions {
@@ -66,6 +69,7 @@ struct PhaseOptions {
   bool awaits_break = false;
   std::optional<double> after_separation = {};  ///< a phase ends this long after separation of the body [s]
   bool ends_out_of_range = false;  ///< after separation, numbers out of range end the phase without a failure
+  bool freezes = false;            ///< loose pieces whose numbers are about to leave their range stand still
   int n_frames = 0;                ///< frames over the whole duration, including first and last
   int n_energy_rows = 200;         ///< approximate number of rows of the energy account
   /// Interval of the history's rows [s]; empty: that of the energy rows.
@@ -79,11 +83,9 @@ struct PhaseOptions {
   std::function<void(const EnergyRow& row)> on_row =
       {};                                 ///< called for each of them, on every rank; may be empty
   std::function<Request()> request = {};  ///< this rank's request, polled regularly; may be empty
-  /// Receives the state of the phase: the running phase, and on the root the energy rows and frames so far.
-  /// Called on every rank; may be empty.
-  std::function<void(RunningPhase phase, const std::vector<EnergyRow>& energy,
-                     const std::vector<Frame>& frames)>
-      save = {};
+  /// Receives the state of the phase: the running phase, and the outputs so far. Called on every rank; may be
+  /// empty.
+  std::function<void(RunningPhase phase, const PhaseResult& so_far)> save = {};
   /// Called on every rank when the phase's first tetrahedra are about to break; may be empty. Until then
   /// every step requires a reduction over the ranks.
   std::function<void(double time, const MotionState& state)> on_first_break = {};

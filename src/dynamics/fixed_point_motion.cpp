@@ -43,6 +43,8 @@ class FixedPointMotion final : public MovingBody {
   /// State and force may use the integers' range up to this limit; the rest is a safety margin for detecting
   /// overflow.
   static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
+  /// From here on a loose piece is about to leave the range.
+  static constexpr double near_limit = limit / 2;
   /// Below this strain the quantum of displacement resolves the stretch of an edge too coarsely: the energy
   /// is off by a few percent.
   static constexpr double least_strain = sizeof(Real) == 4 ? 1e-5 : 1e-8;
@@ -68,6 +70,7 @@ public:
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
         ghosts_(*context.group, subdomain_.layout, force_.nodes(),
                 std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
+    force_.let_ends_part();
     state_.read(state);
     terms_.start(load_time, state);
     for (const auto node : ghosts_.sent_nodes())
@@ -195,7 +198,7 @@ public:
     terms_.end_loads(time, nodes, state.displacement);
   }
 
-  double dissipated_energy() const override { return terms_.dissipated(); }
+  double dissipated_energy() const override { return terms_.dissipated() + frozen_energy_; }
   double energy_lost_at_rest(const MotionState& state) const override {
     return terms_.lost_at_rest(state.displacement);
   }
@@ -230,6 +233,33 @@ public:
     return {};
   }
 
+  std::vector<std::int32_t> leaving() const override {
+    std::vector<std::int32_t> nodes;
+    force_.add_overstretched(near_limit, nodes);
+    for (std::size_t n = 0; n < state_.velocity().size(); ++n)
+      if (std::ranges::any_of(state_.velocity()[n].value, [](Integer component) {
+            return std::abs(static_cast<double>(component)) >= near_limit;
+          }))
+        nodes.push_back(static_cast<std::int32_t>(n));
+    if (!frozen_.empty())
+      std::erase_if(nodes, [this](std::int32_t node) { return frozen_[index(node)] != 0; });
+    return nodes;
+  }
+
+  void freeze(std::span<const std::int32_t> nodes, double energy) override {
+    if (nodes.empty()) return;
+    if (frozen_.empty()) frozen_.resize(subdomain_.nodes.size());
+    has_frozen_.resize(index(force_.n_blocks()));
+    for (const auto node : nodes) {
+      frozen_[index(node)] = 1;
+      if (node < subdomain_.layout.n_owned) has_frozen_[index(force_.block_of(node))] = 1;
+    }
+    for (std::int32_t b = 0; b < force_.n_blocks(); ++b) hold_frozen(b);
+    frozen_energy_ += energy;
+  }
+  std::span<const std::uint8_t> frozen() const override { return frozen_; }
+  double frozen_energy() const override { return frozen_energy_; }
+
   std::int64_t n_forces() const override { return n_forces_; }
   ExchangeCost exchange_cost() const override { return ghosts_.exchange_cost(); }
 
@@ -238,6 +268,11 @@ public:
     checkpoint.has_force = force_is_current_;
     checkpoint.nodes = parallel::gather_rows(*context_.group, state_.rows(force_is_current_));
     terms_.save(checkpoint);
+    parallel::NumberedRows frozen;
+    for (std::size_t n = 0; n < frozen_.size() && n < index(subdomain_.layout.n_owned); ++n)
+      if (frozen_[n] != 0) frozen.add(subdomain_.layout.number[n], std::int64_t{1});
+    checkpoint.frozen = parallel::gather_rows(*context_.group, frozen);
+    checkpoint.frozen_energy = frozen_energy_;
     checkpoint.n_steps = n_steps_;
     checkpoint.n_forces = n_forces_;
     return checkpoint;
@@ -251,6 +286,12 @@ public:
     n_steps_ = checkpoint.n_steps;
     n_forces_ = checkpoint.n_forces;
     stretch_bound_ = limit;
+    std::vector<std::int32_t> frozen;
+    for (std::size_t n = 0; n < subdomain_.nodes.size(); ++n)
+      if (!checkpoint.frozen.find(subdomain_.layout.number[n]).empty())
+        frozen.push_back(static_cast<std::int32_t>(n));
+    frozen_energy_ = checkpoint.frozen_energy;
+    freeze(frozen, 0);
   }
 
 private:
@@ -457,6 +498,18 @@ private:
     }
   }
 
+  /// Takes velocity and force from the frozen nodes of a block.
+  void hold_frozen(std::int32_t block) {
+    if (has_frozen_.empty() || has_frozen_[index(block)] == 0) return;
+    const auto first = index(force_.first_node(block));
+    const std::size_t end = std::min(state_.velocity().size(), first + index(nodes_per_block));
+    for (std::size_t n = first; n < end; ++n) {
+      if (frozen_[n] == 0) continue;
+      std::ranges::fill(state_.velocity()[n].value, Integer(0));
+      std::ranges::fill(force_.nodes()[n].force, Integer(0));
+    }
+  }
+
   void update_nodes(std::int32_t block, const Substep& substep) {
     const auto first = index(force_.first_node(block));
     const auto number = first / nodes_per_block;
@@ -467,6 +520,7 @@ private:
       for (std::size_t k = first; k < first + n; ++k)
         for (std::size_t i = 0; i < 3; ++i)
           add_force(-initial_force_.values()[k][i], force_.nodes()[k].force[i]);
+    hold_frozen(block);
     kernels::NodeUpdate<Real> update{
         .has_kick = substep.has_kick,
         .has_drift = substep.has_drift,
@@ -481,6 +535,7 @@ private:
       update.has_drift = false;
       track_force(kernels_.update(nodes, velocity, n, update).force);
       terms_.after_kick(number, substep, nodes_);
+      hold_frozen(block);
       update.has_kick = false;
       update.has_drift = substep.has_drift;
     }
@@ -529,6 +584,8 @@ private:
   bool force_is_current_ = false;
   std::size_t n_contacts_ = 0;    // included in the nodal forces
   std::int32_t sent_blocks_ = 1;  // one past the last block with nodes that are ghosts elsewhere
+  std::vector<std::uint8_t> frozen_, has_frozen_;  // of local nodes and of blocks; empty if none is
+  double frozen_energy_ = 0;                       // of all ranks [J]
   bool force_has_overflown_ = false;
   bool moves_too_far_ = false;
   std::int64_t n_steps_since_check_ = 0;

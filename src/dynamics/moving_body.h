@@ -94,6 +94,17 @@ public:
   /// Why the state on this rank is no longer valid, for example a number out of range; empty if it is valid.
   virtual std::optional<std::string> failure() const { return {}; }
 
+  /// Owned nodes whose numbers are about to leave their range, unless they are frozen. Local.
+  virtual std::vector<std::int32_t> leaving() const { return {}; }
+  /// Holds nodes where they are, free of force, from now on; the kinetic energy that they lose counts as
+  /// dissipated. Local.
+  /// @param nodes local nodes, ghosts too: whole pieces of the body
+  /// @param energy of the nodes of all ranks [J]
+  virtual void freeze([[maybe_unused]] std::span<const std::int32_t> nodes, [[maybe_unused]] double energy) {}
+  /// 1 for each local node that is frozen; empty: none.
+  virtual std::span<const std::uint8_t> frozen() const { return {}; }
+  virtual double frozen_energy() const { return 0; }  ///< taken from all ranks' nodes [J]
+
   /// Data for restore() to continue from here, on the root. Collective.
   virtual MotionCheckpoint save() const = 0;
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "phase_output.h"
 
+#include "dynamics/fragments.h"
+#include "fracture/connectivity.h"
+#include "parallel/agreement.h"
 #include "parallel/exact_sum.h"
 
 #include <algorithm>
@@ -14,6 +17,9 @@ namespace {
 
 /// Share of the energy at the strength: far above rounding errors in a hardly loaded body.
 constexpr double negligible_share = 1e-12;
+
+/// Fragments are counted less often: finding them takes as long as some steps.
+constexpr std::int64_t energy_rows_per_count = 4;
 
 /// The steps after which a frame is stored.
 std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
@@ -75,6 +81,11 @@ bool PhaseOutput::is_energy_row(std::int64_t step) const {
   return step % row_interval_ == 0 || step >= options_->grid.n_steps || is_frame(step);
 }
 
+bool PhaseOutput::is_count(std::int64_t step) const {
+  return step % (energy_rows_per_count * row_interval_) == 0 || step >= options_->grid.n_steps ||
+         is_frame(step);
+}
+
 bool PhaseOutput::is_history_row(std::int64_t step) const {
   return options_->on_history && (step % history_interval_ == 0 || step >= options_->grid.n_steps);
 }
@@ -132,6 +143,32 @@ void PhaseOutput::write(std::int64_t step, bool is_last) {
     Frame taken = frame(time);
     if (group.is_root()) result_->frames.push_back(std::move(taken));
   }
+  if (!is_last && !is_count(step)) return;
+  group.enter("fragments");
+  write_fragments(time);
+  if (is_last || step >= options_->grid.n_steps) write_last_fragments();
+}
+
+void PhaseOutput::write_fragments(double time) {
+  const parallel::Communicator& group = *context_.group;
+  // Until something breaks, the pieces are those of the start.
+  const bool is_known = has_labels_ && result_->energy.back().broken == 0;
+  if (!is_known) labels_ = fracture::piece_labels(group, *context_.body);
+  has_labels_ = true;
+  parallel::agree(group, [&] {
+    const auto u = state_->displacement.owned(), v = state_->velocity.owned();
+    displacement_.assign(u.begin(), u.end());
+    velocity_.assign(v.begin(), v.end());
+  });
+  if (!is_known) count_ = count_fragments(group, *context_.body, labels_, motion_->frozen(), time);
+  count_.time = time;
+  count_.frozen_energy = motion_->frozen_energy();
+  parallel::agree_on_root(group, [&] { result_->fragment_history.push_back(count_); });
+}
+
+void PhaseOutput::write_last_fragments() {
+  result_->fragments =
+      find_fragments(*context_.group, *context_.body, labels_, motion_->frozen(), displacement_, velocity_);
 }
 
 }  // namespace crackle::dynamics

@@ -95,7 +95,8 @@ EndedPhase SampleCheckpoints::gather(const PhaseResult& phase, double load_time,
 }
 
 void SampleCheckpoints::save(std::optional<RunningPhase> running, const std::vector<EnergyRow>& energy,
-                             const std::vector<Frame>& frames) {
+                             const std::vector<Frame>& frames,
+                             const std::vector<FragmentCount>& fragment_history) {
   const Checkpoint checkpoint{.precision = setup_->model.time.precision,
                               .engine = setup_->model.time.engine,
                               .first_break_reaction = first_break_reaction,
@@ -103,7 +104,8 @@ void SampleCheckpoints::save(std::optional<RunningPhase> running, const std::vec
                               .running = std::move(running),
                               .memory = setup_->law.save(setup_->group, setup_->subdomain),
                               .energy = energy,
-                              .frames = frames};
+                              .frames = frames,
+                              .fragment_history = fragment_history};
   since_save_ = Stopwatch();
   if (!control_->save || !setup_->group.is_root()) return;
   try {

@@ -55,7 +55,7 @@ public:
   /// Saves a checkpoint; a failure is logged, and does not end the sample. Collective.
   /// @param running the phase in progress, if any
   void save(std::optional<RunningPhase> running, const std::vector<EnergyRow>& energy,
-            const std::vector<Frame>& frames);
+            const std::vector<Frame>& frames, const std::vector<FragmentCount>& fragment_history);
 
   /// The machine's reaction at the first break, if that was in a dynamic phase [N].
   double first_break_reaction = 0;

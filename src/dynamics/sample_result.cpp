@@ -19,6 +19,7 @@ void truncate_results(SampleResult& result, double end_time) {
   if (has_loaded_on) return;
   const auto is_late_row = [&](const EnergyRow& row) { return row.time > end_time; };
   std::erase_if(result.energy, is_late_row);
+  std::erase_if(result.fragment_history, [&](const FragmentCount& row) { return row.time > end_time; });
   std::erase_if(result.history, [&](const HistoryRow& row) {
     return row.phase == result.counts.dynamic_phases && is_late_row(row.energy);
   });

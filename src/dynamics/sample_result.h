@@ -84,6 +84,43 @@ struct Frame {
   std::int64_t broken;              ///< the first `broken` entries of SampleResult::breaks are open
 };
 
+/// A piece of the body whose nodes edges that carry load connect (fracture::piece_labels), or several nodes
+/// that nothing connects. Its mass is that of its nodes, by which it moves.
+struct Fragment {
+  std::int64_t first_node = -1;  ///< smallest node number
+  std::int64_t n_nodes = 0;
+  double mass = 0;         ///< [kg]
+  double volume = 0;       ///< [m^3]
+  Vector center{};         ///< centre of mass where it is [m]
+  Vector velocity{};       ///< mean, weighted with the mass [m/s]
+  double kinetic = 0;      ///< kinetic energy of its nodes [J]
+  Vector extent{};         ///< of its nodes in the unloaded body, along x, y, z [m]
+  bool is_frozen = false;  ///< at rest since its numbers would have left their range
+  /// Kinetic energy of the mean motion; the rest is rotation and vibration [J].
+  double kinetic_of_mean() const { return 0.5 * mass * dot(velocity, velocity); }
+};
+
+/// The pieces of a body at one moment; single nodes are dust. On a group's root.
+struct Fragments {
+  std::vector<Fragment> pieces;  ///< of two nodes or more, by mass, the largest first, then by first_node
+  Fragment dust;                 ///< all single nodes together
+  double mass = 0;               ///< of the body [kg]
+  std::vector<std::int32_t> of_node;  ///< piece of each node of the realization; -1: dust
+};
+
+/// The same in numbers.
+struct FragmentCount {
+  double time = 0;           ///< since the start of the phase [s]
+  std::int64_t number = 0;   ///< of pieces of two nodes or more
+  double largest_mass = 0;   ///< [kg]
+  double second_mass = 0;    ///< of the second largest; 0 if there is one only [kg]
+  std::int64_t dust = 0;     ///< number of single nodes
+  double dust_mass = 0;      ///< [kg]
+  std::int64_t frozen = 0;   ///< number of frozen pieces, single nodes too
+  double frozen_mass = 0;    ///< [kg]
+  double frozen_energy = 0;  ///< kinetic energy taken from them [J]
+};
+
 /// How a sample ended; separated as defined by is_separated.
 enum class Outcome {
   unbroken = 0,   ///< nothing broke
@@ -134,8 +171,8 @@ struct SampleTimings {
   ExchangeCost exchange_cost{};
 };
 
-/// Result of the mechanics of one sample. Complete on the group's root; elsewhere breaks, bridge releases and
-/// frames are empty.
+/// Result of the mechanics of one sample. Complete on the group's root; elsewhere breaks, bridge releases,
+/// frames and fragments are empty.
 struct SampleResult {
   static constexpr double none = not_a_number;
 
@@ -170,6 +207,8 @@ struct SampleResult {
   std::vector<HistoryRow> history;  ///< of the whole sample, in order
   LoadResults loads;                ///< whatever the interval of the history
   std::vector<Frame> frames;
+  Fragments fragments;                          ///< at the end; empty after a failure
+  std::vector<FragmentCount> fragment_history;  ///< of the last dynamic phase
   SampleCounts counts;
   SampleTimings timings;
 };

@@ -7,11 +7,13 @@
 #include "common/stopwatch.h"
 #include "dynamics/checkpoint.h"
 #include "dynamics/explicit_phase.h"
+#include "dynamics/fragments.h"
 #include "dynamics/history.h"
 #include "dynamics/machine_load.h"
 #include "dynamics/quasi_static.h"
 #include "dynamics/sample_setup.h"
 #include "dynamics/separation.h"
+#include "fracture/connectivity.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
 
@@ -217,6 +219,7 @@ private:
       account_.add_phase(phase.external_work, phase.dissipated);
       if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
+        take_fragments(state.displacement);
         if (std::isnan(result_.separated_at)) result_.separated_at = phase.last_break;
         return;
       }
@@ -252,7 +255,8 @@ private:
   void end_loading(QuasiStaticEnd end, const QuasiStaticLoading& loading) {
     if (end == QuasiStaticEnd::suspended) {
       group_.enter("saving");
-      if (checkpoints_.is_past_start()) checkpoints_.save({}, result_.energy, result_.frames);
+      if (checkpoints_.is_past_start())
+        checkpoints_.save({}, result_.energy, result_.frames, result_.fragment_history);
       result_.suspended = true;
       return;
     }
@@ -262,6 +266,15 @@ private:
                           : Outcome::arrested;
     if (result_.energy.empty())
       result_.energy.push_back(account_.row(0, {.strain = loading.strain_energy()}));
+    take_fragments(loading.displacement());
+  }
+
+  /// The fragments of a body at rest at the end.
+  void take_fragments(const parallel::NodeField& displacement) {
+    const auto labels = fracture::piece_labels(group_, body_);
+    result_.fragments = find_fragments(group_, body_, labels, {}, displacement.owned(), {});
+    const FragmentCount count = count_fragments(group_, body_, labels, {}, 0);
+    if (group_.is_root() && result_.fragment_history.empty()) result_.fragment_history.push_back(count);
   }
 
   /// True if anything has broken.
@@ -313,6 +326,7 @@ private:
                          // Loads that change, and waves, may take their time to break a body in equilibrium.
                          .awaits_break = starts_moving(number),
                          .ends_out_of_range = model_.time.precision == input::Precision::double_,
+                         .freezes = model_.time.precision == input::Precision::double_,
                          .n_frames = output_.frames,
                          .history_interval = output_.history,
                          .ending_loads = &loads_,
@@ -324,10 +338,9 @@ private:
     }
     if (control_.stop || checkpoints_.are_saved()) {
       options.request = [&] { return checkpoints_.request(); };
-      options.save = [&, number](RunningPhase phase, const std::vector<EnergyRow>& energy,
-                                 const std::vector<Frame>& frames) {
+      options.save = [&, number](RunningPhase phase, const PhaseResult& so_far) {
         phase.history = history_.rows_of_phase(number);
-        checkpoints_.save(std::move(phase), energy, frames);
+        checkpoints_.save(std::move(phase), so_far.energy, so_far.frames, so_far.fragment_history);
       };
     }
     // Applied forces are known analytically; only reactions must be recorded.
@@ -351,6 +364,7 @@ private:
     options.on_failure = [&](PhaseResult partial) {
       result_.energy = std::move(partial.energy);
       result_.frames = std::move(partial.frames);
+      result_.fragment_history = std::move(partial.fragment_history);
     };
     return options;
   }
@@ -360,6 +374,8 @@ private:
     result_.counts.force_evaluations += phase.n_forces;
     result_.energy = std::move(phase.energy);
     result_.frames = std::move(phase.frames);
+    result_.fragments = std::move(phase.fragments);
+    result_.fragment_history = std::move(phase.fragment_history);
     result_.note = phase.note;
     end_time_ = phase.end_time;
     if (phase.arrested) note_early_arrest(phase);
@@ -403,6 +419,7 @@ private:
     history_.append(ended.history);
     result_.energy = checkpoint.energy;
     result_.frames = checkpoint.frames;
+    result_.fragment_history = checkpoint.fragment_history;
     result_.counts.steps += ended.n_steps;
     result_.counts.force_evaluations += ended.n_forces;
     end_time_ = std::min(ended.time, setup_.grid.duration());

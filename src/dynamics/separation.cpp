@@ -208,6 +208,32 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
   return pieces.second_share >= separated_share || has_come_off(loads, conditions, pieces.main);
 }
 
+std::vector<std::int32_t> nodes_of_loose_pieces_at(const parallel::Communicator& group,
+                                                   const fracture::BreakableBody& body,
+                                                   const mechanics::Conditions& loads,
+                                                   const std::vector<std::int64_t>& labels,
+                                                   const std::vector<std::int32_t>& nodes) {
+  const auto conditions = pieces_of_conditions(group, loads, labels);
+  const std::int64_t main = largest_pieces(group, body, labels).main;
+  const bool is_apart = is_separated(group, body, loads, labels);
+  const auto mine = parallel::agree(group, [&] {
+    Pieces at;
+    for (const auto node : nodes) at.insert(labels[index(node)]);
+    return std::vector<std::int64_t>(at.begin(), at.end());
+  });
+  const auto all = parallel::gather_all<std::int64_t>(group, mine);
+  return parallel::agree(group, [&] {
+    Pieces loose(all.begin(), all.end());
+    if (!is_apart) loose.erase(main);
+    for (std::size_t k = loads.forces.size(); k < conditions.size(); ++k)
+      for (const auto held : conditions[k]) loose.erase(held);
+    std::vector<std::int32_t> found;
+    for (std::size_t n = 0; n < labels.size(); ++n)
+      if (loose.contains(labels[n])) found.push_back(static_cast<std::int32_t>(n));
+    return found;
+  });
+}
+
 bool loads_are_supported(const parallel::Communicator& group, const fracture::BreakableBody& body,
                          const mechanics::Conditions& loads, const std::vector<std::int64_t>& labels) {
   if (loads.motions.empty() && !loads.has_supports) return !is_separated(group, body, loads, labels);

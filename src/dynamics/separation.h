@@ -31,6 +31,15 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::Conditions& loads);
 
+/// The local nodes of the loose pieces at some of these nodes: pieces without prescribed motion or support,
+/// the largest one of the body only once the body has separated. Collective.
+/// @param nodes local, of this rank @param labels of the pieces, see fracture::piece_labels()
+std::vector<std::int32_t> nodes_of_loose_pieces_at(const parallel::Communicator& group,
+                                                   const fracture::BreakableBody& body,
+                                                   const mechanics::Conditions& loads,
+                                                   const std::vector<std::int64_t>& labels,
+                                                   const std::vector<std::int32_t>& nodes);
+
 /// True if every load still acts on a piece with a prescribed motion, and body forces on no other, so that an
 /// equilibrium exists; without
 /// any prescribed motion, true if the body is in one piece. Pieces are connected by edges that still carry

@@ -74,6 +74,7 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
         analysis.branches.n_in_space(analysis::branch_length(own.output.branch_length, own.mesh, own_body));
   analysis.summary.traces =
       cracks::start_traces(analysis.surface, own.sections.planes, own_body.crack_starts().size());
+  analysis.summary.fragments = analysis::summarize_fragments(result);
   if (own.draw) analysis.summary.inputs = own.draw->values;
   analysis.history = cracks::crack_history(own_body, analysis.surface, result, trajectories, waves);
   return analysis;

@@ -199,14 +199,42 @@ void write_trace_statistics(hid_t statistics, const std::vector<analysis::TraceS
   write("share_upper", "1", [](const TraceStatistics& one) { return one.interval.upper; });
   std::size_t i = 0;
   analysis::for_each_trace_result([&](const ResultInfo& info, auto) {
-    for (const auto& [what, member] : {std::pair{"mean", &TraceStatistics::Estimate::mean},
-                                       {"std", &TraceStatistics::Estimate::std},
-                                       {"half_width", &TraceStatistics::Estimate::half_width}})
+    for_each_part_of_estimate([&](const char* what, auto member) {
       write(fmt::format("{}_{}", info.name, what), info.units,
-            [i, member = member](const TraceStatistics& one) { return one.results[i].*member; });
+            [i, member](const TraceStatistics& one) { return one.results[i].*member; });
+    });
     ++i;
   });
   hdf5::label_datasets(group, {"plane", "cracks"});
+}
+
+/// Calls visit(name's ending, member) for the parts of an estimate.
+template <class Visit>
+void for_each_part_of_estimate(Visit&& visit) {
+  using Estimate = analysis::MeanEstimate;
+  visit("mean", &Estimate::mean);
+  visit("std", &Estimate::std);
+  visit("half_width", &Estimate::half_width);
+}
+
+void write_fragment_statistics(hid_t statistics, const analysis::FragmentStatistics& fragments) {
+  const hdf5::Handle group = hdf5::create_group(statistics, "fragments");
+  hdf5::write_scalar<std::int32_t>(group, "counted", fragments.n_of, "");
+  describe_dataset(group, "counted", "samples whose fragments are known");
+  hdf5::write_scalar<std::int32_t>(group, "fragmented", fragments.n_fragmented, "");
+  describe_dataset(group, "fragmented", "of these, samples with more than two, see analysis::is_fragmented");
+  for_each_part_of_estimate([&](const char* part, auto member) {
+    std::size_t i = 0;
+    analysis::for_each_fragment_result([&](const ResultInfo& info, auto) {
+      hdf5::write_scalar<double>(group, fmt::format("{}_{}", info.name, part), fragments.results[i++].*member,
+                                 info.units);
+    });
+    std::vector<double> values(analysis::fragment_shares().size(), SampleSummary::none);
+    std::ranges::transform(fragments.heavier, values.begin(), member);
+    hdf5::write_dataset<double>(group, fmt::format("heavier_{}", part), {values.size()}, values, "");
+    hdf5::label_dimensions(hdf5::open_dataset(group, fmt::format("heavier_{}", part)),
+                           std::vector<std::string>{"share"});
+  });
 }
 
 void write_statistics(hid_t file, const analysis::Statistics& statistics, const EnsembleShape& shape) {
@@ -233,6 +261,25 @@ void write_statistics(hid_t file, const analysis::Statistics& statistics, const 
     write_paths(of_rank, ranks, n_rows, shape);
   });
   write_trace_statistics(group, statistics.traces, shape);
+  write_fragment_statistics(group, statistics.fragments);
+}
+
+/// The shares at which fragments are counted, and the numbers of pending samples.
+void lay_out_fragments(hid_t file, const EnsembleShape& shape) {
+  const hdf5::Handle group = hdf5::create_group(file, "fragments");
+  const std::vector<double> pending(shape.n_samples, SampleSummary::none);
+  analysis::for_each_fragment_result([&](const ResultInfo& info, auto) {
+    hdf5::write_dataset<double>(group, info.name, {shape.n_samples}, pending, info.units);
+    describe_dataset(group, info.name, info.meaning);
+  });
+  const std::vector<double> shares = analysis::fragment_shares();
+  const std::vector<double> table(shape.n_samples * shares.size(), SampleSummary::none);
+  hdf5::write_dataset<double>(group, "heavier", {shape.n_samples, shares.size()}, table, "");
+  describe_dataset(group, "heavier", analysis::heavier_meaning);
+  hdf5::label_datasets(group, {"sample", "share"});
+  hdf5::write_dataset<double>(group, "shares", {shares.size()}, shares, "1");
+  describe_dataset(group, "shares", "of the body's mass");
+  hdf5::label_dimensions(hdf5::open_dataset(group, "shares"), std::vector<std::string>{"share"});
 }
 
 /// The planes, which rows of traces are whose, and the traces of pending samples.
@@ -368,6 +415,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
   });
   label_dimensions(file, parameters);
   lay_out_traces(file, parameters, statistics.start_names, shape);
+  lay_out_fragments(file, shape);
   if (shape.n_parts > 0)
     describe_parts(hdf5::open_group(file, "samples"),
                    analysis::crack_parts(parameters.materials, parameters.interfaces), n_columns);
@@ -432,6 +480,16 @@ void write_block(hid_t file, const EnsembleBlock& block, const EnsembleShape& sh
           table.push_back(k < row.traces.size() ? row.traces[k].*member : SampleSummary::none);
       write_rows(file, fmt::format("plane_traces/{}", info.name), block.first, block.rows.size(), table);
     });
+  analysis::for_each_fragment_result([&](const ResultInfo& info, auto member) {
+    std::vector<double> column;
+    for (const SampleSummary& row : block.rows) column.push_back(row.fragments.*member);
+    write_rows(file, fmt::format("fragments/{}", info.name), block.first, block.rows.size(), column);
+  });
+  std::vector<double> heavier;
+  for (const SampleSummary& row : block.rows)
+    for (std::size_t k = 0; k < analysis::fragment_shares().size(); ++k)
+      heavier.push_back(value_or_none(row.fragments.heavier, k));
+  write_rows(file, "fragments/heavier", block.first, block.rows.size(), heavier);
   for_each_position_table(shape, [&](const std::string& name, const ResultInfo&, std::size_t, auto values) {
     std::vector<typename std::decay_t<decltype(values(block.rows.front()))>::value_type> table;
     for (const SampleSummary& row : block.rows) {

@@ -31,6 +31,8 @@
 /// | /plane_traces/point, normal, axes | planes x 3, 3, 2 x 3 | with [[sections.plane]]: the planes |
 /// | /plane_traces/... | N x planes x cracks | the results of analysis::for_each_trace_result |
 /// | /plane_traces/cracks | cracks | whose traces: of each crack start, of cracks without one, of all |
+/// | /fragments/... | N | the results of analysis::for_each_fragment_result |
+/// | /fragments/heavier, shares | N x B, B | FragmentSummary::heavier; analysis::fragment_shares |
 /// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | see analysis::Statistics |
 /// | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest |
 /// | /statistics/running_mean | N x notches x S | |
@@ -39,6 +41,8 @@
 /// | /statistics/reference_notch | notches | see analysis::LeaderFrame |
 /// | /statistics/pattern_share, pattern_half_width, pattern_lower, pattern_upper | 4 | |
 /// | /statistics/traces/... | planes x cracks | see analysis::TraceStatistics |
+/// | /statistics/fragments/NAME_mean, NAME_std, NAME_half_width | | see analysis::FragmentStatistics |
+/// | /statistics/fragments/heavier_mean, ..., counted | B, 1 | likewise; samples with known fragments |
 /// | attributes confidence, interval_scope, n_looks, n_needed of /statistics | | analysis::Statistics |
 /// | /mother_points/position, spacing, movable | M x 3, M, M | absent if each sample has its own |
 /// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |

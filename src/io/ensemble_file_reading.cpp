@@ -117,6 +117,27 @@ void read_traces(hid_t file, std::vector<SampleSummary>& samples) {
     if (!row.traces.empty() && std::isnan(row.traces.front().length)) row.traces.clear();
 }
 
+/// Reads the numbers of the fragments into the rows of completed samples that have them.
+void read_fragments(hid_t file, std::vector<SampleSummary>& samples) {
+  if (H5Lexists(file, "fragments", H5P_DEFAULT) <= 0) return;
+  const hdf5::Handle group = hdf5::open_group(file, "fragments");
+  const std::size_t n_shares = analysis::fragment_shares().size();
+  const auto heavier = hdf5::read_dataset<double>(group, "heavier", {samples.size(), n_shares});
+  const auto is_known = [&](std::size_t i) {
+    return samples[i].status == analysis::SampleStatus::done && !std::isnan(heavier[i * n_shares]);
+  };
+  analysis::for_each_fragment_result([&](const ResultInfo& info, auto member) {
+    const auto column = hdf5::read_dataset<double>(group, info.name, {samples.size()});
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      if (is_known(i)) samples[i].fragments.*member = column[i];
+  });
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto first = heavier.begin() + static_cast<std::ptrdiff_t>(i * n_shares);
+    if (is_known(i))
+      samples[i].fragments.heavier.assign(first, first + static_cast<std::ptrdiff_t>(n_shares));
+  }
+}
+
 input::Sections read_sections(hid_t file, std::size_t n_sections) {
   const auto position = hdf5::read_dataset<double>(file, "crack_path/section", {n_sections});
   const auto axis = hdf5::read_dataset<std::int32_t>(file, "crack_path/section_axis", {n_sections});
@@ -160,6 +181,7 @@ EnsembleContent read_content(hid_t file, std::int64_t version) {
     }
   read_parts(file, content.samples);
   read_traces(file, content.samples);
+  read_fragments(file, content.samples);
   if (H5Lexists(file, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(file);
   return content;
 }

@@ -92,6 +92,9 @@ void check_numbers(const analysis::SampleSummary& row, const std::vector<std::st
   analysis::for_each_trace_result([&](const analysis::ResultInfo& info, auto member) {
     for (const cracks::StartTrace& trace : row.traces) refuse_infinite(info.name, trace.*member);
   });
+  analysis::for_each_fragment_result([&](const analysis::ResultInfo& info, auto member) {
+    refuse_infinite(info.name, row.fragments.*member);
+  });
 }
 
 void write_specimen(hid_t file, const geometry::Body& body, std::span<const plane::PreCrack> flaws) {

@@ -253,6 +253,62 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, const 
   hdf5::label_datasets(group, {"frame", "node", "component"}, "time");
 }
 
+void write_fragments(hid_t file, const dynamics::Fragments& found,
+                     const std::vector<dynamics::FragmentCount>& history) {
+  using dynamics::Fragment;
+  if (found.of_node.empty()) return;
+  const hdf5::Handle group = hdf5::create_group(file, "fragments");
+  const auto& pieces = found.pieces;
+  write_column<double>(group, "mass", pieces, &Fragment::mass, "kg", "mass of each fragment");
+  write_column<double>(
+      group, "share", pieces, [&](const Fragment& one) { return one.mass / found.mass; }, "1",
+      "its share of the body's mass");
+  write_column<double>(group, "volume", pieces, &Fragment::volume, "m^3", "volume");
+  write_column<std::int64_t>(group, "nodes", pieces, &Fragment::n_nodes, "", "number of nodes");
+  write_column<std::int64_t>(group, "first_node", pieces, &Fragment::first_node, "", "smallest node number");
+  write_column<double>(group, "center", pieces, &Fragment::center, "m",
+                       "x, y, z: centre of mass at the end, moved with the fragment");
+  write_column<double>(group, "velocity", pieces, &Fragment::velocity, "m/s",
+                       "x, y, z: mean velocity, weighted with the mass");
+  write_column<double>(group, "kinetic", pieces, &Fragment::kinetic, "J", "kinetic energy");
+  write_column<double>(group, "kinetic_of_mean", pieces, &Fragment::kinetic_of_mean, "J",
+                       "that of the mean motion; the rest is rotation and vibration");
+  write_column<double>(group, "extent", pieces, &Fragment::extent, "m",
+                       "along x, y, z in the body before it was loaded");
+  write_column<std::uint8_t>(group, "frozen", pieces, &Fragment::is_frozen, "",
+                             "1 where it stands still since its numbers would have left their range");
+  hdf5::label_datasets(group, {"fragment", "component"});
+  write_column<std::int32_t>(group, "of_node", found.of_node, std::identity(), "",
+                             "fragment of each node: row of this table; -1: dust");
+  hdf5::label_dimensions(hdf5::open_dataset(group, "of_node"), std::vector<std::string>{"node"});
+
+  const hdf5::Handle dust = hdf5::create_group(group, "dust");
+  hdf5::write_scalar<std::int64_t>(dust, "nodes", found.dust.n_nodes, "");
+  hdf5::write_scalar<double>(dust, "mass", found.dust.mass, "kg");
+  hdf5::write_scalar<double>(dust, "volume", found.dust.volume, "m^3");
+  hdf5::write_scalar<double>(dust, "kinetic", found.dust.kinetic, "J");
+  describe_dataset(dust, "nodes", "number of nodes that nothing holds; they are in no row of the table");
+
+  using dynamics::FragmentCount;
+  const hdf5::Handle counts = hdf5::create_group(group, "history");
+  write_column<double>(counts, "time", history, &FragmentCount::time, "s",
+                       "since the start of the last dynamic phase");
+  write_column<std::int64_t>(counts, "number", history, &FragmentCount::number, "",
+                             "fragments, without dust");
+  write_column<double>(counts, "largest_mass", history, &FragmentCount::largest_mass, "kg",
+                       "mass of the largest");
+  write_column<double>(counts, "second_mass", history, &FragmentCount::second_mass, "kg",
+                       "mass of the second largest; 0 if there is none");
+  write_column<std::int64_t>(counts, "dust", history, &FragmentCount::dust, "", "nodes that nothing holds");
+  write_column<double>(counts, "dust_mass", history, &FragmentCount::dust_mass, "kg", "their mass");
+  write_column<std::int64_t>(counts, "frozen", history, &FragmentCount::frozen, "",
+                             "fragments and single nodes frozen so far");
+  write_column<double>(counts, "frozen_mass", history, &FragmentCount::frozen_mass, "kg", "their mass");
+  write_column<double>(counts, "frozen_energy", history, &FragmentCount::frozen_energy, "J",
+                       "kinetic energy taken from them; in /energy it counts as dissipated");
+  hdf5::label_datasets(counts, {"moment"}, "time");
+}
+
 void write_pre_cracks(hid_t file, const std::vector<std::int32_t>& codes,
                       const std::vector<plane::PreCrack>& flaws) {
   if (codes.empty()) return;
@@ -374,6 +430,19 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
       write_column<double>(traces, info.name, summary.traces, member, info.units, info.meaning);
     });
   }
+  if (!summary.fragments.heavier.empty()) {
+    const hdf5::Handle fragments = hdf5::create_group(group, "fragments");
+    analysis::for_each_fragment_result([&](const ResultInfo& info, auto member) {
+      hdf5::write_scalar(fragments, info.name, summary.fragments.*member, info.units);
+      describe_dataset(fragments, info.name, info.meaning);
+    });
+    write_column<double>(fragments, "heavier", summary.fragments.heavier, std::identity(), "",
+                         analysis::heavier_meaning);
+    write_column<double>(fragments, "shares", analysis::fragment_shares(), std::identity(), "1",
+                         "of the body's mass");
+    hdf5::label_dimensions(hdf5::open_dataset(fragments, "heavier"), std::vector<std::string>{"share"});
+    hdf5::label_dimensions(hdf5::open_dataset(fragments, "shares"), std::vector<std::string>{"share"});
+  }
   if (!summary.inputs.empty()) {
     const hdf5::Handle inputs = hdf5::create_group(group, "inputs");
     for (std::size_t k = 0; k < parameters.random.size(); ++k) {
@@ -444,6 +513,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     write_history(id, content.parameters, content.parameters.output.probes, result.history,
                   result.separated_at, content.crack_history);
     write_frames(id, result.frames, content.realization, content.parameters);
+    write_fragments(id, result.fragments, result.fragment_history);
     write_counts(id, result.counts);
     const hdf5::Handle timing = write_timing(id, content.summary);
     hdf5::write_scalar<double>(timing, "mesh", result.timings.mesh, "s");

@@ -59,12 +59,19 @@
 /// | attribute rayleigh_speed [m/s] of /history | | of the material in which the cracks ran |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
+/// | /fragments/mass, share, volume, nodes, first_node, center, velocity, kinetic, kinetic_of_mean, extent,
+/// frozen | g, of vectors g x 3 | at the end, the heaviest first: see dynamics::Fragment |
+/// | /fragments/of_node | n | row of each node; -1: dust |
+/// | /fragments/dust/nodes, mass, volume, kinetic | | single nodes, which have no row |
+/// | /fragments/history/time, number, ... | i | see dynamics::FragmentCount |
 /// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | for computing the stress; of broken
 /// tetrahedra also from /breaks/cut, /bridge_releases and the input |
 /// | attribute release_time [s] of /frames | | of what falls at the time of a frame |
 /// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
 /// | /summary/crack_area_in | p | analysis::crack_area_in_info; attribute parts: analysis::crack_parts |
 /// | /summary/traces/length, along, across, time | t | with [[sections.plane]]: cracks::start_traces |
+/// | /summary/fragments/... | | analysis::for_each_fragment_result |
+/// | /summary/fragments/heavier, shares | d | analysis::FragmentSummary; analysis::fragment_shares |
 /// | /summary/phase_start | | load time at time zero of cracks and frames |
 /// | /summary/time_step, stable_step | | steps |
 /// | /summary/added_mass_share, added_mass_share_in_corridor, nodes_with_added_mass_share, step_gain | | with

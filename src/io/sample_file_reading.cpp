@@ -86,6 +86,14 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
       for (std::size_t k = 0; k < values.size(); ++k) row.traces[k].*member = values[k];
     });
   }
+  if (H5Lexists(group, "fragments", H5P_DEFAULT) > 0) {
+    const hdf5::Handle fragments = hdf5::open_group(group, "fragments");
+    analysis::for_each_fragment_result([&](const ResultInfo& info, auto member) {
+      row.fragments.*member = hdf5::read_scalar<double>(fragments, info.name);
+    });
+    row.fragments.heavier =
+        hdf5::read_dataset<double>(fragments, "heavier", {analysis::fragment_shares().size()});
+  }
   if (!parameters.random.empty()) {
     const hdf5::Handle inputs = hdf5::open_group(group, "inputs");
     for (const input::RandomInput& random : parameters.random)

@@ -2,6 +2,7 @@
 #include "fixed_point_force.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -221,16 +222,31 @@ auto FixedPointForce<Real>::coefficients(std::int32_t edge) -> Coefficients {
 
 template <class Real>
 void FixedPointForce<Real>::set_coefficients(std::int32_t edge, const Coefficients& values) {
+  const bool joins = !ends_part_ || values != Coefficients{};
+  const auto [a, b] = edges_->nodes[index(edge)];
   if (is_general(edge)) {
     const auto [block, number] = general_place(edge);
     auto& group = blocks_[index(block)].general[index(number / 8)];
+    group.second[number % 8] = joins ? b : a;
     for (std::size_t i = 0; i < 6; ++i) group.s[i][number % 8] = values[i];
     for (std::size_t i = 0; i < 3; ++i) group.w[i][number % 8] = values[6 + i];
   } else {
     const PairPlace at = pair_place(edge);
+    EdgeEnds& ends = ends_[index(place_[index(edge)] / 8)];
+    const auto [owner, other] = at.direction > 0 ? std::pair(a, b) : std::pair(b, a);
+    ends.target[at.lane] = static_cast<std::int16_t>((joins ? other : owner) - ends.owner);
     for (std::size_t i = 0; i < 6; ++i) at.symmetric->s[i][at.lane] = values[i];
     for (std::size_t i = 0; i < 3 && at.skew != nullptr; ++i)
       at.skew->w[i][at.lane] = at.direction * values[6 + i];
+  }
+}
+
+template <class Real>
+void FixedPointForce<Real>::let_ends_part() {
+  ends_part_ = true;
+  for (std::size_t e = 0; e < edges_->size(); ++e) {
+    const auto edge = static_cast<std::int32_t>(e);
+    set_coefficients(edge, coefficients(edge));
   }
 }
 
@@ -299,10 +315,10 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
       GeneralEdges<Real> group{};
       for (std::size_t lane = 0; lane < 8; ++lane) {
         const auto edge = changed[std::min(begin + lane, changed.size() - 1)];
-        group.first[lane] = edges_->nodes[index(edge)][0];
-        group.second[lane] = edges_->nodes[index(edge)][1];
-        if (begin + lane >= changed.size()) continue;
         const Coefficients values = coefficients(edge);
+        group.first[lane] = edges_->nodes[index(edge)][0];
+        group.second[lane] = edges_->nodes[index(edge)][ends_part_ && values == Coefficients{} ? 0 : 1];
+        if (begin + lane >= changed.size()) continue;
         for (std::size_t i = 0; i < 6; ++i) group.s[i][lane] = sign * values[i];
         for (std::size_t i = 0; i < 3; ++i) group.w[i][lane] = sign * values[6 + i];
       }
@@ -337,30 +353,53 @@ double FixedPointForce<Real>::padding() const {
 }
 
 template <class Real>
-double FixedPointForce<Real>::largest_stretch() const {
-  double largest = 0;
+template <class Visit>
+void FixedPointForce<Real>::for_each_stretch(const Visit& visit) const {
   // The magnitude, which is equal for both directions of an edge: ranks may use different ones.
-  const auto include_edge = [&](std::int32_t a, std::int32_t b) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Integer d =
-          kernels::difference(nodes_[index(b)].displacement[i], nodes_[index(a)].displacement[i]);
-      largest = std::max(largest, std::abs(static_cast<double>(d)));
-    }
+  const auto visit_edge = [&](std::int32_t a, std::int32_t b, const auto& s, std::size_t lane) {
+    std::array<double, 3> d{};
+    for (std::size_t i = 0; i < 3; ++i)
+      d[i] = static_cast<double>(
+          kernels::difference(nodes_[index(b)].displacement[i], nodes_[index(a)].displacement[i]));
+    const auto force = [&](std::size_t x, std::size_t y, std::size_t z) {
+      return static_cast<double>(s[x][lane]) * d[0] + static_cast<double>(s[y][lane]) * d[1] +
+             static_cast<double>(s[z][lane]) * d[2];
+    };
+    const auto largest = [](double x, double y, double z) {
+      return std::max({std::abs(x), std::abs(y), std::abs(z)});
+    };
+    // S as xx, yy, zz, yz, xz, xy.
+    visit(a, b, largest(d[0], d[1], d[2]), largest(force(0, 5, 4), force(5, 1, 3), force(4, 3, 2)));
   };
   const auto carries = [](const auto& s, std::size_t lane) {
     return s[0][lane] != 0 || s[1][lane] != 0 || s[2][lane] != 0;
   };
   for (std::size_t pair = 0; pair < ends_.size(); ++pair) {
     const EdgeEnds& ends = ends_[pair];
+    const auto& s = symmetric_[pair].s;
     for (std::size_t lane = 0; lane < 8; ++lane)
-      if (carries(symmetric_[pair].s, lane))
-        include_edge(ends.owner + (lane < 4 ? 0 : ends.second_owner), ends.owner + ends.target[lane]);
+      if (carries(s, lane))
+        visit_edge(ends.owner + (lane < 4 ? 0 : ends.second_owner), ends.owner + ends.target[lane], s, lane);
   }
   for (const Block& block : blocks_)
     for (const auto& group : block.general)
       for (std::size_t lane = 0; lane < 8; ++lane)
-        if (carries(group.s, lane)) include_edge(group.first[lane], group.second[lane]);
+        if (carries(group.s, lane)) visit_edge(group.first[lane], group.second[lane], group.s, lane);
+}
+
+template <class Real>
+double FixedPointForce<Real>::largest_stretch() const {
+  double largest = 0;
+  for_each_stretch(
+      [&](std::int32_t, std::int32_t, double stretch, double) { largest = std::max(largest, stretch); });
   return largest;
+}
+
+template <class Real>
+void FixedPointForce<Real>::add_overstretched(double least, std::vector<std::int32_t>& nodes) const {
+  for_each_stretch([&](std::int32_t a, std::int32_t b, double stretch, double force) {
+    if (stretch >= least || force >= contribution_limit / 4) nodes.insert(nodes.end(), {a, b});
+  });
 }
 
 template class FixedPointForce<float>;

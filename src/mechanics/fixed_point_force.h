@@ -81,9 +81,16 @@ public:
   /// Unused slots relative to the edges stored in groups of four from one owner.
   double padding() const;
 
+  /// The ends of edges without stiffness may part farther than a difference of displacements can tell: such
+  /// an edge becomes one from a node to itself, as those do that lose their stiffness later.
+  void let_ends_part();
+
   /// Largest difference of displacement along an edge that carries load, in quanta; valid as long as none has
   /// wrapped around.
   double largest_stretch() const;
+  /// Adds the local nodes at the ends of edges that carry load and are stretched by `stretch` or more, or
+  /// whose force is a quarter of what has_overflown() refuses; some of them repeatedly.
+  void add_overstretched(double stretch, std::vector<std::int32_t>& nodes) const;
 
   /// True if a contribution in add_block() or update() has ever exceeded the format. For the 32-bit format
   /// the caller reads the processor's invalid flag instead.
@@ -96,6 +103,10 @@ public:
   }
 
 private:
+  /// Calls visit(first node, second node, largest component of the difference of displacement, largest
+  /// component of the force, in quanta) for every edge that carries load, more than once for some.
+  template <class Visit>
+  void for_each_stretch(const Visit& visit) const;
   /// Pairs of four edges: first those with six numbers, then those with nine; finally edges that became
   /// general or exceed the reach of a pair.
   struct Block {
@@ -158,6 +169,7 @@ private:
   std::vector<std::int32_t> place_;
   std::vector<GeneralPlace> general_places_;
   Real largest_contribution_ = 0;
+  bool ends_part_ = false;
 };
 
 }  // namespace crackle::mechanics

@@ -62,6 +62,18 @@ inline void expect_same_course(const dynamics::SampleResult& a, const dynamics::
   });
   expect_same_rows("frame", a.frames, b.frames,
                    [](const auto& r) { return std::tie(r.time, r.displacement, r.velocity, r.broken); });
+  const auto fields_of = [](const dynamics::Fragment& r) {
+    return std::tuple(r.first_node, r.n_nodes, r.mass, r.volume, r.center, r.velocity, r.kinetic, r.extent,
+                      r.is_frozen);
+  };
+  expect_same_rows("fragment", a.fragments.pieces, b.fragments.pieces, fields_of);
+  EXPECT_EQ(fields_of(a.fragments.dust), fields_of(b.fragments.dust));
+  EXPECT_EQ(a.fragments.of_node, b.fragments.of_node);
+  expect_same_rows("number of fragments", a.fragment_history, b.fragment_history,
+                   [](const dynamics::FragmentCount& r) {
+                     return std::tuple(r.time, r.number, r.largest_mass, r.second_mass, r.dust, r.dust_mass,
+                                       r.frozen, r.frozen_mass, r.frozen_energy);
+                   });
   EXPECT_EQ(a.counts.steps, b.counts.steps);
   EXPECT_EQ(a.counts.force_evaluations, b.counts.force_evaluations);
   EXPECT_EQ(a.counts.dynamic_phases, b.counts.dynamic_phases);

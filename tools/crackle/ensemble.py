@@ -124,6 +124,11 @@ class Ensemble:
         return pd.concat([self[i].plane_traces.assign(sample=i) for i in self.done], ignore_index=True)
 
     @cached_property
+    def fragments(self) -> pd.DataFrame:
+        """Those of all samples that are done, as Sample.fragments, with the number of the `sample` and of the `fragment` in it."""
+        return pd.concat([self[i].fragments.assign(sample=i).reset_index() for i in self.done], ignore_index=True)
+
+    @cached_property
     def histories(self) -> xr.Dataset:
         """The histories of all samples that are done: sample x moment and further dimensions, as Sample.history. Samples with
         fewer moments than others end in NaN."""

@@ -124,6 +124,30 @@ class Sample:
         return surface.assign(notch=("facet", notch[surface["crack"].values]))
 
     @cached_property
+    def fragments(self) -> pd.DataFrame:
+        """The fragments at the end, the heaviest first: `mass` [kg] and `share` of the body's, `volume` [m^3], number of `nodes` and the
+        `first_node`, centre of mass `x`, `y`, `z` where it is then [m], mean velocity `vx`, `vy`, `vz` [m/s], `kinetic` energy and
+        `kinetic_of_mean` motion [J], extent `dx`, `dy`, `dz` in the unloaded body [m], whether `frozen`. Single nodes are dust:
+        `.attrs["dust"]` has their number, mass, volume and kinetic energy."""
+        with self._need("fragments") as root:
+            found = root["fragments"]
+            table = pd.DataFrame({name: dataset[...] for name, dataset in labelled.datasets(found).items()
+                                  if dataset.ndim == 1 and name != "of_node"})
+            for name, columns in (("center", ("x", "y", "z")), ("velocity", ("vx", "vy", "vz")), ("extent", ("dx", "dy", "dz"))):
+                table = table.assign(**dict(zip(columns, found[name][...].T)))
+            table = table.assign(frozen=table["frozen"].astype(bool))
+            table.index.name = "fragment"
+            table.attrs["dust"] = {name: dataset[()] for name, dataset in labelled.datasets(found["dust"]).items()}
+        return table
+
+    @cached_property
+    def fragment_history(self) -> xr.Dataset:
+        """Fragments over time since the start of the last dynamic phase: `number` without dust, `largest_mass`, `second_mass`, number of
+        single nodes, `dust`, and `dust_mass`, what was `frozen`, with `frozen_mass` and `frozen_energy` [SI]."""
+        with self._need("fragments") as root:
+            return labelled.by_time(root["fragments/history"])
+
+    @cached_property
     def plane_traces(self) -> pd.DataFrame:
         """The traces of cracks in the input's [[sections.plane]]: `plane` and `crack` (numbers), `notch` (its start), `length` [m], mean
         `x`, `y`, `z` [m] and `time` of arrival [s]."""

@@ -59,6 +59,14 @@ class BranchingPoints:
 
 
 @dataclass(frozen=True)
+class FragmentHistory:
+    """The number of a sample's fragments over the last dynamic phase."""
+
+    time: np.ndarray  # since its onset [s]
+    number: np.ndarray  # without dust
+
+
+@dataclass(frozen=True)
 class Energy:
     """The energy account over the last dynamic phase [J], counted from the unloaded body."""
 
@@ -110,4 +118,5 @@ class Frames:
     youngs_modulus: np.ndarray  # m [Pa]
     poisson_ratio: np.ndarray  # m
     material: np.ndarray  # m, numbers; 0 if there is one
+    fragment: np.ndarray  # n, the fragment of each node at the end; -1: dust; of no node where it is not known
     initial_strain: np.ndarray  # m x 6, at which each tetrahedron is free of stress, in the order of stress.element_stress

@@ -113,8 +113,8 @@ def _interpolated(corner: np.ndarray, values: np.ndarray, points: np.ndarray) ->
 
 
 def _frame(frames: Frames, k: int) -> bytes:
-    """Nodes with displacement and velocity; tetrahedra with their stress in VTK's order xx yy zz xy yz xz, the share of
-    their stiffness that softening has left them, 0 where broken, and their material and Young's modulus where these differ.
+    """Nodes with displacement, velocity and fragment at the end; tetrahedra with their stress in VTK's order xx yy zz xy yz xz, the share of
+    their stiffness that softening has left them, 0 where broken, their fragment, -1 where their nodes belong to several or are dust, and their material and Young's modulus where these differ.
     """
     stress = frame_stress(frames, k)
     broken = np.zeros(len(frames.tetrahedra), "u1")
@@ -123,8 +123,12 @@ def _frame(frames: Frames, k: int) -> bytes:
     material = {"material": frames.material, "youngs_modulus": frames.youngs_modulus.astype("f4")}
     differing = {name: values for name, values in material.items() if np.ptp(values) > 0}
     tensor = stress[:, (0, 5, 4, 5, 1, 3, 4, 3, 2)].reshape(-1, 3, 3)
+    of_nodes = {"fragment": frames.fragment} if frames.fragment.size else {}
+    if frames.fragment.size:
+        of_corners = frames.fragment[frames.tetrahedra]
+        differing["fragment"] = np.where((of_corners == of_corners[:, :1]).all(axis=1), of_corners[:, 0], -1)
     return vtkhdf.grid(frames.nodes, frames.tetrahedra, vtkhdf.TETRAHEDRON, float(frames.time[k]),
-                       {"displacement": frames.displacement[k], "velocity": frames.velocity[k]},
+                       {"displacement": frames.displacement[k], "velocity": frames.velocity[k], **of_nodes},
                        {"stress": stress[:, (0, 1, 2, 5, 3, 4)].astype("f4"), "broken": broken,
                         "stiffness": stiffness.astype("f4"),
                         "principal_stress": np.linalg.eigvalsh(tensor)[:, 2].astype("f4"), **differing})

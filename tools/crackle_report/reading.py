@@ -46,7 +46,8 @@ def read_ensemble(folder: Path, program: Optional[Path] = None, skips_damaged: b
         ranks={name: _paths(Ranks, statistics[name], n) for name in GROUPS},
         interval_scope=statistics["interval_scope"], notes=document["notes"], provenance=provenance,
         input_text=document["input"], files=files, inputs=document.get("inputs", []), sensitivities=document.get("sensitivities"),
-        warnings=document["warnings"], headline=document["headline_load"], materials=_materials(document["input"]))
+        warnings=document["warnings"], headline=document["headline_load"], materials=_materials(document["input"]),
+        fragments={**document["fragments"], "statistics": statistics["fragments"]} if "fragments" in document else None)
 
 
 def _materials(text: str) -> list[str]:

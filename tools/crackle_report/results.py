@@ -205,6 +205,7 @@ class Ensemble:
     warnings: list[str]  # of the program
     headline: str  # name of the load that says what the samples held
     materials: list[str]  # names
+    fragments: Optional[dict[str, Any]] = None  # the program's `fragments`, with their `statistics`; None of older files
     unreadable: list[str] = field(default_factory=list)  # pictures of experiments, each with its reason
 
     @cached_property

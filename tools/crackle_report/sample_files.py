@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from crackle.files import DONE, SAMPLE_KIND, ResultsError, results, sample_files, text_of
 
-from .fields import BranchingPoints, CrackLine, CrackSurface, Energy, Frames, History, Places
+from .fields import BranchingPoints, CrackLine, CrackSurface, Energy, FragmentHistory, Frames, History, Places
 from .mesh import Mesh, Regions
 from .plate import Plate
 from .stress import ALL_EDGES, CROSSED_EDGES
@@ -61,6 +61,9 @@ class SampleFiles:
 
     def energy(self, sample: int) -> Optional[Energy]:
         return self._read(sample, _members_of(Energy, "energy"))
+
+    def fragment_history(self, sample: int) -> Optional[FragmentHistory]:
+        return self._read(sample, _members_of(FragmentHistory, "fragments/history"))
 
     def history(self, sample: int) -> Optional[History]:
         return self._read(sample, _read_history)
@@ -159,6 +162,7 @@ def read_frames(root: h5py.File) -> Frames:
                   _has_contact(tomllib.loads(text_of(root.attrs["input"]))),
                   _of_tetrahedra(root, "youngs_modulus"), _of_tetrahedra(root, "poisson_ratio"),
                   root["mesh/material"][...] if "material" in root["mesh"] else np.zeros(len(root["mesh/tetrahedra"]), "u1"),
+                  root["fragments/of_node"][...] if "fragments" in root else np.empty(0, "i4"),
                   root["mesh/initial_strain"][...] if "initial_strain" in root["mesh"] else np.zeros((len(root["mesh/tetrahedra"]), 6)))
 
 

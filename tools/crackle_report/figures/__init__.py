@@ -6,7 +6,7 @@ from typing import Callable, Optional
 
 from ..options import Options
 from ..results import Ensemble
-from . import comparison, convergence, crack_paths, crossings, energy, experiments, growth, histories, material, places, sensitivity, shares, solid, surface
+from . import comparison, convergence, crack_paths, crossings, energy, experiments, fragments, growth, histories, material, places, sensitivity, shares, solid, surface
 from .picture import Section
 
 SECTIONS: tuple[Callable[[Ensemble, Options], Optional[Section]], ...] = (
@@ -23,9 +23,10 @@ SECTIONS: tuple[Callable[[Ensemble, Options], Optional[Section]], ...] = (
     histories.section,
     material.section,
     energy.section,
+    fragments.section,
     crack_paths.every,
 )
 
 OF_SOLIDS = (solid.places, sensitivity.section, comparison.section, convergence.section, solid.section, surface.section, histories.section,
-             energy.section)
+             energy.section, fragments.section)
 """Those of bodies that are no plates."""
