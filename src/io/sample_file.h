@@ -54,6 +54,7 @@
 /// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |
 /// | /history/probes/NAME/at | 3 | place of the probe |
 /// | /history/terms/NAME | h | see dynamics::Record |
+/// | attributes of /tools/NAME | | shape, at, axis, radius, size, rounding, mass [SI] |
 /// | /history/tools/NAME/position, displacement, velocity, reaction, friction_work | h x 3, h | see
 /// dynamics::ToolState |
 /// | attribute rayleigh_speed [m/s] of /history | | of the material in which the cracks ran |

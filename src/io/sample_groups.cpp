@@ -119,6 +119,26 @@ void write_tools(hid_t history, const std::vector<input::Tool>& tools, const std
   }
 }
 
+/// Writes what tools are, as attributes of a group for each.
+void write_tool_shapes(hid_t file, const std::vector<input::Tool>& tools) {
+  const hdf5::Handle all = hdf5::create_group(file, "tools");
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    const input::Tool& tool = tools[t];
+    const hdf5::Handle group = hdf5::create_group(all, name_of(tool, t));
+    const auto write = [&](const char* name, const auto& values) {
+      hdf5::write_attribute<double>(group, name, std::span<const double>(values), {std::size(values)});
+    };
+    hdf5::write_attribute(group, "shape",
+                          std::string(input::tool_shape_names[static_cast<std::size_t>(tool.shape)]));
+    write("at", tool.at);
+    if (tool.axis != Vector{}) write("axis", tool.axis);
+    if (!tool.size.empty()) write("size", tool.size);
+    hdf5::write_attribute(group, "radius", tool.radius);
+    hdf5::write_attribute(group, "rounding", tool.rounding);
+    hdf5::write_attribute(group, "mass", tool.mass);
+  }
+}
+
 /// Writes a dataset for each quantity that terms record, by its name.
 void write_records(hid_t history, const std::vector<HistoryRow>& rows) {
   const hdf5::Handle group = hdf5::create_group(history, "terms");
@@ -209,6 +229,7 @@ void write_history(hid_t file, const input::Model& model, const std::vector<inpu
   if (!probes.empty()) write_probes(group, probes, rows);
   if (!rows.empty() && !rows.front().records.empty()) write_records(group, rows);
   if (!rows.empty() && !rows.front().tools.empty()) write_tools(group, model.tools, rows);
+  if (!model.tools.empty()) write_tool_shapes(file, model.tools);
 }
 
 }  // namespace crackle::io

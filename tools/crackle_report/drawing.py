@@ -12,7 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
+from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path
 from matplotlib.ticker import EngFormatter, MaxNLocator
 from crackle.units import MM, US, Unit
@@ -20,7 +20,7 @@ from crackle.units import MM, US, Unit
 from . import style
 from .mesh import Regions
 from .plate import Plate
-from .fields import BranchingPoints, CrackSurface
+from .fields import BranchingPoints, CrackSurface, Tool
 
 # At most so much [m], or in small bodies so much of the width.
 MARGIN = (3e-3, 0.12)  # round notches and cracks
@@ -186,6 +186,14 @@ def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: floa
         shades.append(facet_colours(np.array([(value + 0.5) / N_SHADES * colours.vmax]), colours)[0])
     axes.add_collection(PathCollection(paths, facecolors=shades, edgecolors=shades, linewidths=0.3,
                                        rasterized=True), autolim=False)
+
+
+def draw_tools(axes: Axes, tools: Iterable[Tool], time: float, lengths: Unit = MM) -> None:
+    """Where tools are at a time of the last dynamic phase [s], seen along the thickness."""
+    for tool in tools:
+        corners = tool.outline(time)
+        if len(corners):
+            axes.add_patch(Polygon(lengths.of(corners), fill=False, edgecolor=style.MUTED, linewidth=0.8, linestyle=(0, (3, 2)), zorder=6))
 
 
 def draw_branching(axes: Axes, points: BranchingPoints, lengths: Unit = MM) -> None:

@@ -67,6 +67,38 @@ class FragmentHistory:
 
 
 @dataclass(frozen=True)
+class Tool:
+    """A rigid tool over the last dynamic phase."""
+
+    shape: str  # as in the input
+    axis: np.ndarray  # x, y, z, of any length; 0 of a sphere or box
+    radius: float  # [m]
+    size: np.ndarray  # edges of a box, or the length of a cylinder that has one [m]
+    time: np.ndarray  # since the onset [s]
+    position: np.ndarray  # n x 3 [m]
+
+    def outline(self, time: float) -> np.ndarray:
+        """Corners of its projection along x, y and z [m]; a line of a plane, none of one across x."""
+        place = np.array([np.interp(time, self.time, self.position[:, axis]) for axis in (1, 2)])
+        along = self.axis[1:]
+        is_across = np.hypot(*along) > 1e-6 * np.linalg.norm(self.axis) if self.axis.any() else False
+        if self.shape == "box":
+            half = self.size[1:] / 2
+            return place + half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+        if self.shape == "plane" or (self.shape == "cylinder" and is_across):
+            if not is_across:
+                return np.empty((0, 2))
+            along = along / np.hypot(*along)
+            beside = np.array([-along[1], along[0]])
+            if self.shape == "plane":
+                return place + np.array([(-1.0,), (1.0,)]) * beside  # a metre to each side
+            length = self.size[0] / 2 if self.size.size else 1.0
+            return place + np.array([a * length * along + b * self.radius * beside for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+        turn = np.linspace(0, 2 * np.pi, 73)[:-1]
+        return place + self.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+
+@dataclass(frozen=True)
 class Energy:
     """The energy account over the last dynamic phase [J], counted from the unloaded body."""
 

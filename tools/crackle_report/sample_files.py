@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from crackle.files import DONE, SAMPLE_KIND, ResultsError, results, sample_files, text_of
 
-from .fields import BranchingPoints, CrackLine, CrackSurface, Energy, FragmentHistory, Frames, History, Places
+from .fields import BranchingPoints, CrackLine, CrackSurface, Energy, FragmentHistory, Frames, History, Places, Tool
 from .mesh import Mesh, Regions
 from .plate import Plate
 from .stress import ALL_EDGES, CROSSED_EDGES
@@ -67,6 +67,9 @@ class SampleFiles:
 
     def history(self, sample: int) -> Optional[History]:
         return self._read(sample, _read_history)
+
+    def tools(self, sample: int) -> list[Tool]:
+        return self._read(sample, _read_tools) or []
 
     def frames(self, sample: int) -> Optional[Frames]:
         return self._read(sample, read_frames)
@@ -144,6 +147,19 @@ def _read_history(root: h5py.File) -> Optional[History]:
     rayleigh = float(group.attrs["rayleigh_speed"])
     found.setdefault("tip_speed_ratio", found["tip_speed"] / rayleigh)  # version 5 of the format has none
     return History(**found, rayleigh_speed=rayleigh)
+
+
+def _read_tools(root: h5py.File) -> list[Tool]:
+    if "tools" not in root or "history/tools" not in root:
+        return []
+    phase = root["history/phase"][...]
+    last = (phase == phase.max(initial=0)) & (phase > 0)
+    if not last.any():
+        return []
+    time = root["history/phase_time"][...][last]
+    return [Tool(text_of(group.attrs["shape"]), np.array(group.attrs.get("axis", np.zeros(3))), float(group.attrs["radius"]),
+                 np.atleast_1d(group.attrs.get("size", np.empty(0))), time, root["history/tools"][name]["position"][...][last])
+            for name, group in root["tools"].items()]
 
 
 def read_frames(root: h5py.File) -> Frames:

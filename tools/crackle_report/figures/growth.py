@@ -13,7 +13,7 @@ from PIL import Image
 
 from .. import style
 from ..choosing import samples_in_detail
-from ..drawing import Sheet, draw_borders, draw_facets, draw_plate, draw_regions, panel_size, time_bar, time_colours
+from ..drawing import Sheet, draw_borders, draw_facets, draw_plate, draw_regions, draw_tools, panel_size, time_bar, time_colours
 from ..mesh import Mesh, Regions
 from ..options import Options
 from ..photoelasticity import NO_FRINGES, STRESS_OPTIC, Grid, make_series
@@ -48,6 +48,8 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
 
 def _explain(view: "_View", options: Options) -> str:
     growth = "The cracks that have opened by then; t₀ is the start of the last dynamic phase."
+    if view.has_tools:
+        growth += " Dashed: the tools, seen through the plate."
     if view.optics is None:
         return growth + (f" Fringes are not drawn: {NO_FRINGES}." if options.fringes else "")
     field = "light" if options.light_field else "dark"
@@ -99,6 +101,7 @@ class _View:
         self.number, self.optics = number, options.optics(frames)
         self._plate, self._frames, self._crack = ensemble.files.plate(number) or ensemble.plate, frames, crack
         self._regions = ensemble.files.regions(number)
+        self._tools = ensemble.files.tools(number)
         self._onset = float(ensemble.samples.onset_time[number])
         left, right = ensemble.plate.ends(1)
         self._z = self._shown_length(ensemble.shown_z(crack))
@@ -112,6 +115,10 @@ class _View:
             self._fringes = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), self._grid, self.optics)
             is_unknown = np.broadcast_to(self.optics.stress_optic == 0, len(frames.tetrahedra))
             self._unknown = Regions(Mesh(frames.nodes, frames.tetrahedra[is_unknown]).cut(0, self._plate.size[0] / 2)[0], np.empty((0, 2, 2)))
+
+    @property
+    def has_tools(self) -> bool:
+        return bool(self._tools)
 
     @property
     def n_frames(self) -> int:
@@ -211,6 +218,7 @@ class _View:
         self._draw_frame(axes)
         draw_facets(axes, self._crack, self._colours, until=float(self._frames.time[frame]), lengths=self._lengths,
                     times=self._times)
+        draw_tools(axes, self._tools, float(self._frames.time[frame]), self._lengths)
 
     def _draw_frame(self, axes: Axes) -> None:
         draw_plate(axes, self._plate, tuple(map(self._lengths.of, self._z)), regions=self._regions)
