@@ -23,6 +23,8 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 import command_lines  # noqa: E402
 import crackle  # noqa: E402
 import in_process  # noqa: E402
+from crackle_report.fields import Tool  # noqa: E402
+from crackle_report.sample_files import SampleFiles  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 
 OPTIONS: argparse.Namespace
@@ -155,6 +157,18 @@ class Fragments(unittest.TestCase):
             other = crackle.open(folder)[1]
             self.assertTrue(other.fragments.equals(one.fragments), n_ranks)
             self.assertTrue(other.fragment_history.equals(one.fragment_history), n_ranks)
+
+    def test_tools_are_drawn_where_they_are(self):
+        ball, = SampleFiles(self.out).tools(1)
+        corners = ball.outline(0)
+        np.testing.assert_allclose(np.hypot(*(corners - 6e-3).T), 1.5e-3, rtol=1e-12)
+        self.assertLess(ball.position[-1, 0], 0.0026 - 0.5 * 150 * ball.time[-1])
+        at_rest = {"time": np.array([0, 1]), "position": np.array([(0, 2, 3), (0, 4, 3)]), "radius": 0.5}
+        for shape, axis, size, low, high in (("cylinder", (1, 0, 0), (), (2.5, 2.5), (3.5, 3.5)), ("cylinder", (0, 0, 2), (4,), (2.5, 1), (3.5, 5)),
+                                             ("box", (0, 0, 0), (9, 2, 4), (2, 1), (4, 5)), ("plane", (0, 0, -1), (), (2, 3), (4, 3))):
+            corners = Tool(shape=shape, axis=np.array(axis), size=np.array(size), **at_rest).outline(0.5)
+            np.testing.assert_allclose((corners.min(axis=0), corners.max(axis=0)), (low, high), atol=1e-9, err_msg=shape)
+        self.assertEqual(len(Tool(shape="plane", axis=np.array((1, 0, 0)), size=np.array(()), **at_rest).outline(0)), 0)
 
     def test_pictures_show_them(self):
         result = in_process.report(self.out, "--program", OPTIONS.program, "--no-animation")
