@@ -282,7 +282,8 @@ int check(const parallel::Communicator& world, const CheckOptions& options,
                parameters.random.empty() ? "" : ", with the input's own values,",
                cases.empty() ? "" : " of the first case");
     std::fflush(stdout);
-    if (options.measure) start_mpi();
+    if (options.measure || !parameters.tools.empty())
+      start_mpi();  // contact with tools is looked for in fields
     try {
       auto [failures, time] = print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
       if (!cases.empty()) {

@@ -299,7 +299,7 @@ class Survival(SurvivalCase):
         self.whole(setting)
         result = self.call("run", setting, "-o", self.out, memory_limit=limit, extra_environment=self.ONE_ARENA)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
-        self.assertRegex(result.stdout, r"sample 0 failed after .*: computation: (frame|time steps): there is not enough memory \(std::bad_alloc\)")
+        self.assertRegex(result.stdout, r"sample 0 failed after .*: computation: (frame|fragments|time steps): there is not enough memory \(std::bad_alloc\)")
         result = self.call("run", setting, "-o", self.out, "--resume")
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
         self.assertIn("1 failed", result.stdout)
