@@ -30,7 +30,7 @@ constexpr double least_room = 8;
 /// Searches reach at least so many spacings, or steps.
 constexpr double search_spacings = 1, search_steps = 64;
 /// In equilibrium, nodes that a tool almost touches resist with this share of the stiffness of contact.
-constexpr double stabilizing_share = 1e-5;
+constexpr double stabilizing_share = 1e-4;
 
 double spacing_of(double node_volume) {
   return std::cbrt(std::numbers::sqrt2 * node_volume);
