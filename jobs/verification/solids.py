@@ -19,6 +19,13 @@ WIDTH, LENGTH, MARGIN = 20, 50, 5  # of the bar, and what flaws' middles keep fr
 FLAWS = 4  # in each bar
 FLAW_SPACINGS = (1.0,)  # [mm]
 MODULUS, POISSON, TOUGHNESS = 32e9, 0.2, 10  # [Pa], -, [J/m^2]
+CERAMIC = """[material]
+youngs_modulus = "32 GPa"
+poisson_ratio = 0.2
+density = "2450 kg/m^3"
+[fracture]
+toughness = "10 J/m^2"
+"""
 BAR = """[ensemble]
 samples = {samples}
 seed = 5
@@ -26,13 +33,7 @@ seed = 5
 size = ["{width} mm", "{width} mm", "{length} mm"]
 [mesh]
 spacing = "{spacing} mm"
-[material]
-youngs_modulus = "32 GPa"
-poisson_ratio = 0.2
-density = "2450 kg/m^3"
-[fracture]
-toughness = "10 J/m^2"
-[[random.flaws]]
+{ceramic}[[random.flaws]]
 number = {flaws}
 size = {{ distribution = "empirical", values = [{radii}] }}
 direction = [0, 0, 1]
@@ -74,7 +75,7 @@ def griffith(radius: np.ndarray) -> np.ndarray:
 
 def flawed_bar(spacing: float) -> str:
     values = radii(np.linspace(1, 0, 61)) / MILLIMETRE
-    return BAR.format(samples=BARS, width=WIDTH, length=LENGTH, spacing=spacing, flaws=FLAWS,
+    return BAR.format(ceramic=CERAMIC, samples=BARS, width=WIDTH, length=LENGTH, spacing=spacing, flaws=FLAWS,
                       radii=", ".join(f'"{value:.6g} mm"' for value in values),
                       across=f'"{MARGIN} mm", "{WIDTH - MARGIN} mm"', along=f'"{MARGIN} mm", "{LENGTH - MARGIN} mm"')
 
@@ -124,13 +125,7 @@ seed = {seed}
 polygon = [{corners}]
 [mesh]
 spacing = "0.8 mm"
-[material]
-youngs_modulus = "32 GPa"
-poisson_ratio = 0.2
-density = "2450 kg/m^3"
-[fracture]
-toughness = "10 J/m^2"
-[[boundary]]
+{ceramic}[[boundary]]
 on = "z-min"
 fix = ["x", "y", "z"]
 [[boundary]]
@@ -151,7 +146,7 @@ frames = 0
 
 def cube(body: str, seed: int) -> str:
     corners = ", ".join(f'["{x} mm", "{y} mm", "6 mm"]' for x, y in ((0, 0), (12, 0), (12, 4), (0, 4)))
-    return CUBE.format(samples=CUBES, seed=seed, body=body, corners=corners)
+    return CUBE.format(ceramic=CERAMIC, samples=CUBES, seed=seed, body=body, corners=corners)
 
 
 def cubes(folder: Path, program: Path) -> list[Figure]:
@@ -261,9 +256,8 @@ def radial_cracks(sample: crackle.Sample) -> int:
     """Directions in which the plate has cracked through a ring, counted as one when close to each other."""
     places = sample.crack_surface.corners.values.mean(axis=1)[:, 1:] - 20 * MILLIMETRE
     radius, angle = np.hypot(*places.T), np.arctan2(*places.T)
-    inner, outer = (np.abs(radius - middle) < 0.4 * MILLIMETRE for middle in RING)
-    first = [directions for ring in (inner, outer) for directions in [np.sort(angle[ring])]]
-    groups = [np.split(one, np.flatnonzero(np.diff(one) > APART) + 1) for one in first if len(one)]
+    rings = [np.sort(angle[np.abs(radius - middle) < 0.4 * MILLIMETRE]) for middle in RING]
+    groups = [np.split(one, np.flatnonzero(np.diff(one) > APART) + 1) for one in rings if len(one)]
     counts = [len(one) - (len(one) > 1 and one[0][0] + 2 * math.pi - one[-1][-1] <= APART) for one in groups]
     return min(counts) if len(counts) == len(RING) else 0
 

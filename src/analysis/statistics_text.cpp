@@ -323,8 +323,8 @@ void append_fragments(std::string& text, const Statistics& statistics) {
   if (found.n_fragmented == 0) return;
   text += fmt::format(
       "\nfragments, without single nodes, which are dust: more than two in {} of {}; +- is the {:g} % "
-      "interval of "
-      "the mean\n",
+      "interval of the "
+      "mean\n",
       found.n_fragmented, count_text(found.n_of, "sample"), 100 * statistics.confidence);
   TextTable table{{"fragments", "mean", "std", "+-"}};
   std::size_t i = 0;

@@ -96,7 +96,7 @@ private:
   /// A node relative to a face.
   struct Position {
     Vector normal;
-    double twice;  // the face's area [m^2]
+    double twice;  // twice the face's area [m^2]
     double depth;
     std::array<double, 3> weight;  // barycentric coordinates of its foot
   };

@@ -199,15 +199,10 @@ private:
     const auto nodes = nodes_of_loose_pieces_at(group_, body_, *context_.loads, pieces(), leaving);
     motion_.read(state_);
     const auto energies = parallel::agree(group_, [&] {
-      const auto v = state_.velocity.owned();
-      const auto& mass = body_.operators().node_mass;
+      const std::vector<double> of_node = kinetic_energies(context_, state_);
       std::vector<double> terms;
-      for (const auto node : nodes) {
-        const std::size_t n = index(node);
-        if (n < mass.size())
-          terms.push_back(0.5 * mass[n] *
-                          (v[3 * n] * v[3 * n] + v[3 * n + 1] * v[3 * n + 1] + v[3 * n + 2] * v[3 * n + 2]));
-      }
+      for (const auto node : nodes)
+        if (index(node) < of_node.size()) terms.push_back(of_node[index(node)]);
       return terms;
     });
     const double energy = parallel::exact_sum(group_, energies);

@@ -100,7 +100,7 @@ public:
     add({{speed, speed}}, impedance_);
   }
 
-  /// Of tools that move by a displacement or a force it is not known.
+  /// The stress of tools that move by a displacement or a force is not known.
   void add_tools() {
     for (const input::Tool& tool : setup_.model.tools) {
       if (tool.displacement || tool.force) stress_ = infinity;

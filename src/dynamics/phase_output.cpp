@@ -42,15 +42,19 @@ std::vector<std::int64_t> kink_steps(const PhaseOptions& options) {
 
 }  // namespace
 
-double kinetic_energy(const MotionContext& context, const MotionState& state) {
+std::vector<double> kinetic_energies(const MotionContext& context, const MotionState& state) {
   const auto v = state.velocity.owned();
   const auto& mass = context.body->operators().node_mass;
-  std::vector<double> terms(mass.size());
+  std::vector<double> energies(mass.size());
   for (std::size_t n = 0; n < mass.size(); ++n) {
-    terms[n] =
+    energies[n] =
         0.5 * mass[n] * (v[3 * n] * v[3 * n] + v[3 * n + 1] * v[3 * n + 1] + v[3 * n + 2] * v[3 * n + 2]);
   }
-  return parallel::exact_sum(*context.group, terms);
+  return energies;
+}
+
+double kinetic_energy(const MotionContext& context, const MotionState& state) {
+  return parallel::exact_sum(*context.group, kinetic_energies(context, state));
 }
 
 PhaseOutput::PhaseOutput(const MotionContext& context, const MovingBody& motion, const EnergyAccount& account,

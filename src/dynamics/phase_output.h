@@ -52,12 +52,15 @@ private:
   std::vector<std::int64_t> frame_steps_;         // ascending
   std::vector<std::int64_t> kink_steps_;          // around those of the loads, ascending
   double negligible_energy_;                      // that rounding alone may produce [J]
-  // Of the last count of fragments:
+  // The last count of fragments:
   bool has_labels_ = false;
   FragmentCount count_;                          // on the root
   std::vector<std::int64_t> labels_;             // of the pieces
   std::vector<double> displacement_, velocity_;  // of owned nodes
 };
+
+/// Kinetic energy of each owned node [J]. Local.
+std::vector<double> kinetic_energies(const MotionContext& context, const MotionState& state);
 
 /// Kinetic energy of the lumped masses [J]. Collective; bitwise equal for any number of ranks.
 double kinetic_energy(const MotionContext& context, const MotionState& state);

@@ -157,12 +157,13 @@ void QuasiStaticLoading::find_equilibrium(double time) {
     } catch (const mechanics::NoEquilibrium&) {
       no_equilibrium = std::current_exception();  // on every rank; how far the body moves may tell why
     }
-    if (!no_equilibrium) sum_up(change, before, of_unknowns);
-    if (!no_equilibrium) take_step(time, change, of_unknowns, force);
-    if (no_equilibrium)
+    if (no_equilibrium) {
       for (std::size_t i = 0; i < displacement_.local().size(); ++i)
         displacement_.local()[i] += change.local()[i];
-    if (no_equilibrium) std::rethrow_exception(no_equilibrium);
+      std::rethrow_exception(no_equilibrium);
+    }
+    sum_up(change, before, of_unknowns);
+    take_step(time, change, of_unknowns, force);
   }
 }
 

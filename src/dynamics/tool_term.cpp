@@ -242,7 +242,7 @@ void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes
       if (is_driven(contact.node, i)) continue;
       nodes.kick(contact.node, i, substep.kick, force[index(i)], contact.remainder[index(i)]);
       contact.impulse[index(i)] += substep.kick * force[index(i)];
-      // What the force along the surface takes from the node and the tool: at the mean velocity of the whole
+      // The force along the surface takes work from the node and the tool at the mean velocity of the whole
       // kick, as the other forces nearly balance this one.
       const double sliding =
           0.5 * (contact.velocity[index(i)] + nodes.velocity(contact.node, i)) - velocity[index(i)];

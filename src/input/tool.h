@@ -35,7 +35,7 @@ struct Tool {
   std::optional<double> friction = {};           ///< coefficient
 
   bool has_mass() const { return mass > 0; }
-  /// What is given of its motion, besides the velocity of a mass: a displacement, else a force, else a
+  /// The motion or force that is given, besides the velocity of a mass: a displacement, else a force, else a
   /// velocity.
   Vector given() const { return displacement.value_or(force.value_or(velocity.value_or(Vector{}))); }
   bool gives_velocity() const { return !displacement && !force; }
