@@ -166,11 +166,11 @@ void for_each_result(Visit&& visit) {
                    path, none, nowhere, "overlap", "%", 100, ".0f"},
         &Row::overlap);
   visit(ResultInfo{"bifurcations", "",
-                   "number of branching points in space, seen in windows through the thickness", path, counts,
-                   nowhere, "branching in space", "", 1, "d"},
+                   "number of branching points in space, in plates seen in windows through the thickness",
+                   body, counts, nowhere, "branching in space", "", 1, "d"},
         &Row::branching_points);
   visit(ResultInfo{"long_bifurcations", "", "number of those with branches of [output] branch_length or more",
-                   path, counts, in_sweep, "long branches in space", "", 1, "d", "", 7},
+                   body, counts, in_sweep, "long branches in space", "", 1, "d", "", 7},
         &Row::long_branching_points);
   visit(ResultInfo{"bifurcations_projected", "",
                    "number of branching points of the crack projected on the plane of the plate", path,

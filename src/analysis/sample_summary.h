@@ -121,7 +121,7 @@ inline bool is_fragmented(const SampleSummary& row) {
 SampleSummary empty_summary(int n_starts, int n_sections, SampleStatus status, std::string error = {});
 
 /// @param lines crack_lines of the same surface
-/// @param branches find_branches of it
+/// @param branches find_branches or find_forks of it
 /// @param crossings section_crossings of it
 /// @param trajectories front_trajectories of it
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,

@@ -31,7 +31,7 @@ inline constexpr double stray_size = 2;
 /// Thickness of the windows for detecting branching in space; each overlaps half of the next.
 inline constexpr double window_thickness = 3;
 
-/// A place where one crack splits into two branches.
+/// A place where one crack splits into two branches; find_forks says what its members are in a solid.
 struct BranchingPoint {
   std::int32_t start;   ///< number of the crack start
   std::int32_t parent;  ///< number of the branch that the secondary one leaves, see CrackBranches; not stored

@@ -3,6 +3,7 @@
 
 #include "common/real.h"
 #include "cracks/crack_surface.h"
+#include "cracks/space_forks.h"
 #include "ensemble/base_points.h"
 #include "fracture/material_field.h"
 #include "geometry/partition.h"
@@ -53,9 +54,12 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   const input::Parameters& own = parameters();
   SampleAnalysis analysis;
   analysis.surface = cracks::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
-  // Branches, lines and trajectories are those of cracks in a plate.
+  // Lines and trajectories are those of cracks in a plate.
   const bool is_plate = !own_body.outline().empty();
-  if (is_plate) analysis.branches = cracks::find_branches(own_body, analysis.surface);
+  if (is_plate)
+    analysis.branches = cracks::find_branches(own_body, analysis.surface);
+  else
+    analysis.branches.points = cracks::find_forks(realization, analysis.surface);
   if (is_plate) analysis.lines = cracks::crack_lines(own_body, analysis.surface, analysis.branches);
   analysis.crossings = cracks::section_crossings(own_body, analysis.surface, analysis.branches,
                                                  cracks::planes_of(own.sections));
@@ -69,9 +73,8 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
                                          analysis.branches, analysis.crossings, trajectories);
   analysis.summary.crack_area_in =
       analysis::crack_area_in_parts(analysis.surface, realization, own.materials, own.interfaces);
-  if (is_plate)
-    analysis.summary.long_branching_points =
-        analysis.branches.n_in_space(analysis::branch_length(own.output.branch_length, own.mesh, own_body));
+  analysis.summary.long_branching_points =
+      analysis.branches.n_in_space(analysis::branch_length(own.output.branch_length, own.mesh, own_body));
   analysis.summary.traces =
       cracks::start_traces(analysis.surface, own.sections.planes, own_body.crack_starts().size());
   analysis.summary.fragments = analysis::summarize_fragments(result);

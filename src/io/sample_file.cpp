@@ -84,14 +84,17 @@ void write_crack_surface(hid_t file, const cracks::CrackSurface& surface,
   hdf5::label_datasets(table, {"crack", "component"});
 }
 
-void write_branching(hid_t file, const std::vector<cracks::BranchingPoint>& points) {
+/// @param is_in_space of a body that is not a plate
+void write_branching(hid_t file, const std::vector<cracks::BranchingPoint>& points, bool is_in_space) {
   using cracks::BranchingPoint;
   const hdf5::Handle group = hdf5::create_group(file, "forks");
   const auto place = [](const BranchingPoint& point) { return std::array{point.y, point.z}; };
   write_column<double>(group, "position", points, place, "m",
-                       "y, z where the gap between the branches begins");
-  write_column<double>(group, "x", points, &BranchingPoint::x, "m",
-                       "middle of the range that the secondary branch spans through the thickness");
+                       is_in_space ? "y, z of the line in which the sheets meet, its mean"
+                                   : "y, z where the gap between the branches begins");
+  write_column<double>(
+      group, "x", points, &BranchingPoint::x, "m",
+      is_in_space ? "likewise" : "middle of the range that the secondary branch spans through the thickness");
   write_column<double>(group, "time", points, &BranchingPoint::time, "s",
                        "when the later branch opened, since the onset of the last dynamic phase");
   write_column<double>(group, "length", points, &BranchingPoint::length, "m",
@@ -99,12 +102,12 @@ void write_branching(hid_t file, const std::vector<cracks::BranchingPoint>& poin
   write_column<double>(group, "angle", points, &BranchingPoint::angle, "rad",
                        "between the branches where they separate");
   write_column<double>(group, "share", points, &BranchingPoint::share, "1",
-                       "of the thickness: the range that the secondary branch spans");
+                       "of the thickness: the range that the secondary branch spans; NaN in a solid");
   write_column<std::int32_t>(group, "notch", points, &BranchingPoint::start, "", "that the crack started at");
   write_column<std::uint8_t>(group, "in_projection", points, &BranchingPoint::is_in_projection, "",
                              "1 where the crack projected on the plane of the plate shows it");
   write_column<std::uint8_t>(group, "in_space", points, &BranchingPoint::is_in_space, "",
-                             "1 where a window through the thickness shows it");
+                             "1 where space, in plates a window through the thickness, shows it");
   hdf5::label_datasets(group, {"branching point", "component"});
 }
 
@@ -502,7 +505,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     write_materials(id, content);
     write_crack_surface(id, content.surface, content.branches.branch, body->outline().empty());
     write_crack_lines(id, content.lines);
-    write_branching(id, content.branches.points);
+    write_branching(id, content.branches.points, body->outline().empty());
     write_crossings(id, content.crossings, content.parameters.sections.size());
     write_breaks(id, result.breaks);
     if (input::traits(content.parameters.fracture.release).by_cuts)

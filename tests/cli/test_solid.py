@@ -18,6 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery")]
 
 import command_lines  # noqa: E402
+import crackle  # noqa: E402
 import in_process  # noqa: E402
 import solid  # noqa: E402
 import solid_files  # noqa: E402
@@ -320,6 +321,40 @@ at = ["0 mm", "0 mm", "0 mm"]
         self.assertAlmostEqual(stress[0] / across, 1, delta=0.06)
         self.assertAlmostEqual(stress[1] / across, 1, delta=0.06)
         self.assertAlmostEqual(stress[2] / along, 1, delta=0.04)
+
+    def test_a_crack_forks_where_the_load_is_high(self):
+        """In a thin block whose long faces are moved apart; forks are results as those of plates are."""
+        self.cube.write_text(stl(CORNERS * (1.2, 16, 10), SIDES))
+        crack = FROM_FILE + """
+[[specimen.crack]]
+center = ["0 mm", "0 mm", "5 mm"]
+semi_axes = ["9 mm", "4 mm"]
+normal = [0, 0, 1]"""
+        for pull, has_forks in ((0.05, True), (0.02, False)):
+            moved = "".join(f'[[boundary]]\non = "{face}"\ndisplacement = ["0 mm", "0 mm", "{sign}{pull} mm"]\n' for face, sign in (("z-min", "-"), ("z-max", "")))
+            self.input.write_text(body(crack, spacing=0.4, poisson=0.35, strength=300, toughness=300, rest='release_speed = "1670 m/s"\n' + moved + """[time]
+start = "equilibrium"
+duration = "25 us"
+integrator = "verlet"
+[output]
+branch_length = "3 mm"
+"""))
+            out = self.folder / f"out-{pull}"
+            result = invoke("run", self.input, "-o", out)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            ensemble = crackle.open(out)
+            forks = [sample.forks for sample in ensemble]
+            print(f"pulled apart by {pull} mm to both sides:", *(f"{len(one)} forks at y = {np.round(one.y * 1e3, 1).tolist()} mm, lengths "
+                                                               f"{np.round(one.length * 1e3, 1).tolist()} mm;" for one in forks))
+            self.assertEqual([bool(len(one)) for one in forks], [has_forks] * 2)
+            self.assertEqual(ensemble.samples.bifurcations.tolist(), [len(one) for one in forks])
+            self.assertEqual(ensemble.samples.long_bifurcations.tolist(), [(one.length >= 3e-3).sum() for one in forks])
+            self.assertTrue(ensemble.samples.bifurcations_projected.isna().all())
+            for one in forks:
+                self.assertTrue(one.x.between(0, 1.2e-3).all() and one.y.between(4e-3, 16e-3).all() and one.length.gt(1e-3).all(), one)
+                self.assertTrue(one.in_space.all() and not one.in_projection.any() and one.share.isna().all(), one)
+            mean, share = np.mean([len(one) for one in forks]), 100.0 * has_forks
+            self.assertRegex(invoke("stats", out).stdout, rf"\nbranching in space +{mean:.2f} +{share:.1f} ")
 
     def test_the_gallerys_files_are_what_their_script_writes(self):
         for name, bar in solid.FILES.items():

@@ -27,9 +27,11 @@ struct Cutting {
   std::function<bool(const geometry::Point&, RandomStream&)> is_stray = {};
   /// Share of the broken tetrahedra that open by any of the seven cuts instead of the one along the crack.
   double random_cuts = 1;
+  /// When a tetrahedron breaks [s], from its centroid; all at 0 without it.
+  std::function<double(const geometry::Point&)> time = {};
 };
 
-/// The crack surface if all break at time 0, as computed by the program.
+/// The crack surface as computed by the program.
 inline cracks::CrackSurface cut(const geometry::Body& body, const geometry::Realization& realization,
                                 const Cutting& cutting, RandomStream random) {
   const auto& tetrahedra = realization.tetrahedra;
@@ -62,8 +64,10 @@ inline cracks::CrackSurface cut(const geometry::Body& body, const geometry::Real
     }
     const bool is_random = cut_of[t] < 0 || random.uniform() < cutting.random_cuts;
     const auto any = static_cast<std::int32_t>(random.uniform() * fracture::n_cuts);
-    breaks.push_back({static_cast<std::int64_t>(t), 0, 0, 1, 1, is_random ? any : cut_of[t]});
+    breaks.push_back({static_cast<std::int64_t>(t), 0, cutting.time ? cutting.time(centroid[t]) : 0, 1, 1,
+                      is_random ? any : cut_of[t]});
   }
+  std::ranges::stable_sort(breaks, {}, &fracture::Break::phase_time);
   return cracks::make_crack_surface(body, realization, breaks, 0);
 }
 

@@ -217,7 +217,7 @@ def tiles(ensemble: Ensemble) -> str:
             entries.append((f"{100 * found.share:.0f} %",
                             f"{style.pattern_name(pattern)} ({100 * found.lower:.0f} to {100 * found.upper:.0f} %)"))
     for name, label in (("bifurcations_projected", "branching in the projection"), ("bifurcations", "branching in space")):
-        if ensemble.n_notches and name in table.numbers and table.result(name).any:
+        if name in table.numbers and table.result(name).any:
             entries.append((str(table.result(name).n_any), f"samples with {label}"))
     return '<div class="tiles">' + "".join(
         f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'
