@@ -8,12 +8,15 @@
 #include "geometry/dual_facets.h"
 #include "geometry/pre_crack.h"
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 #include <span>
 #include <tuple>
@@ -32,6 +35,7 @@ using geometry::Realization;
 constexpr double radius_of_balls = 4.5;
 constexpr double distance_of_balls = 2.5;  // at most; at least half of it
 constexpr double least_share = 0.04;       // of a ball's nodes, in a piece
+constexpr std::size_t least_nodes = 5;     // likewise
 constexpr double least_opened = 0.5;       // of the edges of a node that joins nothing
 constexpr double line_radius = 1.8;        // of the part of a ball in which its pieces meet
 constexpr double line_width = 1;           // of what belongs to several sheets
@@ -274,12 +278,13 @@ struct Sheet {
   bool is_branch = false;
 };
 
-/// A fork as one ball shows it.
+/// A fork or a junction as one ball shows it.
 struct Sight {
   std::size_t centre;
   std::vector<std::int32_t> line;  ///< nodes at which the pieces meet
   Point place{};                   ///< their mean
   std::vector<Sheet> sheets;
+  bool is_fork = false;  ///< otherwise two sheets arrive
   double angle = 0, time = 0;
 };
 
@@ -287,12 +292,12 @@ class Balls {
 public:
   explicit Balls(const CutMesh& mesh) : mesh_(mesh), local_(mesh.n_nodes(), -1) {}
 
-  /// True if the ball around a centre shows a fork.
+  /// True if the ball around a centre shows a fork or a junction.
   bool look(const Centre& centre, Sight& sight) {
     gather(centre);
-    const bool is_fork = cut(centre) >= 3 && find_line(centre, sight) && find_sheets(centre, sight);
+    const bool has_several = cut(centre) >= 3 && find_line(centre, sight) && find_sheets(centre, sight);
     for (const std::int32_t node : members_) local_[index(node)] = -1;
-    return is_fork;
+    return has_several;
   }
 
 private:
@@ -337,7 +342,8 @@ private:
           piece.push_back(index(j));
         }
       }
-      if (!reaches_border || static_cast<double>(piece.size()) < least_share * static_cast<double>(n))
+      if (!reaches_border || piece.size() < least_nodes ||
+          static_cast<double>(piece.size()) < least_share * static_cast<double>(n))
         continue;
       for (const std::size_t k : piece) label_[k] = n_pieces;
       labelled.insert(labelled.end(), piece.begin(), piece.end());
@@ -412,11 +418,11 @@ private:
       sight.sheets.push_back(std::move(sheet));
     }
     const auto n_branches = std::ranges::count_if(sight.sheets, &Sheet::is_branch);
-    const bool is_fork = n_arriving == 0   ? n_branches > 2 && n_leaving > 1
-                         : n_arriving == 1 ? n_branches > 1 && arrival < departure
-                                           : n_leaving > n_arriving;
-    if (is_fork) measure(sight);
-    return is_fork;
+    sight.is_fork = n_arriving == 0   ? n_branches > 2 && n_leaving > 1
+                    : n_arriving == 1 ? n_branches > 1 && arrival < departure
+                                      : n_leaving > n_arriving;
+    if (sight.is_fork) measure(sight);
+    return sight.is_fork || n_arriving > 1;
   }
 
   /// From 1, where all edges opened the later the farther they are from the line, to -1.
@@ -433,15 +439,24 @@ private:
     return all > 0 ? sum / all : 0;
   }
 
-  /// Of the two branches with the least angle between them.
-  static void measure(Sight& sight) {
+  /// Unit normal of the plane that fits a sheet best.
+  Eigen::Vector3d normal(const Sheet& sheet) const {
+    Eigen::Matrix3Xd places(3, std::ssize(sheet.edges));
+    for (std::size_t i = 0; i < sheet.edges.size(); ++i)
+      places.col(static_cast<Eigen::Index>(i)) = Eigen::Vector3d(mesh_.middle(sheet.edges[i]).data());
+    places.colwise() -= places.rowwise().mean().eval();
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(places * places.transpose()).eigenvectors().col(0);
+  }
+
+  /// Of the two branches with the least angle between them. It is that of their planes, on the side to which
+  /// they leave.
+  void measure(Sight& sight) const {
     sight.angle = never;
     for (const Sheet& one : sight.sheets)
       for (const Sheet& other : sight.sheets) {
         if (&one == &other || !one.is_branch || !other.is_branch) continue;
-        const double cosine =
-            dot(one.direction, other.direction) / norm(one.direction) / norm(other.direction);
-        const double angle = std::acos(std::clamp(cosine, -1.0, 1.0));
+        const double acute = std::acos(std::min(1.0, std::abs(normal(one).dot(normal(other)))));
+        const double angle = dot(one.direction, other.direction) > 0 ? acute : std::numbers::pi - acute;
         if (angle >= sight.angle) continue;
         sight.angle = angle;
         sight.time = std::max(one.time, other.time);
@@ -456,7 +471,7 @@ private:
   std::vector<std::int32_t> line_;     ///< nodes of the whole ball at which its pieces meet
 };
 
-/// The sights of each fork, in the order of their first.
+/// The sights of each fork, in the order of their first; there are more than of a junction there.
 std::vector<std::vector<const Sight*>> join(const CutMesh& mesh, const std::vector<Sight>& sights) {
   const auto meet = [&](const Sight& one, const Sight& other) {
     const double spacing = mesh.centres()[one.centre].spacing;
@@ -474,8 +489,10 @@ std::vector<std::vector<const Sight*>> join(const CutMesh& mesh, const std::vect
   std::map<std::size_t, std::vector<const Sight*>> forks;
   for (std::size_t i = 0; i < sights.size(); ++i) forks[same.smallest(i)].push_back(&sights[i]);
   std::vector<std::vector<const Sight*>> ordered;
-  for (auto& [first, members] : forks)
-    if (members.size() >= least_balls) ordered.push_back(std::move(members));
+  for (auto& [first, members] : forks) {
+    const auto n_junctions = std::erase_if(members, [](const Sight* one) { return !one->is_fork; });
+    if (members.size() >= std::max(least_balls, n_junctions + 1)) ordered.push_back(std::move(members));
+  }
   return ordered;
 }
 

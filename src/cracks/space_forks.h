@@ -18,16 +18,16 @@ namespace crackle::cracks {
 /// farther they are from that line; what lies within a spacing of it does not count. The line is a fork if
 /// one sheet arrived and the others opened later, or if none arrived and two opened away from it. Where a
 /// crack meets or crosses an older one, two sheets arrive or the last one does. Balls with lines within two
-/// spacings of each other show one fork, which two of them must do, and the shorter branch must extend over
-/// min_branch_length.
+/// spacings of each other are of one place: a fork if two of them show it, and more than show that two sheets
+/// arrive. The shorter branch must extend over min_branch_length.
 ///
 /// Sheets at 30 to 120 degrees fork, those that stop, bend, run side by side, meet or cross do not. On plates
-/// that fork, 96 % of what find_branches finds there with branches of 5 spacings or more is found, at angles
-/// that are too large by some 20 degrees where they are below 60; one in ten is of the detection's own. On
-/// plates that do not fork, nothing is found.
+/// that fork, 95 % of what find_branches finds there with branches of 5 spacings or more is found, and one in
+/// ten is of the detection's own. On plates that do not fork, nothing is found.
 ///
 /// A fork's place is the mean of its line, its length that of the shorter branch, straight, its time that
-/// when half of the later branch in a ball had opened. It has no share and no parent.
+/// when half of the later branch in a ball had opened, its angle that between planes through the branches
+/// there. It has no share and no parent.
 /// @return in order of breaking
 std::vector<BranchingPoint> find_forks(const geometry::Realization& realization, const CrackSurface& surface);
 

@@ -150,11 +150,14 @@ TEST_F(SheetsInSpace, ForkWhereTwoGrowFromOne) {
       }
     }
     std::printf("%-40s | %d expected: %2d of %2d", made.name, made.expected, n_right, n);
-    if (made.angle > 0)
+    if (made.expected > 0)
       std::printf(" | %3.0f degrees: %3.0f, %.1f spacings from the line, %4.1f long", made.angle, angle,
                   from_line, length);
     std::printf("\n");
-    EXPECT_EQ(n_right, n) << made.name;
+    EXPECT_GE(n_right, n - n / 10) << made.name;
+    if (made.expected == 0) continue;
+    EXPECT_NEAR(angle, made.angle, 15) << made.name;
+    EXPECT_LT(from_line, 3) << made.name;
   }
 }
 
