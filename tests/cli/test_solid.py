@@ -221,7 +221,7 @@ normal = [1, 0, 0]
             length, mean = root["plane_traces/length"][...], root["statistics/traces/length_mean"][...]
             np.testing.assert_allclose(length[:, 0].mean(axis=0), mean[0], rtol=1e-14)
             self.assertTrue((length[:, 0, -1] > 0.005).all() and (length[:, 1] == 0).all(), length)
-        for absent in ("branching", "kinks", "traced area", "crack speed"):
+        for absent in ("branching projected", "kinks", "traced area", "crack speed"):
             self.assertNotIn(absent, result.stdout)
         result = in_process.report(self.out, "--program", OPTIONS.program)
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -353,6 +353,12 @@ branch_length = "3 mm"
             for one in forks:
                 self.assertTrue(one.x.between(0, 1.2e-3).all() and one.y.between(4e-3, 16e-3).all() and one.length.gt(1e-3).all(), one)
                 self.assertTrue(one.in_space.all() and not one.in_projection.any() and one.share.isna().all(), one)
+            if has_forks:
+                there = self.folder / "on two ranks"
+                self.input.write_text(self.input.read_text().replace("[ensemble]", "[ensemble]\nranks_per_sample = 2"))
+                command = [*shlex.split(OPTIONS.mpirun), "-n", "3", os.path.abspath(OPTIONS.program), "run", self.input, "-o", there]
+                subprocess.run([*map(str, command)], env=environment(), check=True, capture_output=True)
+                self.assertTrue(results_of(there) == results_of(out))
             mean, share = np.mean([len(one) for one in forks]), 100.0 * has_forks
             self.assertRegex(invoke("stats", out).stdout, rf"\nbranching in space +{mean:.2f} +{share:.1f} ")
 
