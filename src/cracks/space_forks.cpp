@@ -441,11 +441,14 @@ private:
 
   /// Unit normal of the plane that fits a sheet best.
   Eigen::Vector3d normal(const Sheet& sheet) const {
-    Eigen::Matrix3Xd places(3, std::ssize(sheet.edges));
-    for (std::size_t i = 0; i < sheet.edges.size(); ++i)
-      places.col(static_cast<Eigen::Index>(i)) = Eigen::Vector3d(mesh_.middle(sheet.edges[i]).data());
-    places.colwise() -= places.rowwise().mean().eval();
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(places * places.transpose()).eigenvectors().col(0);
+    // Sums of a fixed order, unlike those of products of large matrices.
+    const auto place = [&](std::int32_t edge) { return Eigen::Vector3d(mesh_.middle(edge).data()); };
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const std::int32_t edge : sheet.edges) mean += place(edge) / static_cast<double>(sheet.edges.size());
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (const std::int32_t edge : sheet.edges)
+      spread += (place(edge) - mean) * (place(edge) - mean).transpose();
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
   }
 
   /// Of the two branches with the least angle between them. It is that of their planes, on the side to which

@@ -36,7 +36,8 @@ struct Made {
   std::function<int(double y, double z)> label;    ///< part of the body
   std::function<double(double y, double z)> time;  ///< when it breaks
   std::function<bool(double x, double y, double z)> is_cracked = [](double, double, double) { return true; };
-  double angle = 0;  ///< between the branches [degrees]
+  double angle = 0;          ///< between the branches [degrees]
+  double older_along_x = 0;  ///< what opened before -20 opens the later the larger x is, by this
 };
 
 /// Runs along y, then to both sides of it.
@@ -79,6 +80,11 @@ const std::vector<Made> sheets{
      [](double y, double) { return y; }},
     {"a sheet that ends at an older one", 0, [](double y, double z) { return y > 0 ? 2 : above(z); },
      [](double y, double z) { return y > -1 ? z - 100 : y; }},
+    {.name = "a sheet that ends at one that ran across it",
+     .expected = 0,
+     .label = [](double y, double z) { return y > 0 ? 2 : above(z); },
+     .time = [](double y, double) { return y > -1 ? -100 : y; },
+     .older_along_x = 1},
     {"a sheet that ends at one older by little", 0, [](double y, double z) { return y > 0 ? 2 : above(z); },
      [](double y, double z) { return y > -1 ? z - 13 : y; }},
     {"a sheet that crosses an older one", 0, [](double y, double z) { return 2 * above(y) + above(z); },
@@ -123,7 +129,10 @@ protected:
     cutting.is_cracked = [&](const Point& p, const auto&) {
       return made.is_cracked(p[0] / spacing, y(p), z(p));
     };
-    cutting.time = [&](const Point& p) { return made.time(y(p), z(p)); };
+    cutting.time = [&](const Point& p) {
+      const double time = made.time(y(p), z(p));
+      return time < -20 ? time + made.older_along_x * p[0] / spacing : time;
+    };
     cutting.touching = 0.1;
     cutting.random_cuts = 0.5;
     const auto& realization = realizations[seed % n_realizations];
