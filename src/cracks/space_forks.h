@@ -23,7 +23,7 @@ namespace crackle::cracks {
 ///
 /// Sheets at 30 to 120 degrees fork, those that stop, bend, run side by side, meet or cross do not. On plates
 /// that fork, 95 % of what find_branches finds there with branches of 5 spacings or more is found, and one in
-/// ten is of the detection's own. On plates that do not fork, nothing is found.
+/// seven is of the detection's own. On plates that do not fork, nothing is found.
 ///
 /// A fork's place is the mean of its line, its length that of the shorter branch, straight, its time that
 /// when half of the later branch in a ball had opened, its angle that between planes through the branches
