@@ -25,6 +25,13 @@ std::array<Vector, 4> corners(const TetrahedronOperator& t) {
 
 }  // namespace
 
+Symmetric CutContact::strain(const std::array<Vector, 4>& displacement) const {
+  std::array<double, 12> u{};
+  for (std::size_t a = 1; a < 4; ++a)
+    for (std::size_t k = 0; k < 3; ++k) u[3 * a + k] = displacement[a][k] - displacement[0][k];
+  return mechanics::strain(intact, u);
+}
+
 EdgeStiffness edge_stiffness(const TetrahedronOperator& t, const IsotropicElasticity& elasticity,
                              EdgeSet released) {
   EdgeStiffness result{};
@@ -113,8 +120,9 @@ void ResidualStiffness::add_contact(std::int32_t tetrahedron, const Vector& norm
   const auto reduction = reductions_.find(tetrahedron);
   CutContact& cut = cuts_.emplace_back();
   cut.normal = normal;
-  const TetrahedronOperator t = operators_->tetrahedra[index(tetrahedron)];
-  for (std::size_t a = 0; a < 4; ++a) cut.closer[a] = dot(normal, t.gradient[a]);
+  cut.intact = operators_->tetrahedra[index(tetrahedron)];
+  cut.corners = std::exchange(cut.intact.nodes, {0, 1, 2, 3});
+  for (std::size_t a = 0; a < 4; ++a) cut.closer[a] = dot(normal, cut.intact.gradient[a]);
   if (reduction != reductions_.end()) cut.share = 1 - reduction->second.share;
 }
 
@@ -174,8 +182,7 @@ void ResidualStiffness::settle_contact(std::size_t i, const Symmetric& strain) {
   const double carried = cut.share * norm(state.traction);
   if (state.slips) {
     const Vector slip = state.shear - state.traction / (*elasticity_)[contacts_[i]].mu;
-    cut.dissipated += operators_->tetrahedra[index(contacts_[i])].volume * 0.5 * (cut.friction + carried) *
-                      norm(slip - cut.slip);
+    cut.dissipated += cut.intact.volume * 0.5 * (cut.friction + carried) * norm(slip - cut.slip);
     cut.slip = slip;
   }
   cut.friction = carried;
@@ -194,7 +201,7 @@ double ResidualStiffness::contact_energy(std::size_t i, const Symmetric& strain)
   const CutState state = cut_state(i, strain);
   if (state.closing >= 0) return 0;
   const IsotropicElasticity& material = (*elasticity_)[contacts_[i]];
-  return 0.5 * operators_->tetrahedra[index(contacts_[i])].volume * cut.share *
+  return 0.5 * cut.intact.volume * cut.share *
          (material.youngs_modulus() * state.closing * state.closing +
           dot(state.traction, state.traction) / material.mu);
 }

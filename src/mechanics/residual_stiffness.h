@@ -44,15 +44,18 @@ inline constexpr double surely_open = 1e-9;
 
 /// The contact of a broken tetrahedron's cut, and what it remembers of its motion.
 struct CutContact {
-  Vector normal{};                 ///< of the cut, unit vector
-  std::array<double, 4> closer{};  ///< strain along it per displacement along it of each corner [1/m]
-  double share = 1;                ///< of the stiffness in contact
-  double closed_at = 0;            ///< strain along the normal below which it resists closing
-  Vector slip{};                   ///< shear strain at which the cut carries no friction
-  double friction = 0;             ///< magnitude of the shear traction when it was settled last [Pa]
-  double dissipated = 0;           ///< by friction [J]
-  bool is_open = false;            ///< when it was settled last: without friction until it is settled again
-  bool is_apart = false;           ///< its sides have moved apart so far that it does not act any more
+  /// The operators of the intact tetrahedron, whose nodes are its corners' places 0 to 3.
+  TetrahedronOperator intact{};
+  std::array<std::int32_t, 4> corners{};  ///< local numbers
+  Vector normal{};                        ///< of the cut, unit vector
+  std::array<double, 4> closer{};         ///< strain along it per displacement along it of each corner [1/m]
+  double share = 1;                       ///< of the stiffness in contact
+  double closed_at = 0;                   ///< strain along the normal below which it resists closing
+  Vector slip{};                          ///< shear strain at which the cut carries no friction
+  double friction = 0;                    ///< magnitude of the shear traction when it was settled last [Pa]
+  double dissipated = 0;                  ///< by friction [J]
+  bool is_open = false;   ///< when it was settled last: without friction until it is settled again
+  bool is_apart = false;  ///< its sides have moved apart so far that it does not act any more
 
   /// The strain along the normal, up to rounding.
   /// @param displacement of the corners
@@ -61,6 +64,7 @@ struct CutContact {
     for (std::size_t a = 1; a < 4; ++a) sum += closer[a] * dot(normal, displacement[a] - displacement[0]);
     return sum;
   }
+  Symmetric strain(const std::array<Vector, 4>& displacement) const;
 };
 
 /// The residual stiffness of each tetrahedron of a subdomain.
