@@ -17,6 +17,10 @@ namespace {
 
 /// Steps between looks at how far nodes move.
 constexpr std::int64_t steps_per_look = 8;
+/// A cut that is open by a strain of this, and by this many times its change from look to look, rests until
+/// the next look.
+constexpr double least_at_rest = 0.01;
+constexpr double changes_at_rest = 4;
 /// Steps for which the pairs of a search are to last, at the current speed.
 constexpr double steps_per_search = 256;
 /// Least and largest margin of a search [spacings].
@@ -70,6 +74,7 @@ void ContactTerm::start(double, const MotionState& state) {
     stiffness.start_contact(i, has_moved ? cut_strain(i, displacement) : mechanics::Symmetric{});
     stiffness.cut_contact(i).is_apart = is_apart(t, displacement);
   }
+  stiffness.find_acting();
 }
 
 mechanics::Symmetric ContactTerm::cut_strain(std::size_t i, const std::array<Vector, 4>& displacement) const {
@@ -93,17 +98,39 @@ bool ContactTerm::is_apart(std::int32_t tetrahedron, const std::array<Vector, 4>
 void ContactTerm::settle_cuts(const MovingNodes& nodes) {
   mechanics::ResidualStiffness& stiffness = context_.body->residual_stiffness();
   const bool has_initial_strain = !context_.body->initial_strain().is_none();
-  const bool looks = n_steps_ % steps_per_look == 0;
+  const auto displacements = [&](std::size_t i) {
+    std::array<Vector, 4> displacement{};
+    for (std::size_t a = 0; a < 4; ++a)
+      displacement[a] = nodes.whole_displacement(stiffness.cut_contact(i).corners[a]);
+    return displacement;
+  };
+  if (n_steps_ % steps_per_look != 0) {
+    for (const std::int32_t i : stiffness.acting())
+      // One that is open needs no friction, even if it closes before the next look.
+      if (!stiffness.cut_contact(index(i)).is_open)
+        stiffness.settle_contact(index(i), cut_strain(index(i), displacements(index(i))));
+    return;
+  }
   for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
     mechanics::CutContact& cut = stiffness.cut_contact(i);
-    // One that is open needs no friction, even if it closes before the next look.
-    if (cut.is_apart || (cut.is_open && !looks)) continue;
-    std::array<Vector, 4> displacement{};
-    for (std::size_t a = 0; a < 4; ++a) displacement[a] = nodes.whole_displacement(cut.corners[a]);
-    if (!cut.is_open || has_initial_strain || cut.opening(displacement) < mechanics::surely_open)
+    if (cut.is_apart) continue;
+    const std::int32_t t = stiffness.contacts()[i];
+    const std::array<Vector, 4> displacement = displacements(i);
+    const double opening = cut.opening(displacement);
+    // Where sides meet at rest, by a violent motion, their faces' contact takes over.
+    if (cut.rests && opening < mechanics::surely_open) {
+      cut.is_apart = true;
+      cut.rests = false;
+      continue;
+    }
+    if (!cut.is_open || has_initial_strain || opening < mechanics::surely_open)
       stiffness.settle_contact(i, cut_strain(i, displacement));
-    if (cut.is_open) cut.is_apart = is_apart(stiffness.contacts()[i], displacement);
+    if (cut.is_open) cut.is_apart = is_apart(t, displacement);
+    cut.rests = cut.is_open && !has_initial_strain &&
+                opening > least_at_rest + changes_at_rest * std::abs(opening - cut.opening_before);
+    cut.opening_before = opening;
   }
+  stiffness.find_acting();
 }
 
 bool ContactTerm::is_mine(const Meeting& meeting) const {
@@ -487,8 +514,7 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
   parallel::NumberedRows course, pairs, contacts, dissipated, cuts;
   course.width = 4;
   pairs.width = 9;
-  contacts.width = 8;
-  cuts.width = 7;
+  contacts.width = cuts.width = 8;
   if (group.is_root()) {
     course.numbers = {0};
     course.values = {n_steps_, as_word(margin_), as_word(moved_), as_word(reach_)};
@@ -521,7 +547,8 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
     cuts.values.insert(
         cuts.values.end(),
         {as_word(cut.closed_at), as_word(cut.slip[0]), as_word(cut.slip[1]), as_word(cut.slip[2]),
-         as_word(cut.friction), as_word(cut.dissipated), (cut.is_apart ? 2 : 0) + (cut.is_open ? 1 : 0)});
+         as_word(cut.friction), as_word(cut.dissipated), as_word(cut.opening_before),
+         (cut.rests ? 4 : 0) + (cut.is_apart ? 2 : 0) + (cut.is_open ? 1 : 0)});
   }
   std::vector<parallel::NumberedRows> rows;
   for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &cuts})
@@ -565,9 +592,12 @@ void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
     cut.slip = {as_number(v[1]), as_number(v[2]), as_number(v[3])};
     cut.friction = as_number(v[4]);
     cut.dissipated = as_number(v[5]);
-    cut.is_open = v[6] % 2 != 0;
-    cut.is_apart = v[6] >= 2;
+    cut.opening_before = as_number(v[6]);
+    cut.is_open = (v[7] & 1) != 0;
+    cut.is_apart = (v[7] & 2) != 0;
+    cut.rests = (v[7] & 4) != 0;
   }
+  stiffness.find_acting();
 }
 
 }  // namespace crackle::dynamics

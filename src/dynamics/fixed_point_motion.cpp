@@ -471,9 +471,11 @@ private:
   void add_contacts(std::size_t first) {
     const auto& residual_stiffness = context_.body->residual_stiffness();
     const auto nodes = force_.nodes();
-    for (std::size_t c = first; c < residual_stiffness.contacts().size(); ++c) {
+    const auto acting = residual_stiffness.acting();
+    for (auto one = std::ranges::lower_bound(acting, static_cast<std::int32_t>(first)); one != acting.end();
+         ++one) {
+      const auto c = index(*one);
       const mechanics::CutContact& cut = residual_stiffness.cut_contact(c);
-      if (cut.is_apart) continue;
       const std::array<Vector, 4> displacement = corner_displacements(cut.corners);
       if (context_.body->initial_strain().is_none() && cut.opening(displacement) > mechanics::surely_open)
         continue;
