@@ -114,15 +114,25 @@ class FaceGrid {
 public:
   FaceGrid(std::span<const SurfaceFace> faces, double margin) : faces_(faces), margin_(margin) {
     double sum = 0;
-    for (const SurfaceFace& face : faces) sum += extent(face);
+    for (const SurfaceFace& face : faces) {
+      Vector low, high;
+      double extent = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto [least, most] = std::minmax({face.now[0][i], face.now[1][i], face.now[2][i]});
+        extent = std::max(extent, most - least);
+        low[i] = least - reach(face);
+        high[i] = most + reach(face);
+      }
+      sum += extent;
+      boxes_.push_back({low, high});
+    }
     // Larger cells list more faces, smaller ones list each face more often.
     size_ = 3 * margin + (faces.empty() ? 0 : 1.5 * sum / static_cast<double>(faces.size()));
     for (std::size_t f = 0; f < faces.size(); ++f) {
       std::array<std::int64_t, 3> low{}, high{};
       for (std::size_t i = 0; i < 3; ++i) {
-        const auto [least, most] = bounds(faces[f], i);
-        low[i] = cell(least - reach(faces[f]));
-        high[i] = cell(most + reach(faces[f]));
+        low[i] = cell(boxes_[f].low[i]);
+        high[i] = cell(boxes_[f].high[i]);
       }
       for (std::int64_t x = low[0]; x <= high[0]; ++x)
         for (std::int64_t y = low[1]; y <= high[1]; ++y)
@@ -131,30 +141,26 @@ public:
     std::ranges::sort(entries_);
   }
 
-  /// Calls a function for all faces within the margin of a point, and some others.
+  /// Calls a function for all faces whose box a point is in.
   template <class Visit>
   void near(const Vector& x, const Visit& visit) const {
     const auto place = key(cell(x[0]), cell(x[1]), cell(x[2]));
     for (auto entry = std::ranges::lower_bound(entries_, std::pair<std::uint64_t, std::size_t>{place, 0});
          entry != entries_.end() && entry->first == place; ++entry)
-      visit(faces_[entry->second]);
+      if (boxes_[entry->second].contains(x)) visit(faces_[entry->second]);
   }
 
   double reach(const SurfaceFace& face) const { return margin_ + face.pair.depth; }
 
-  static std::pair<double, double> bounds(const SurfaceFace& face, std::size_t i) {
-    return std::minmax({face.now[0][i], face.now[1][i], face.now[2][i]});
-  }
-
 private:
-  static double extent(const SurfaceFace& face) {
-    double largest = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto [least, most] = bounds(face, i);
-      largest = std::max(largest, most - least);
+  /// The box of a face and of all that is within its reach.
+  struct Box {
+    Vector low, high;
+    bool contains(const Vector& x) const {
+      return x[0] >= low[0] && x[0] <= high[0] && x[1] >= low[1] && x[1] <= high[1] && x[2] >= low[2] &&
+             x[2] <= high[2];
     }
-    return largest;
-  }
+  };
   std::int64_t cell(double x) const { return static_cast<std::int64_t>(std::floor(x / size_)); }
   /// 21 bits of each number: cells that share a key by accident cost time only.
   static std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -165,6 +171,7 @@ private:
 
   std::span<const SurfaceFace> faces_;
   double margin_;
+  std::vector<Box> boxes_;
   double size_;
   std::vector<std::pair<std::uint64_t, std::size_t>> entries_;
 };
@@ -188,10 +195,6 @@ std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
       const std::int64_t number = part.layout.number[index(n)];
       grid.near(now, [&](const SurfaceFace& face) {
         const double reach = grid.reach(face);
-        for (std::size_t i = 0; i < 3; ++i) {
-          const auto [least, most] = FaceGrid::bounds(face, i);
-          if (now[i] < least - reach || now[i] > most + reach) return;
-        }
         if (std::ranges::find(face.pair.corners, number) != face.pair.corners.end()) return;
         const double height = dot(face.normal, now - face.now[0]);
         // Also false for a face without an area.
@@ -202,6 +205,12 @@ std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
           return;
         ContactPair pair = face.pair;
         pair.node = number;
+        // Before they may touch, the node has to pass the face's plane, or its edges.
+        pair.gap = std::max(height, -height - face.pair.depth);
+        for (std::size_t i = 0; i < 3; ++i) {
+          const auto [least, most] = std::minmax({face.now[0][i], face.now[1][i], face.now[2][i]});
+          pair.gap = std::max({pair.gap, least - now[i], now[i] - most});
+        }
         found.push_back(pair);
       });
     }

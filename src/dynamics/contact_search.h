@@ -22,6 +22,7 @@ struct ContactPair {
       corners;        ///< of the face, seen counterclockwise from outside, and the one opposite
   std::int64_t open;  ///< bit k: the face opposite corner k belongs to the surface, too
   double depth;       ///< up to which the node counts as below the face [m]
+  double gap = 0;     ///< between node and face at the search, at least [m]
 
   bool operator<(const ContactPair& other) const {
     return std::pair(node, face) < std::pair(other.node, other.face);

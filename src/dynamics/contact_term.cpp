@@ -17,11 +17,17 @@ namespace {
 
 /// Steps between looks at how far nodes move.
 constexpr std::int64_t steps_per_look = 8;
+/// A cut that is open by a strain of this, and by this many times its change from look to look, rests until
+/// the next look.
+constexpr double least_at_rest = 0.01;
+constexpr double changes_at_rest = 4;
 /// Steps for which the pairs of a search are to last, at the current speed.
 constexpr double steps_per_search = 256;
 /// Least and largest margin of a search [spacings].
 constexpr double least_margin = 0.02;
 constexpr double largest_margin = 0.5;
+/// Nodes may move this many times faster from one look to the next than at the look.
+constexpr double largest_speedup = 2;
 /// A node finds a face up to this far beyond the face's edges, in barycentric coordinates, so that none falls
 /// between two faces.
 constexpr double found_beyond = 0.01;
@@ -65,19 +71,16 @@ void ContactTerm::start(double, const MotionState& state) {
         displacement[a][k] = u[index(context_.body->subdomain().tetrahedra[index(t)][a], k)];
         has_moved = has_moved || displacement[a][k] != 0;
       }
-    stiffness.start_contact(i, has_moved ? cut_strain(t, displacement) : mechanics::Symmetric{});
+    stiffness.start_contact(i, has_moved ? cut_strain(i, displacement) : mechanics::Symmetric{});
     stiffness.cut_contact(i).is_apart = is_apart(t, displacement);
   }
+  stiffness.find_acting();
 }
 
-mechanics::Symmetric ContactTerm::cut_strain(std::int32_t tetrahedron,
-                                             const std::array<Vector, 4>& displacement) const {
-  mechanics::TetrahedronOperator t = context_.body->operators().tetrahedra[index(tetrahedron)];
-  std::array<double, 12> u{};
-  for (std::size_t a = 1; a < 4; ++a)
-    for (std::size_t k = 0; k < 3; ++k) u[3 * a + k] = displacement[a][k] - displacement[0][k];
-  t.nodes = {0, 1, 2, 3};
-  return context_.body->initial_strain().elastic(tetrahedron, mechanics::strain(t, u));
+mechanics::Symmetric ContactTerm::cut_strain(std::size_t i, const std::array<Vector, 4>& displacement) const {
+  const auto& stiffness = std::as_const(*context_.body).residual_stiffness();
+  return context_.body->initial_strain().elastic(stiffness.contacts()[i],
+                                                 stiffness.cut_contact(i).strain(displacement));
 }
 
 bool ContactTerm::is_apart(std::int32_t tetrahedron, const std::array<Vector, 4>& displacement) const {
@@ -95,19 +98,39 @@ bool ContactTerm::is_apart(std::int32_t tetrahedron, const std::array<Vector, 4>
 void ContactTerm::settle_cuts(const MovingNodes& nodes) {
   mechanics::ResidualStiffness& stiffness = context_.body->residual_stiffness();
   const bool has_initial_strain = !context_.body->initial_strain().is_none();
-  const bool looks = n_steps_ % steps_per_look == 0;
-  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
-    mechanics::CutContact& cut = stiffness.cut_contact(i);
-    // One that is open needs no friction, even if it closes before the next look.
-    if (cut.is_apart || (cut.is_open && !looks)) continue;
-    const std::int32_t t = stiffness.contacts()[i];
+  const auto displacements = [&](std::size_t i) {
     std::array<Vector, 4> displacement{};
     for (std::size_t a = 0; a < 4; ++a)
-      displacement[a] = nodes.whole_displacement(context_.body->subdomain().tetrahedra[index(t)][a]);
-    if (!cut.is_open || has_initial_strain || cut.opening(displacement) < mechanics::surely_open)
-      stiffness.settle_contact(i, cut_strain(t, displacement));
-    if (cut.is_open) cut.is_apart = is_apart(t, displacement);
+      displacement[a] = nodes.whole_displacement(stiffness.cut_contact(i).corners[a]);
+    return displacement;
+  };
+  if (n_steps_ % steps_per_look != 0) {
+    for (const std::int32_t i : stiffness.acting())
+      // One that is open needs no friction, even if it closes before the next look.
+      if (!stiffness.cut_contact(index(i)).is_open)
+        stiffness.settle_contact(index(i), cut_strain(index(i), displacements(index(i))));
+    return;
   }
+  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
+    mechanics::CutContact& cut = stiffness.cut_contact(i);
+    if (cut.is_apart) continue;
+    const std::int32_t t = stiffness.contacts()[i];
+    const std::array<Vector, 4> displacement = displacements(i);
+    const double opening = cut.opening(displacement);
+    // Where sides meet at rest, by a violent motion, their faces' contact takes over.
+    if (cut.rests && opening < mechanics::surely_open) {
+      cut.is_apart = true;
+      cut.rests = false;
+      continue;
+    }
+    if (!cut.is_open || has_initial_strain || opening < mechanics::surely_open)
+      stiffness.settle_contact(i, cut_strain(i, displacement));
+    if (cut.is_open) cut.is_apart = is_apart(t, displacement);
+    cut.rests = cut.is_open && !has_initial_strain &&
+                opening > least_at_rest + changes_at_rest * std::abs(opening - cut.opening_before);
+    cut.opening_before = opening;
+  }
+  stiffness.find_acting();
 }
 
 bool ContactTerm::is_mine(const Meeting& meeting) const {
@@ -207,6 +230,8 @@ void ContactTerm::connect() {
         candidates_.push_back(candidate);
       }
       meeting.last = candidates_.size();
+      meeting.gap =
+          std::ranges::min(std::span(pairs_).subspan(begin, end - begin), {}, &ContactPair::gap).gap;
       // Its face has broken, or is out of reach: what it had stored is lost.
       if (!is_kept) {
         if (is_mine(meeting)) dissipated_[index(node.source.node)] += meeting.contact.energy;
@@ -224,19 +249,40 @@ void ContactTerm::connect() {
   if (group.size() > 1) exchange_.emplace(group, received);
   parallel::check_peers(group);
   is_connected_ = true;
+  find_awake();
 }
 
-/// Gets the current positions of all nodes of pairs. Collective.
-void ContactTerm::receive(MovingNodes& nodes) {
-  if (exchange_) {
-    for (std::size_t i = 0; i < exchange_->sent().size(); ++i)
-      exchange_->sent()[i] = nodes.whole_displacement(exchange_->sent_nodes()[i]);
-    exchange_->begin();
-    exchange_->end();
+/// Finds the meetings that may get contact before the next look, and their nodes.
+void ContactTerm::find_awake() {
+  awake_.clear();
+  awake_corners_.clear();
+  std::vector<std::uint8_t> is_awake(corners_.size(), 0);
+  const auto wake = [&](std::size_t corner) {
+    if (std::exchange(is_awake[corner], 1) == 0) awake_corners_.push_back(corner);
+  };
+  for (std::size_t m = 0; m < meetings_.size(); ++m) {
+    const Meeting& meeting = meetings_[m];
+    if (meeting.contact.face < 0 && meeting.gap > reach_) continue;
+    awake_.push_back(m);
+    wake(meeting.node);
+    for (std::size_t c = meeting.first; c < meeting.last; ++c)
+      std::ranges::for_each(candidates_[c].corners, wake);
   }
-  for (Corner& corner : corners_)
-    corner.now = corner.at_start + (corner.local >= 0 ? nodes.whole_displacement(corner.local)
-                                                      : exchange_->received()[corner.received]);
+}
+
+/// Gets the current displacements of nodes of other ranks. Collective.
+void ContactTerm::receive(const MovingNodes& nodes) {
+  if (!exchange_) return;
+  for (std::size_t i = 0; i < exchange_->sent().size(); ++i)
+    exchange_->sent()[i] = nodes.whole_displacement(exchange_->sent_nodes()[i]);
+  exchange_->begin();
+  exchange_->end();
+}
+
+void ContactTerm::place(std::size_t number, const MovingNodes& nodes) {
+  Corner& corner = corners_[number];
+  corner.now = corner.at_start + (corner.local >= 0 ? nodes.whole_displacement(corner.local)
+                                                    : exchange_->received()[corner.received]);
 }
 
 ContactTerm::Position ContactTerm::position(const Meeting& meeting, const Candidate& candidate) const {
@@ -286,8 +332,11 @@ void ContactTerm::add_forces(MovingNodes& nodes) {
   if (scale_.rate == 0 || pairs_.empty()) return;
   if (!is_connected_) connect();
   receive(nodes);
-  for (const Meeting& meeting : meetings_) {
+  for (const std::size_t m : awake_) {
+    const Meeting& meeting = meetings_[m];
     if (meeting.contact.face < 0) continue;
+    place(meeting.node, nodes);
+    for (std::size_t a = 0; a < 3; ++a) place(candidates_[meeting.candidate].corners[a], nodes);
     const Force force = this->force(meeting);
     if (force.normal == 0) continue;
     const Vector on_node = force.normal * force.position.normal + force.tangential;
@@ -303,6 +352,13 @@ void ContactTerm::add_forces(MovingNodes& nodes) {
     }
     nodes.add_balanced_forces(at, forces);
   }
+}
+
+/// True if a node is in front of a face: what most are, and what costs least to find.
+bool ContactTerm::is_in_front(const Meeting& meeting, const Candidate& candidate) const {
+  const Vector& x = corners_[candidate.corners[0]].now;
+  const Vector area = cross(corners_[candidate.corners[1]].now - x, corners_[candidate.corners[2]].now - x);
+  return dot(area, x - corners_[meeting.node].now) <= 0;
 }
 
 /// True if a node is below a face, within the face's edges, and not beyond another face of the surface.
@@ -353,6 +409,7 @@ void ContactTerm::settle(Meeting& meeting) {
     std::size_t best = 0;
     std::optional<Position> found;
     for (std::size_t c = meeting.first; c < meeting.last; ++c) {
+      if (is_in_front(meeting, candidates_[c])) continue;
       const Position position = this->position(meeting, candidates_[c]);
       if (!is_below(meeting, candidates_[c], position)) continue;
       if (found && found->depth <= position.depth) continue;
@@ -397,7 +454,8 @@ void ContactTerm::end_step(const mechanics::StepSpan&, MovingNodes& nodes, const
   if (!pairs_.empty()) {
     if (!is_connected_) connect();
     receive(nodes);
-    for (Meeting& meeting : meetings_) settle(meeting);
+    for (const std::size_t corner : awake_corners_) place(corner, nodes);
+    for (const std::size_t m : awake_) settle(meetings_[m]);
   }
   if (n_steps_ % steps_per_look == 1) search(nodes);
 }
@@ -411,10 +469,12 @@ void ContactTerm::search(MovingNodes& nodes) {
   for (std::size_t n = 0; n < n_owned; ++n) farthest = std::max(farthest, dot(work_[n], work_[n]));
   farthest = std::sqrt(parallel::largest_of_all(group, farthest));
   moved_ += steps_per_look * farthest;
-  if (n_steps_ > 1 && 2 * moved_ < margin_) return;
+  const bool are_found = n_steps_ > 1 && 2 * moved_ < margin_;
+  if (!are_found) moved_ = 0;
+  reach_ = 2 * (moved_ + largest_speedup * steps_per_look * farthest);
+  if (are_found) return find_awake();
   margin_ =
       std::clamp(steps_per_search * farthest, least_margin * scale_.spacing, largest_margin * scale_.spacing);
-  moved_ = 0;
   for (std::size_t n = 0; n < work_.size(); ++n)
     work_[n] = nodes.whole_displacement(static_cast<std::int32_t>(n));
   parallel::agree(group, [&] {
@@ -452,18 +512,18 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
   const parallel::Communicator& group = *context_.group;
   const geometry::Subdomain& part = context_.body->subdomain();
   parallel::NumberedRows course, pairs, contacts, dissipated, cuts;
-  course.width = 3;
-  pairs.width = contacts.width = 8;
-  cuts.width = 7;
+  course.width = 4;
+  pairs.width = 9;
+  contacts.width = cuts.width = 8;
   if (group.is_root()) {
     course.numbers = {0};
-    course.values = {n_steps_, as_word(margin_), as_word(moved_)};
+    course.values = {n_steps_, as_word(margin_), as_word(moved_), as_word(reach_)};
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
       const ContactPair& pair = pairs_[p];
       pairs.numbers.push_back(static_cast<std::int64_t>(p));
       pairs.values.insert(pairs.values.end(),
                           {pair.node, pair.face, pair.corners[0], pair.corners[1], pair.corners[2],
-                           pair.corners[3], pair.open, as_word(pair.depth)});
+                           pair.corners[3], pair.open, as_word(pair.depth), as_word(pair.gap)});
     }
   }
   const auto add = [&](std::int64_t one, const Contact& contact) {
@@ -487,7 +547,8 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
     cuts.values.insert(
         cuts.values.end(),
         {as_word(cut.closed_at), as_word(cut.slip[0]), as_word(cut.slip[1]), as_word(cut.slip[2]),
-         as_word(cut.friction), as_word(cut.dissipated), (cut.is_apart ? 2 : 0) + (cut.is_open ? 1 : 0)});
+         as_word(cut.friction), as_word(cut.dissipated), as_word(cut.opening_before),
+         (cut.rests ? 4 : 0) + (cut.is_apart ? 2 : 0) + (cut.is_open ? 1 : 0)});
   }
   std::vector<parallel::NumberedRows> rows;
   for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &cuts})
@@ -497,15 +558,16 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
 
 void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
   const geometry::Subdomain& part = context_.body->subdomain();
-  if (rows.size() != 5 || rows[0].values.size() != 3)
+  if (rows.size() != 5 || rows[0].values.size() != 4)
     throw std::runtime_error("the checkpoint has another kind of contact");
   n_steps_ = rows[0].values[0];
   margin_ = as_number(rows[0].values[1]);
   moved_ = as_number(rows[0].values[2]);
+  reach_ = as_number(rows[0].values[3]);
   pairs_.clear();
   for (std::size_t p = 0; p < rows[1].numbers.size(); ++p) {
-    const auto v = std::span(rows[1].values).subspan(8 * p, 8);
-    pairs_.push_back({v[0], v[1], {v[2], v[3], v[4], v[5]}, v[6], as_number(v[7])});
+    const auto v = std::span(rows[1].values).subspan(9 * p, 9);
+    pairs_.push_back({v[0], v[1], {v[2], v[3], v[4], v[5]}, v[6], as_number(v[7]), as_number(v[8])});
   }
   known_.clear();
   is_connected_ = false;
@@ -530,9 +592,12 @@ void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
     cut.slip = {as_number(v[1]), as_number(v[2]), as_number(v[3])};
     cut.friction = as_number(v[4]);
     cut.dissipated = as_number(v[5]);
-    cut.is_open = v[6] % 2 != 0;
-    cut.is_apart = v[6] >= 2;
+    cut.opening_before = as_number(v[6]);
+    cut.is_open = (v[7] & 1) != 0;
+    cut.is_apart = (v[7] & 2) != 0;
+    cut.rests = (v[7] & 4) != 0;
   }
+  stiffness.find_acting();
 }
 
 }  // namespace crackle::dynamics

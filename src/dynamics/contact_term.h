@@ -82,6 +82,7 @@ private:
   struct Meeting {
     std::size_t node;           // place in corners_
     std::size_t first, last;    // of its candidates
+    double gap = 0;             // between it and these at the search, at least [m]
     std::size_t candidate = 0;  // of its contact
     Contact contact;
   };
@@ -112,7 +113,9 @@ private:
 
   std::vector<Node> own_nodes() const;  // of the pairs
   void connect();
-  void receive(MovingNodes& nodes);
+  void receive(const MovingNodes& nodes);
+  void place(std::size_t corner, const MovingNodes& nodes);
+  void find_awake();
   void search(MovingNodes& nodes);
   Position position(const Meeting& meeting, const Candidate& candidate) const;
   /// The barycentric coordinates of a point in the plane of a face. @param on_face any position relative to
@@ -120,11 +123,12 @@ private:
   std::array<double, 3> weights(const Candidate& candidate, const Position& on_face,
                                 const Vector& point) const;
   Force force(const Meeting& meeting) const;
+  bool is_in_front(const Meeting& meeting, const Candidate& candidate) const;
   bool is_below(const Meeting& meeting, const Candidate& candidate, const Position& position) const;
   void settle(Meeting& meeting);
   void settle_cuts(const MovingNodes& nodes);
   bool is_mine(const Meeting& meeting) const;
-  mechanics::Symmetric cut_strain(std::int32_t tetrahedron, const std::array<Vector, 4>& displacement) const;
+  mechanics::Symmetric cut_strain(std::size_t contact, const std::array<Vector, 4>& displacement) const;
   bool is_apart(std::int32_t tetrahedron, const std::array<Vector, 4>& displacement) const;
 
   MotionContext context_;
@@ -141,6 +145,9 @@ private:
   std::optional<parallel::GhostExchange<std::array<double, 3>>> exchange_;
   std::int64_t n_steps_ = 0;
   double margin_ = 0;
+  double reach_ = 0;                // meetings of at most this gap may get contact before the next look [m]
+  std::vector<std::size_t> awake_;  // their places in meetings_, ascending
+  std::vector<std::size_t> awake_corners_;
   double moved_ = 0;  // by any node since the search, at most, as far as is known
 };
 

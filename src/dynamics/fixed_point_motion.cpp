@@ -393,8 +393,8 @@ private:
     return context_.body->initial_strain().elastic(number, mechanics::strain(t, u));
   }
 
-  std::array<Vector, 4> corner_displacements(std::int32_t tetrahedron) const {
-    const auto& corners = subdomain_.tetrahedra[index(tetrahedron)];
+  /// Of corners, relative to the first.
+  std::array<Vector, 4> corner_displacements(const geometry::Tetrahedron& corners) const {
     std::array<Vector, 4> displacements{};
     for (std::size_t i = 0; i < 3; ++i) {
       const std::int64_t origin = state_.whole_displacement(index(corners[0]), i);
@@ -471,27 +471,30 @@ private:
   void add_contacts(std::size_t first) {
     const auto& residual_stiffness = context_.body->residual_stiffness();
     const auto nodes = force_.nodes();
-    for (std::size_t c = first; c < residual_stiffness.contacts().size(); ++c) {
+    const auto acting = residual_stiffness.acting();
+    for (auto one = std::ranges::lower_bound(acting, static_cast<std::int32_t>(first)); one != acting.end();
+         ++one) {
+      const auto c = index(*one);
       const mechanics::CutContact& cut = residual_stiffness.cut_contact(c);
-      if (cut.is_apart) continue;
-      const auto number = residual_stiffness.contacts()[c];
-      if (context_.body->initial_strain().is_none() &&
-          cut.opening(corner_displacements(number)) > mechanics::surely_open)
+      const std::array<Vector, 4> displacement = corner_displacements(cut.corners);
+      if (context_.body->initial_strain().is_none() && cut.opening(displacement) > mechanics::surely_open)
         continue;
-      const mechanics::Symmetric sigma = residual_stiffness.contact_stress(c, strain(number));
+      const mechanics::Symmetric sigma = residual_stiffness.contact_stress(
+          c, context_.body->initial_strain().elastic(residual_stiffness.contacts()[c],
+                                                     cut.strain(displacement)));
       if (sigma == mechanics::Symmetric{}) continue;
-      const auto& t = context_.body->operators().tetrahedra[index(number)];
+      const mechanics::TetrahedronOperator& t = cut.intact;
       for (std::size_t a = 1; a < 4; ++a) {
         const auto traction = mechanics::apply(sigma, t.gradient[a]);
         for (std::size_t i = 0; i < 3; ++i) {
           const auto force = quantized<Integer>(t.volume * traction[i], scale_.force, forces_are_in_range_);
-          auto& one = nodes[index(t.nodes[a])].force[i];
-          auto& other = nodes[index(t.nodes[0])].force[i];
+          auto& one = nodes[index(cut.corners[a])].force[i];
+          auto& other = nodes[index(cut.corners[0])].force[i];
           // The sum of several contact forces may overflow even if each of them fits. Forces on ghosts are
           // never used, and never cleared.
-          if (t.nodes[a] < subdomain_.layout.n_owned && __builtin_add_overflow(one, force, &one))
+          if (cut.corners[a] < subdomain_.layout.n_owned && __builtin_add_overflow(one, force, &one))
             forces_are_in_range_ = false;
-          if (t.nodes[0] < subdomain_.layout.n_owned && __builtin_sub_overflow(other, force, &other))
+          if (cut.corners[0] < subdomain_.layout.n_owned && __builtin_sub_overflow(other, force, &other))
             forces_are_in_range_ = false;
         }
       }

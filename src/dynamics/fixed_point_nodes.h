@@ -36,6 +36,9 @@ public:
     return scale_.displacement *
            static_cast<double>(state_->whole_displacement(index(node), index(component)));
   }
+  Vector whole_displacement(std::int32_t node) const override {
+    return {displacement(node, 0), displacement(node, 1), displacement(node, 2)};
+  }
   double velocity(std::int32_t node, int component) const override {
     return scale_.velocity * static_cast<double>(state_->velocity()[index(node)].value[component]);
   }

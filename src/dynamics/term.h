@@ -33,7 +33,7 @@ public:
   virtual ~MovingNodes() = default;
 
   virtual double displacement(std::int32_t node, int component) const = 0;  ///< [m]
-  Vector whole_displacement(std::int32_t node) const {                      ///< [m]
+  virtual Vector whole_displacement(std::int32_t node) const {              ///< [m]
     return {displacement(node, 0), displacement(node, 1), displacement(node, 2)};
   }
   virtual double velocity(std::int32_t node, int component) const = 0;  ///< [m/s]

@@ -25,6 +25,13 @@ std::array<Vector, 4> corners(const TetrahedronOperator& t) {
 
 }  // namespace
 
+Symmetric CutContact::strain(const std::array<Vector, 4>& displacement) const {
+  std::array<double, 12> u{};
+  for (std::size_t a = 1; a < 4; ++a)
+    for (std::size_t k = 0; k < 3; ++k) u[3 * a + k] = displacement[a][k] - displacement[0][k];
+  return mechanics::strain(intact, u);
+}
+
 EdgeStiffness edge_stiffness(const TetrahedronOperator& t, const IsotropicElasticity& elasticity,
                              EdgeSet released) {
   EdgeStiffness result{};
@@ -109,13 +116,21 @@ Symmetric ResidualStiffness::stress(std::int32_t tetrahedron, const Symmetric& s
 void ResidualStiffness::add_contact(std::int32_t tetrahedron, const Vector& normal) {
   if (contact_place_.empty()) contact_place_.assign(released_.size(), -1);
   contact_place_[index(tetrahedron)] = static_cast<std::int32_t>(contacts_.size());
+  acting_.push_back(static_cast<std::int32_t>(contacts_.size()));
   contacts_.push_back(tetrahedron);
   const auto reduction = reductions_.find(tetrahedron);
   CutContact& cut = cuts_.emplace_back();
   cut.normal = normal;
-  const TetrahedronOperator t = operators_->tetrahedra[index(tetrahedron)];
-  for (std::size_t a = 0; a < 4; ++a) cut.closer[a] = dot(normal, t.gradient[a]);
+  cut.intact = operators_->tetrahedra[index(tetrahedron)];
+  cut.corners = std::exchange(cut.intact.nodes, {0, 1, 2, 3});
+  for (std::size_t a = 0; a < 4; ++a) cut.closer[a] = dot(normal, cut.intact.gradient[a]);
   if (reduction != reductions_.end()) cut.share = 1 - reduction->second.share;
+}
+
+void ResidualStiffness::find_acting() {
+  acting_.clear();
+  for (std::size_t i = 0; i < cuts_.size(); ++i)
+    if (cuts_[i].acts()) acting_.push_back(static_cast<std::int32_t>(i));
 }
 
 ResidualStiffness::CutState ResidualStiffness::cut_state(std::size_t i, const Symmetric& strain) const {
@@ -137,7 +152,7 @@ ResidualStiffness::CutState ResidualStiffness::cut_state(std::size_t i, const Sy
 
 Symmetric ResidualStiffness::contact_stress(std::size_t i, const Symmetric& strain) const {
   const CutContact& cut = cuts_[i];
-  if (!contacts_act_ || cut.is_apart) return {};
+  if (!contacts_act_ || !cut.acts()) return {};
   const CutState state = cut_state(i, strain);
   if (state.closing >= 0) return {};
   const Vector& n = cut.normal;
@@ -157,7 +172,7 @@ void ResidualStiffness::start_contact(std::size_t i, const Symmetric& strain) {
   cut.closed_at = std::min(along, 0.0);
   cut.slip = 2 * (stretch - along * cut.normal);
   cut.friction = cut.dissipated = 0;
-  cut.is_open = cut.is_apart = false;
+  cut.is_open = cut.is_apart = cut.rests = false;
 }
 
 void ResidualStiffness::settle_contact(std::size_t i, const Symmetric& strain) {
@@ -174,8 +189,7 @@ void ResidualStiffness::settle_contact(std::size_t i, const Symmetric& strain) {
   const double carried = cut.share * norm(state.traction);
   if (state.slips) {
     const Vector slip = state.shear - state.traction / (*elasticity_)[contacts_[i]].mu;
-    cut.dissipated += operators_->tetrahedra[index(contacts_[i])].volume * 0.5 * (cut.friction + carried) *
-                      norm(slip - cut.slip);
+    cut.dissipated += cut.intact.volume * 0.5 * (cut.friction + carried) * norm(slip - cut.slip);
     cut.slip = slip;
   }
   cut.friction = carried;
@@ -190,11 +204,11 @@ void ResidualStiffness::settle_new_contact(std::int32_t tetrahedron, const Symme
 
 double ResidualStiffness::contact_energy(std::size_t i, const Symmetric& strain) const {
   const CutContact& cut = cuts_[i];
-  if (!contacts_act_ || cut.is_apart) return 0;
+  if (!contacts_act_ || !cut.acts()) return 0;
   const CutState state = cut_state(i, strain);
   if (state.closing >= 0) return 0;
   const IsotropicElasticity& material = (*elasticity_)[contacts_[i]];
-  return 0.5 * operators_->tetrahedra[index(contacts_[i])].volume * cut.share *
+  return 0.5 * cut.intact.volume * cut.share *
          (material.youngs_modulus() * state.closing * state.closing +
           dot(state.traction, state.traction) / material.mu);
 }

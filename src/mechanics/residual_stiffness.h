@@ -44,15 +44,22 @@ inline constexpr double surely_open = 1e-9;
 
 /// The contact of a broken tetrahedron's cut, and what it remembers of its motion.
 struct CutContact {
-  Vector normal{};                 ///< of the cut, unit vector
-  std::array<double, 4> closer{};  ///< strain along it per displacement along it of each corner [1/m]
-  double share = 1;                ///< of the stiffness in contact
-  double closed_at = 0;            ///< strain along the normal below which it resists closing
-  Vector slip{};                   ///< shear strain at which the cut carries no friction
-  double friction = 0;             ///< magnitude of the shear traction when it was settled last [Pa]
-  double dissipated = 0;           ///< by friction [J]
-  bool is_open = false;            ///< when it was settled last: without friction until it is settled again
-  bool is_apart = false;           ///< its sides have moved apart so far that it does not act any more
+  /// The operators of the intact tetrahedron, whose nodes are its corners' places 0 to 3.
+  TetrahedronOperator intact{};
+  std::array<std::int32_t, 4> corners{};  ///< local numbers
+  Vector normal{};                        ///< of the cut, unit vector
+  std::array<double, 4> closer{};         ///< strain along it per displacement along it of each corner [1/m]
+  double share = 1;                       ///< of the stiffness in contact
+  double closed_at = 0;                   ///< strain along the normal below which it resists closing
+  Vector slip{};                          ///< shear strain at which the cut carries no friction
+  double friction = 0;                    ///< magnitude of the shear traction when it was settled last [Pa]
+  double dissipated = 0;                  ///< by friction [J]
+  bool is_open = false;       ///< when it was settled last: without friction until it is settled again
+  bool is_apart = false;      ///< its sides have moved apart so far that it does not act any more
+  bool rests = false;         ///< so open that it does not act until it is looked at again
+  double opening_before = 0;  ///< strain along the normal when it was looked at last
+
+  bool acts() const { return !is_apart && !rests; }
 
   /// The strain along the normal, up to rounding.
   /// @param displacement of the corners
@@ -61,6 +68,7 @@ struct CutContact {
     for (std::size_t a = 1; a < 4; ++a) sum += closer[a] * dot(normal, displacement[a] - displacement[0]);
     return sum;
   }
+  Symmetric strain(const std::array<Vector, 4>& displacement) const;
 };
 
 /// The residual stiffness of each tetrahedron of a subdomain.
@@ -121,6 +129,9 @@ public:
   std::span<const std::int32_t> contacts() const { return contacts_; }
   CutContact& cut_contact(std::size_t i) { return cuts_[i]; }
   const CutContact& cut_contact(std::size_t i) const { return cuts_[i]; }
+  /// Numbers of the contacts that may act, ascending: all new ones, and those that did at find_acting().
+  std::span<const std::int32_t> acting() const { return acting_; }
+  void find_acting();
   /// Stress of contact number i at a strain of its tetrahedron [Pa]; 0 while it is open.
   Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
   double contact_energy(std::size_t i, const Symmetric& strain) const;  ///< likewise [J]
@@ -164,7 +175,8 @@ private:
   std::vector<EdgeStiffness> partial_;
   std::unordered_map<std::int32_t, Reduction> reductions_;
   std::vector<std::int32_t> contacts_;
-  std::vector<CutContact> cuts_;             // of contacts_
+  std::vector<CutContact> cuts_;  // of contacts_
+  std::vector<std::int32_t> acting_;
   std::vector<std::int32_t> contact_place_;  // of each tetrahedron, or -1; empty without contacts
   double friction_ = 0;
   bool contacts_act_ = true;
