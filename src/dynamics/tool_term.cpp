@@ -30,7 +30,7 @@ constexpr double least_room = 8;
 /// Searches reach at least so many spacings, or steps.
 constexpr double search_spacings = 1, search_steps = 64;
 /// The nodes that a tool touches may raise the squared frequency of its mass to this share of ContactScale's.
-constexpr double mass_share = 0.25;
+constexpr double mass_share = 0.5;
 /// In equilibrium, nodes that a tool almost touches resist with this share of the stiffness of contact.
 constexpr double stabilizing_share = 1e-4;
 
@@ -83,14 +83,20 @@ ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>&
 
 void ToolTerm::soften_light_tools() {
   const std::vector<double> areas = surface_areas(context_.body->subdomain());
-  double pressure = 0;
+  double pressure = 0, largest = 0;
   for (std::size_t n = 0; n < areas.size(); ++n)
-    if (areas[n] > 0) pressure = std::max(pressure, stiffness_[n] / areas[n]);
+    if (areas[n] > 0) {
+      pressure = std::max(pressure, stiffness_[n] / areas[n]);
+      largest = std::max(largest, areas[n]);
+    }
   pressure = parallel::largest_of_all(*context_.group, pressure);
+  largest = parallel::largest_of_all(*context_.group, largest);
   const double half_body = 0.5 * parallel::exact_sum(*context_.group, areas);
   for (std::size_t t = 0; t < tools_->size(); ++t) {
     const input::Tool& tool = (*tools_)[t];
-    const double most = pressure * std::min(half_body, largest_section(tool));
+    // The nodes that it touches stand for its section and half a spacing around it.
+    const double around = std::pow(std::sqrt(largest_section(tool)) + std::sqrt(largest), 2);
+    const double most = pressure * std::min(half_body, around);
     if (tool.has_mass())
       moving_[t].share = std::min(1.0, mass_share * context_.contact.rate * tool.mass / most);
   }
