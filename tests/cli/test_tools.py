@@ -124,7 +124,7 @@ def motion(draw: random.Random, start: str, inward: list[float]) -> list[str]:
     if kind == "mass":
         lines = [f'mass = "{draw.choice((1e-3, 0.1, 20)):g} g"', f'velocity = {along(draw.choice((0.1, 5, 50)), "m/s")}']
         if draw.random() < 0.3:
-            lines.append(f'force = {along(draw.choice((1, 100)), "N")}')
+            lines.append(f'force = {along(draw.choice((1, 10)), "N")}')
         if draw.random() < 0.5:
             lines.append("free = [" + ", ".join(f'"{"xyz"[a]}"' for a in range(3) if inward[a] or draw.random() < 0.5) + "]")
         return lines
