@@ -133,9 +133,11 @@ def disk_loads(ensemble: Ensemble) -> np.ndarray:
     return onset_loads(ensemble) / (1e6 * _value(ensemble, "fracture", "strength") * math.pi * DISK_RADIUS * DISK_THICKNESS)
 
 
-def disk_reference() -> float:
-    """The same for a load on arcs instead of points, with the tension in the middle by Hondros, 1959."""
-    return math.sin(DISK_ARC) / (math.sin(2 * DISK_ARC) - DISK_ARC)
+def disk_reference(arc: float = DISK_ARC) -> float:
+    """The same for a load on arcs instead of points, with the tension in the middle by Hondros, 1959.
+
+    @param arc: half of each, as an angle"""
+    return math.sin(arc) / (math.sin(2 * arc) - arc)
 
 
 BAR_HEIGHT, BAR_WIDTH, BAR_SPAN, BAR_ARM = 3 * MILLIMETRE, 4 * MILLIMETRE, 40 * MILLIMETRE, 10 * MILLIMETRE

@@ -203,17 +203,22 @@ glass_plate = Comparison(
 # Kalthoff and Winkler's impact
 
 SLOT = np.array([50, 25.75]) * MILLIMETRE
-GROWN, NEAR, STRAY = 1 * MILLIMETRE, 12 * MILLIMETRE, 10 * MILLIMETRE
+GROWN, NEAR, FAR, STRAY = 1 * MILLIMETRE, 12 * MILLIMETRE, 40 * MILLIMETRE, 10 * MILLIMETRE
 
 
-def start_and_angle(sample: crackle.Sample) -> tuple[float, float]:
-    """When the crack has grown by GROWN [µs], and the angle to the slot of the line from its tip through its facets within NEAR [degrees]."""
+def start_and_angle(sample: crackle.Sample, within: float = NEAR) -> tuple[float, float]:
+    """When the crack has grown by GROWN [µs], and the angle to the slot of the line from its tip through its facets within so much [degrees]."""
     place = sample.crack_surface.corners.values[:, :, 1:].mean(axis=1) - SLOT
     distance = np.hypot(*place.T)
-    near = (distance > GROWN) & (distance < NEAR)
+    near = (distance > GROWN) & (distance < within)
     if not near.any():
         return math.nan, math.nan
     return 1e6 * float(sample.crack_surface.time.values[near].min()), math.degrees(math.atan2(*place[near].mean(axis=0)[::-1]))
+
+
+def reach(sample: crackle.Sample) -> float:
+    """How far from the slot's tip the crack gets [m]."""
+    return float(np.hypot(*(sample.crack_surface.corners.values[:, :, 1:].mean(axis=1) - SLOT).T).max(initial=0))
 
 
 def has_false_crack(sample: crackle.Sample) -> bool:
@@ -224,11 +229,39 @@ def has_false_crack(sample: crackle.Sample) -> bool:
     return any(np.ptp(corners[crack == number].reshape(-1, 2), axis=0).max() > STRAY for number in np.unique(crack[is_stray]))
 
 
+START = Quantity("the crack has grown by 1 mm after", each(lambda sample: start_and_angle(sample)[0]), ".1f", "some 25 µs in computations", " µs")
+ANGLE = Quantity("angle to the slot over its first 12 mm", each(lambda sample: start_and_angle(sample)[1]), ".0f", "70°, Kalthoff 2000", "°")
+ELSEWHERE = Quantity("share with a crack from elsewhere", each(has_false_crack), ".2f", "0")
 kalthoff = Comparison(
     "Kalthoff and Winkler's impact; before: release in 0.4 µs, without a strength", "kalthoff", {"2": with_keys((JOBS / "kalthoff.toml").read_text(), {"mesh.base": None})},
-    (Quantity("the crack has grown by 1 mm after", each(lambda sample: start_and_angle(sample)[0]), ".1f", "some 25 µs in computations", " µs"),
-     Quantity("angle to the slot over its first 12 mm", each(lambda sample: start_and_angle(sample)[1]), ".0f", "70°, Kalthoff 2000", "°"),
-     Quantity("share with a crack from elsewhere", each(has_false_crack), ".2f", "0")), 8, released_in("0.4 us") | {"fracture.strength": None})
+    (START, ANGLE, ELSEWHERE), 8, released_in("0.4 us") | {"fracture.strength": None})
+
+# The same by projectiles. The end of an elastic one that is as stiff as the plate moves at half its speed v until its unloading wave
+# arrives, after 2 L / c; a rigid one is slowed by the plate's waves, at first as exp(-c_d t / L).
+BAR_WAVE, IMPACT = math.sqrt(190e9 / 8000), 33  # [m/s]
+
+
+def projectile(length: int) -> dict[str, str]:
+    """Keys of one that is so long [mm]."""
+    time = round(2e3 * length / BAR_WAVE, 1)
+    return {"tool.history": f'[["0 us", 1], ["{time} us", 1], ["{time + 0.5:.1f} us", -1], ["90 us", -1]]'}
+
+
+def end_of_contact(sample: crackle.Sample) -> float:
+    """When the projectile pushes last [µs]."""
+    with sample.open() as root:
+        push = root["history/tools/projectile/reaction"][:, 1]
+        return 1e6 * float(root["history/phase_time"][:][push > 0].max())
+
+
+rigid = {"tool.history": None, "tool.mass": f'"{8 * 0.4 * 2.5 * 10} g"', "tool.velocity": f'["0 m/s", "{IMPACT} m/s", "0 m/s"]', "tool.free": '["y"]'}
+projectiles = Comparison(
+    "The same by projectiles of 50 and 100 mm, and by a rigid one with the mass of 100 mm", "kalthoff-projectile",
+    {label: with_keys((ROOT / "jobs" / "gallery" / "projectile.toml").read_text(), {"mesh.spacing": '"2 mm"', "output.frames": "0"} | keys)
+     for label, keys in (("50", projectile(50)), ("100", projectile(100)), ("rigid", rigid))},
+    (START, ANGLE, Quantity("angle over 40 mm", each(lambda sample: start_and_angle(sample, FAR)[1]), ".0f", "the same", "°"),
+     Quantity("it gets", each(lambda sample: 1e3 * reach(sample)), ".0f", "through the plate, 79 mm", " mm"),
+     Quantity("the projectile lets go after", each(end_of_contact), ".1f", "20.5, 41.0 µs (2 L / c); –", " µs"), ELSEWHERE), 8)
 
 
 # Averaged stress in motion
@@ -241,4 +274,4 @@ averaged = Comparison(
      LARGEST, Quantity("all breaks", result("breaks"), ".0f", "–")), 4, released_in("0.8 us"))
 
 CASES = {**strips, "strip-graded": graded_strip, "strip-slow": slow_strip, "dissipation": dissipation, "plate": plate, "glass": glass_plate,
-         "kalthoff": kalthoff, "averaged": averaged}
+         "kalthoff": kalthoff, "kalthoff-projectile": projectiles, "averaged": averaged}

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bodies in space: strength of bars with random flaws, a cube from Gmsh beside the built-in box, a sphere on a block."""
+"""Bodies in space: strength of bars with random flaws, a cube from Gmsh beside the built-in box, a sphere on a block, a disk
+between platens."""
 from __future__ import annotations
 
 import math
@@ -11,6 +12,7 @@ import numpy as np
 
 from crackle_runs import ROOT, RunError, run, with_keys
 from figures import MILLIMETRE, Figure, mean
+from problems import disk_reference
 
 # Bars with flaws across them, whose radii have a tail of a power, as the flaws of a ceramic do.
 BARS, EXPONENT = 200, 4  # Weibull's modulus is twice the exponent
@@ -247,6 +249,96 @@ def bounce(folder: Path, program: Path) -> list[Figure]:
             Figure("", "largest force", f"{of['reaction'].max():.1f} N", f"{largest:.1f} N")]
 
 
+# A disk between flat platens in plane strain: its tension in the middle (Hondros 1959), and the arc on which Hertz's contact loads it.
+SANDSTONE, TENSION, DISK, SLICE = 15e9 / (1 - 0.2 ** 2), 10e6, 25 * MILLIMETRE, 2 * MILLIMETRE  # [Pa], strength [Pa], radius, thickness [m]
+DISKS, ARC_SPACINGS = 4, (0.5, 0.3)  # samples, [mm] at the platens
+PRESSED = """[ensemble]
+samples = {samples}
+seed = 3
+[specimen]
+thickness = "2 mm"
+outline = "circle"
+radius = "25 mm"
+[mesh]
+spacing = "1.5 mm"
+growth = 0.2
+[[mesh.region]]
+y = ["22.5 mm", "27.5 mm"]
+z = ["0 mm", "1 mm"]
+spacing = "{spacing} mm"
+[[mesh.region]]
+y = ["22.5 mm", "27.5 mm"]
+z = ["49 mm", "50 mm"]
+spacing = "{spacing} mm"
+[material]
+youngs_modulus = "15 GPa"
+poisson_ratio = 0.2
+density = "2300 kg/m^3"
+[fracture]
+strength = "10 MPa"
+toughness = "20 J/m^2"
+[[boundary]]
+on = "x-min"
+fix = ["x"]
+[[boundary]]
+on = "x-max"
+fix = ["x"]
+[[tool]]
+name = "lower"
+shape = "plane"
+at = ["0 mm", "0 mm", "0 mm"]
+axis = [0, 0, 1]
+friction = 0.3
+[[tool]]
+name = "upper"
+shape = "plane"
+at = ["0 mm", "0 mm", "50 mm"]
+axis = [0, 0, -1]
+friction = 0.3
+displacement = ["0 mm", "0 mm", "0 mm"]
+rate = ["0 mm/s", "0 mm/s", "-0.01 mm/s"]
+[time]
+duration = "1 us"
+integrator = "verlet"
+[sections]
+z = ["15 mm", "25 mm", "35 mm"]
+[output]
+frames = 2
+{probes}"""
+MIDDLE = [(25 + y, 25 + z) for y, z in ((0, 0), (-1, 0), (1, 0), (0, -2), (0, 2))]  # y, z where the stress is measured [mm]
+
+
+def pressed_disk(sample: crackle.Sample) -> tuple[float, float, np.ndarray]:
+    """At the onset: the load [N], the tension in the middle over 2 P / (π D t), and half the arc that the lower platen touches: up to
+    the outermost node that it does, and to the next [m]."""
+    with sample.open() as file:
+        onset = int(np.flatnonzero(file["history/phase"][:] > 0)[0])
+        load = -float(file["history/tools/upper/reaction"][onset, 2])
+        tension = np.mean([probe["stress"][onset, 1] for probe in file["history/probes"].values()])
+        sunk = file["history/tools/lower/displacement"][onset, 2]
+        nodes, moved = file["mesh/nodes"][:], file["frames/displacement"][0]
+    away = np.abs(nodes[:, 1] - DISK)
+    is_below = nodes[:, 2] < DISK - np.sqrt(np.maximum(DISK ** 2 - away ** 2, 0)) + 1e-3 * MILLIMETRE
+    touches = is_below & (nodes[:, 2] + moved[:, 2] < sunk)
+    return load, tension * math.pi * DISK * SLICE / load, np.array([away[touches].max(), away[is_below & ~touches].min()])
+
+
+def platens(folder: Path, program: Path) -> list[Figure]:
+    probes = "".join(f'[[output.probe]]\nname = "{k}"\nat = ["1 mm", "{y} mm", "{z} mm"]\n' for k, (y, z) in enumerate(MIDDLE))
+    loads, tensions, arcs = [], [], []
+    for spacing in ARC_SPACINGS:
+        found = [pressed_disk(sample) for sample in run(PRESSED.format(samples=DISKS, spacing=spacing, probes=probes), folder / f"platens-{spacing}", program)]
+        load, tension, arc = zip(*found)
+        loads.append(mean([one / (math.pi * TENSION * DISK * SLICE) for one in load], ".3f"))
+        tensions.append(mean(tension, ".3f"))
+        arcs.append("{:.2f} to {:.2f} mm".format(*np.mean(arc, axis=0) / MILLIMETRE))
+    half = math.sqrt(4 * np.mean(load) * DISK / (math.pi * SANDSTONE * SLICE))
+    case = f"Disk of 50 mm pressed between flat platens, spacings {', '.join(map(str, ARC_SPACINGS))} mm at them, {DISKS} samples each"
+    return [Figure(case, "load at the first break over strength × π D t / 2", "; ".join(loads), f"{disk_reference(half / DISK):.3f}, Hondros 1959"),
+            Figure(case, "tension in the middle over 2 P / (π D t)", "; ".join(tensions), f"{1 / disk_reference(half / DISK):.3f}"),
+            Figure(case, "half the arc of contact, from the last node that touches to the next", "; ".join(arcs), f"{half / MILLIMETRE:.2f} mm, Hertz")]
+
+
 # Radial cracks of a struck plate, whose number doubles with four times the speed (Vandenberghe, Vermorel and Villermaux 2013).
 STRUCK, SPEEDS, PLATE_SPACINGS = 8, (19.4, 38.9, 77.8), (0.4,)  # samples, [m/s], [mm]
 RING, APART = (4.5 * MILLIMETRE, 6 * MILLIMETRE), math.radians(12)  # where cracks are counted; gap between two
@@ -274,4 +366,4 @@ def stars(folder: Path, program: Path) -> list[Figure]:
     return [Figure(case, f"radial cracks, spacings {', '.join(map(str, PLATE_SPACINGS))} mm", "; ".join(found), "4, –, 8; doubles with four times the speed")]
 
 
-CASES = {"flawed-bars": flawed_bars, "cubes": cubes, "hertz": hertz, "bounce": bounce, "stars": stars}
+CASES = {"flawed-bars": flawed_bars, "cubes": cubes, "hertz": hertz, "bounce": bounce, "platens": platens, "stars": stars}

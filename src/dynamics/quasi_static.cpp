@@ -3,6 +3,7 @@
 
 #include "common/failure.h"
 #include "common/index.h"
+#include "common/vector.h"
 #include "dynamics/machine_load.h"
 #include "dynamics/separation.h"
 #include "fracture/connectivity.h"
@@ -24,6 +25,7 @@
 #include <cmath>
 #include <exception>
 #include <iterator>
+#include <ranges>
 #include <unordered_map>
 #include <utility>
 
@@ -54,6 +56,8 @@ constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-4, .of_displacem
 /// it has its strength everywhere.
 constexpr double negligible_strain = 1e-9;
 constexpr double negligible_energy_share = 1e-7;
+/// A tool that has gone further than this many extents of the body has left it, or has passed through it.
+constexpr double tool_way = 2;
 /// A body that has broken and carries less than this share of the largest load counts as separated.
 constexpr double least_load_share = 0.01;
 
@@ -524,6 +528,10 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
     state = std::move(reached);
     if (on_equilibrium) on_equilibrium(state);
     if (next.number >= 0) return {};
+    const auto way = [](const ToolState& tool) { return norm(tool.displacement); };
+    if (!state.tools.empty() &&
+        std::ranges::max(state.tools | std::views::transform(way)) > tool_way * extent_)
+      return n_events_ > 0 ? QuasiStaticEnd::separated : QuasiStaticEnd::no_load;
     if (!is_linear_) continue;
     group_->enter("static solve");
     solve_missing_problems({});

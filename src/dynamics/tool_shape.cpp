@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/tool_shape.h"
 
+#include "common/real.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace crackle::dynamics {
 
@@ -60,6 +63,21 @@ ToolSurface surface_from(const input::Tool& tool, const Vector& p) {
     }
   }
   return {};
+}
+
+double largest_section(const input::Tool& tool) {
+  const double disk = std::numbers::pi * tool.radius * tool.radius;
+  switch (tool.shape) {
+    case input::ToolShape::plane:
+      return infinity;
+    case input::ToolShape::sphere:
+      return disk;
+    case input::ToolShape::cylinder:
+      return tool.size.empty() ? infinity : std::max(disk, 2 * tool.radius * tool.size[0]);
+    case input::ToolShape::box:
+      return tool.size[0] * tool.size[1] * tool.size[2] / std::ranges::min(tool.size);
+  }
+  return infinity;
 }
 
 }  // namespace crackle::dynamics

@@ -29,6 +29,8 @@ constexpr double overlap_share = 0.25;
 constexpr double least_room = 8;
 /// Searches reach at least so many spacings, or steps.
 constexpr double search_spacings = 1, search_steps = 64;
+/// The nodes that a tool touches may raise the squared frequency of its mass to this share of ContactScale's.
+constexpr double mass_share = 0.5;
 /// In equilibrium, nodes that a tool almost touches resist with this share of the stiffness of contact.
 constexpr double stabilizing_share = 1e-4;
 
@@ -75,7 +77,29 @@ ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>&
     moving_[t].displacement = at_rest[t].displacement;
     if (tools[t].has_mass()) moving_[t].velocity = tools[t].velocity.value_or(Vector{});
   }
+  soften_light_tools();
   find_offsets();
+}
+
+void ToolTerm::soften_light_tools() {
+  const std::vector<double> areas = surface_areas(context_.body->subdomain());
+  double pressure = 0, largest = 0;
+  for (std::size_t n = 0; n < areas.size(); ++n)
+    if (areas[n] > 0) {
+      pressure = std::max(pressure, stiffness_[n] / areas[n]);
+      largest = std::max(largest, areas[n]);
+    }
+  pressure = parallel::largest_of_all(*context_.group, pressure);
+  largest = parallel::largest_of_all(*context_.group, largest);
+  const double half_body = 0.5 * parallel::exact_sum(*context_.group, areas);
+  for (std::size_t t = 0; t < tools_->size(); ++t) {
+    const input::Tool& tool = (*tools_)[t];
+    // The nodes that it touches stand for its section and half a spacing around it.
+    const double around = std::pow(std::sqrt(largest_section(tool)) + std::sqrt(largest), 2);
+    const double most = pressure * std::min(half_body, around);
+    if (tool.has_mass())
+      moving_[t].share = std::min(1.0, mass_share * context_.contact.rate * tool.mass / most);
+  }
 }
 
 void ToolTerm::find_offsets() {
@@ -103,7 +127,14 @@ void ToolTerm::find_offsets() {
           0,
           fmt::format("tool \"{}\" overlaps the body by {:.3g} mm at the start; move it, or make it smaller",
                       name_of(tool, t), -1e3 * agreed));
-    if (agreed < touching_share * spacing) moving_[t].offset = agreed;
+    if (agreed < touching_share * spacing)
+      moving_[t].offset = agreed;
+    else if (tool.force && !tool.has_mass())
+      throw parallel::AgreedError(
+          0, fmt::format(
+                 "tool \"{}\" is {:.3g} mm from the body's nearest node, so that nothing balances the force "
+                 "on it; move it there, or give a displacement",
+                 name_of(tool, t), 1e3 * agreed));
   }
 }
 
@@ -151,7 +182,7 @@ Vector ToolTerm::stretch(std::size_t tool, const Touch& touch, const Vector& anc
 Vector ToolTerm::force(std::size_t tool, std::int32_t node, const Touch& touch, const Vector* anchor) const {
   Vector push = touch.depth * touch.normal;
   if (anchor != nullptr) push = push - stretch(tool, touch, *anchor);
-  return stiffness_[index(node)] * push;
+  return stiffness(tool, node) * push;
 }
 
 void ToolTerm::slide(std::size_t tool, const Touch& touch, Vector& anchor) const {
@@ -193,8 +224,11 @@ void ToolTerm::start(double time, const MotionState&) {
                             1,
                         0);
   for (std::size_t t = 0; t < tools_->size(); ++t)
-    for (const auto& [node, spring] : (*at_rest_)[t].springs)
-      contacts_.push_back({.node = node, .tool = t, .anchor = spring.anchor});
+    for (const auto& [node, spring] : (*at_rest_)[t].springs) {
+      // What the spring holds has been taken before.
+      const double held = 0.5 * stiffness(t, node) * dot(spring.stretch, spring.stretch);
+      contacts_.push_back({.node = node, .tool = t, .taken = held, .held = held, .anchor = spring.anchor});
+    }
 }
 
 void ToolTerm::find_contacts(double time, const MovingNodes& nodes, double margin) {
@@ -239,13 +273,17 @@ void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes
     const Vector velocity = velocity_at(contact.tool, substep.kick_time, &substep.step);
     const double push = dot(force, now.normal);
     for (int i = 0; i < 3; ++i) {
-      if (is_driven(contact.node, i)) continue;
-      nodes.kick(contact.node, i, substep.kick, force[index(i)], contact.remainder[index(i)]);
+      if (is_driven(contact.node, i))
+        // The support takes the force, and its work.
+        contact.work -= substep.kick * force[index(i)] * contact.velocity[index(i)];
+      else
+        nodes.kick(contact.node, i, substep.kick, force[index(i)], contact.remainder[index(i)]);
       contact.impulse[index(i)] += substep.kick * force[index(i)];
       // The force along the surface takes work from the node and the tool at the mean velocity of the whole
       // kick, as the other forces nearly balance this one.
-      const double sliding =
-          0.5 * (contact.velocity[index(i)] + nodes.velocity(contact.node, i)) - velocity[index(i)];
+      const double before = contact.velocity[index(i)];
+      const double after = is_driven(contact.node, i) ? before : nodes.velocity(contact.node, i);
+      const double sliding = 0.5 * (before + after) - velocity[index(i)];
       contact.taken -= substep.kick * (force[index(i)] - push * now.normal[index(i)]) * sliding;
       // What moves by forces does its work when it takes over the impulse.
       if (!(*tools_)[contact.tool].has_mass())
@@ -300,7 +338,7 @@ void ToolTerm::settle_anchors(const MovingNodes& nodes) {
     }
     slide(contact.tool, now, *contact.anchor);
     const Vector held = stretch(contact.tool, now, *contact.anchor);
-    contact.held = 0.5 * stiffness_[index(contact.node)] * dot(held, held);
+    contact.held = 0.5 * stiffness(contact.tool, contact.node) * dot(held, held);
   }
 }
 
@@ -340,7 +378,7 @@ void ToolTerm::add_stored(const parallel::NodeField& displacement, std::vector<d
       const Vector held = stretch(tool, now, *anchor);
       square += dot(held, held);
     }
-    sum.push_back(0.5 * stiffness_[index(node)] * square);
+    sum.push_back(0.5 * stiffness(tool, node) * square);
   });
 }
 
@@ -368,7 +406,7 @@ void ToolTerm::add_unit_loads(std::vector<UnitLoad>& loads) const {
 
 NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch& now) const {
   const bool is_inside = now.depth >= -1e-12 * spacing_;
-  const double contact = stiffness_[index(node)], barely = stabilizing_share * contact;
+  const double contact = stiffness(tool, node), barely = stabilizing_share * contact;
   NodeResponse response;
   response.node = node;
   // Along the surface a node that sticks is held. One that slides is held across its way, by a force that
@@ -392,8 +430,6 @@ NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch
   const mechanics::Symmetric less = mechanics::symmetric_product((on_its_way - along) * way, way);
   for (std::size_t i = 0; i < 6; ++i) response.stiffness[i] += less[i];
   for (std::size_t i = 0; i < 3; ++i) response.stiffness[i] += along;
-  for (int i = 0; i < 3; ++i)
-    if (is_driven(node, i)) response.force[index(i)] = 0;
   return response;
 }
 
@@ -401,7 +437,9 @@ void ToolTerm::add_responses(double time, std::span<const double> displacement,
                              std::vector<NodeResponse>& responses) const {
   for_touches(time, displacement, touching_share * spacing_,
               [&](std::size_t tool, std::int32_t node, const Touch& now) {
-                responses.push_back(response(tool, node, now));
+                NodeResponse& one = responses.emplace_back(response(tool, node, now));
+                for (int i = 0; i < 3; ++i)
+                  if (is_driven(node, i)) one.force[index(i)] = 0;
               });
 }
 
@@ -477,7 +515,7 @@ void ToolTerm::rest_at(double time, const parallel::NodeField& displacement) {
         }
         // The force has changed evenly on the way, as those of the account do.
         const Vector slip = now.from(found->second.anchor) - spring.stretch;
-        moving_[t].lost[n] += 0.5 * stiffness_[index(n)] * dot(found->second.stretch + spring.stretch, slip);
+        moving_[t].lost[n] += 0.5 * stiffness(t, n) * dot(found->second.stretch + spring.stretch, slip);
       }
       if (is_near) springs.emplace(n, spring);
     }
@@ -490,8 +528,7 @@ void ToolTerm::measure(double time, const parallel::NodeField& displacement, con
   std::vector<std::vector<double>> terms(4 * tools_->size());
   for_touches(time, displacement.owned(), 0, [&](std::size_t tool, std::int32_t node, const Touch& now) {
     const Vector push = force(tool, node, now, anchor_of(tool, node));
-    for (int i = 0; i < 3; ++i)
-      if (!is_driven(node, i)) terms[4 * tool + index(i)].push_back(push[index(i)]);
+    for (std::size_t i = 0; i < 3; ++i) terms[4 * tool + i].push_back(push[i]);
   });
   for (const Contact& contact : contacts_) terms[4 * contact.tool + 3].push_back(contact.lost());
   for (std::size_t t = 0; t < tools_->size(); ++t)

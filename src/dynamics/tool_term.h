@@ -34,7 +34,8 @@ struct ToolAtRest {
 /// by a force in proportion to its depth and to the surface that it stands for, limited as ContactScale says.
 /// Friction is Coulomb's: along the surface a spring as stiff holds the node at its anchor, which slides
 /// where the force would exceed the coefficient times the normal force. Nodes inside the body take part once
-/// breaking has laid them open.
+/// breaking has laid them open. A tool with a small mass has a softer contact, so that the time step stays
+/// stable.
 ///
 /// A tool that does not touch the body's nodes, but comes closer to one than a twentieth of the spacing,
 /// touches that one: its surface is offset by the gap.
@@ -46,7 +47,9 @@ class ToolTerm final : public Term {
 public:
   /// Collective. The references must outlive the object.
   /// @param at_rest of each tool; receives what equilibria find
-  /// @throws parallel::AgreedError on every rank when a tool overlaps the body at the start
+  /// @throws parallel::AgreedError on every rank when a tool overlaps the body at the start, or one that a
+  /// force
+  ///   drives in equilibria does not touch it
   ToolTerm(const MotionContext& context, const std::vector<input::Tool>& tools,
            std::vector<ToolAtRest>& at_rest, std::int32_t nodes_per_block);
 
@@ -114,6 +117,7 @@ private:
   struct Moving {
     std::array<mechanics::LoadCurve, 3> curve;  // of what is prescribed
     double offset = 0;                          // of the surface [m]
+    double share = 1;                           // of the stiffness of contact
     double friction = 0;
     Vector displacement{}, velocity{};    // at time_, of one that moves by forces
     double work = 0;                      // on the body, of one with a mass [J]
@@ -124,11 +128,15 @@ private:
   bool is_unknown(std::size_t tool, std::size_t axis) const {
     return (*tools_)[tool].force && !moving_[tool].curve[axis].is_zero();
   }
-  /// How contact at a node resists, and by which force.
+  /// How contact at a node resists, and by which force, also along components that a motion prescribes.
   NodeResponse response(std::size_t tool, std::int32_t node, const Touch& touch) const;
   Vector displacement_at(std::size_t tool, double time) const;
   Vector velocity_at(std::size_t tool, double time, const mechanics::StepSpan* step) const;
   Touch touch(std::size_t tool, std::int32_t node, const Vector& displacement, const Vector& of_tool) const;
+  /// Of contact [N/m].
+  double stiffness(std::size_t tool, std::int32_t node) const {
+    return moving_[tool].share * stiffness_[index(node)];
+  }
   /// Force on the node, with friction if it has an anchor [N].
   Vector force(std::size_t tool, std::int32_t node, const Touch& touch, const Vector* anchor) const;
   /// The stretch of the spring along the surface, at most as the friction allows [m].
@@ -139,6 +147,7 @@ private:
   template <class Visit>
   void for_touches(double time, std::span<const double> displacement, double gap, const Visit& visit) const;
   const Vector* anchor_of(std::size_t tool, std::int32_t node) const;
+  void soften_light_tools();
   void find_offsets();
   /// Finds all nodes to which a tool is closer than the margin [m].
   void find_contacts(double time, const MovingNodes& nodes, double margin);
@@ -156,7 +165,7 @@ private:
   std::vector<ToolAtRest>* at_rest_;
   std::int32_t nodes_per_block_;
   std::vector<std::uint8_t> driven_;  // per owned node: bits of components that a motion prescribes
-  std::vector<double> stiffness_;     // of contact of each owned node [N/m]
+  std::vector<double> stiffness_;     // of contact of each owned node with a heavy tool [N/m]
   double spacing_ = 0;                // mean one of the body [m]
   std::vector<Moving> moving_;
   double time_ = 0;

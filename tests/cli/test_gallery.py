@@ -40,7 +40,7 @@ FINE = tuple(ROOT / "jobs" / name for name in (
     "uncertain/plate.toml", "thin-plate.toml",
     "verification/glass-plate.toml", "verification/blunt-notch.toml", "verification/disk.toml", "verification/pmma-strip.toml",
     "sweeps/heterogeneity.toml", "sweeps/notches.toml", "sweeps/spacing-in-time.toml", "gallery/bend-bar.toml", "gallery/layered-plate.toml",
-    "gallery/compact-tension.toml", "gallery/grains.toml"))
+    "gallery/compact-tension.toml", "gallery/grains.toml", "gallery/projectile.toml"))
 
 
 def crackle(*arguments: object) -> subprocess.CompletedProcess:

@@ -202,6 +202,44 @@ class ParaView(unittest.TestCase):
             self.assertEqual((stiffness[early], stiffness[late]), shares, k)
             np.testing.assert_array_equal(np.flatnonzero(stiffness == 0), np.sort(frames.broken[k]))
 
+    def test_vtk_reads_tools_where_they_move(self):
+        shapes = {"a ball": ("sphere", {"radius": 2e-3}), "a box": ("box", {"size": [4e-3, 6e-3, 8e-3]}), "a die": ("box", {"size": [4e-3, 6e-3, 8e-3], "rounding": 1e-3}),
+                  "a pin": ("cylinder", {"radius": 2e-3, "size": [6e-3], "axis": [0, 1, 1]}),
+                  "a punch": ("cylinder", {"radius": 2e-3, "size": [6e-3], "axis": [3, 0, 0], "rounding": 2e-3}),
+                  "a roller": ("cylinder", {"radius": 2e-3, "axis": [0, 0, -1]}), "a wall": ("plane", {"axis": [0, 1, 0]})}
+        frames, at, speed = SampleFiles(self.folder).frames(0), np.array([1e-3, -2e-3, 3e-3]), np.array([5.0, 0, -7.0])
+        with changed(self.folder / "samples" / "0000.h5") as root:
+            history = root.require_group("history")
+            for name, values in (("phase", np.ones(2, "i4")), ("phase_time", frames.time[[0, -1]])):
+                if name in history:
+                    del history[name]
+                history[name] = values
+            for name, (shape, keys) in shapes.items():
+                root.create_group(f"tools/{name}").attrs.update({"shape": shape, "at": at, "radius": 0.0, "rounding": 0.0, **keys})
+                history[f"tools/{name}/position"] = at + frames.time[[0, -1], None] * speed
+        self.assertEqual(run(str(self.folder), "--sample", "0").returncode, 0)
+        self.files = self.folder / "paraview" / "0000"
+        reach = np.linalg.norm(np.ptp(frames.nodes, axis=0))
+        areas = {"a ball": 16e-6 * np.pi, "a box": 208e-6, "a roller": 2e-3 * np.pi * 4 * reach, "a wall": reach ** 2,
+                 # Flat sides, quarters of cylinders at the edges, and a sphere of the corners.
+                 "a die": (2 * (2 * 4 + 4 * 6 + 2 * 6) + 2 * np.pi * (2 + 4 + 6) + 4 * np.pi) * 1e-6,
+                 "a pin": (2 * 4 + 2 * 2 * 6) * np.pi * 1e-6, "a punch": (16 + 4 * 2) * np.pi * 1e-6}
+        for k, time in enumerate(frames.time):
+            grid = self.read(f"tools-{k:04d}.vtkhdf")
+            points = vtk_to_numpy(grid.GetPoints().GetData())
+            corners = points[vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 4)]
+            number = vtk_to_numpy(grid.GetCellData().GetArray("tool"))
+            moved = vtk_to_numpy(grid.GetPointData().GetArray("displacement"))
+            np.testing.assert_allclose(moved, np.tile(time * speed, (len(moved), 1)), rtol=1e-5, atol=1e-12)
+            outward = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) / 2
+            for tool, name in enumerate(sorted(shapes)):
+                own = number == tool
+                self.assertAlmostEqual(np.linalg.norm(outward[own], axis=1).sum() / areas[name], 1, delta=0.01, msg=name)
+                if name not in ("a wall", "a roller"):  # closed, and all of it seen from outside
+                    middle = corners[own].mean(axis=1) - at
+                    self.assertGreater((outward[own] * middle).sum(axis=1).min(), -1e-15, name)
+                    np.testing.assert_allclose(outward[own].sum(axis=0), 0, atol=1e-12)
+
     def test_vtk_reads_the_crack_with_its_time(self):
         crack = SampleFiles(self.folder).crack(1)
         grid = self.read("crack.vtkhdf")

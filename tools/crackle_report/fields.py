@@ -2,7 +2,7 @@
 """What a sample's file holds, in SI units; `sample_files` fills them."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -76,6 +76,12 @@ class Tool:
     size: np.ndarray  # edges of a box, or the length of a cylinder that has one [m]
     time: np.ndarray  # since the onset [s]
     position: np.ndarray  # n x 3 [m]
+    at: np.ndarray = field(default_factory=lambda: np.zeros(3))  # at the start of the sample [m]
+    rounding: float = 0.0  # of edges [m]
+
+    def displacement(self, time: float) -> np.ndarray:
+        """Since the start of the sample [m]."""
+        return np.array([np.interp(time, self.time, self.position[:, axis]) for axis in range(3)]) - self.at
 
     def outline(self, time: float) -> np.ndarray:
         """Corners of its projection along x, y and z [m]; a line of a plane, none of one across x."""

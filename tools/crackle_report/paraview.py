@@ -16,8 +16,9 @@ from .choosing import samples_in_detail
 from .mesh import field_gradient
 from .reading import read_ensemble
 from .sample_files import SampleFiles
-from .fields import CrackSurface, Frames
+from .fields import CrackSurface, Frames, Tool
 from .stress import frame_stress
+from .tool_surface import tool_surface
 from .writing import write_whole
 
 
@@ -26,8 +27,8 @@ def main() -> int:
         prog="crackle-paraview",
         description="Writes a sample as VTKHDF files, which ParaView (5.10 or newer) and VTK (9.1 or newer) open: for each "
                     "of the sample's frames frame-0000.vtkhdf, ..., the fields, and crack-0000.vtkhdf, ..., the crack surface "
-                    "as far as it has opened, which moves with the body; frame.hdf.series and crack.hdf.series, which "
-                    "ParaView opens as one file each, with their times; crack.vtkhdf, the whole crack; and view.py, "
+                    "as far as it has opened, which moves with the body, and tools-0000.vtkhdf, ..., the tools, where there are any; "
+                    "frame.hdf.series and the like, which ParaView opens as one file each, with their times; crack.vtkhdf, the whole crack; and view.py, "
                     "which opens all of it in ParaView (paraview --script=view.py) or draws it (pvpython view.py PICTURE).")
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="output folder of crackle run")
     parser.add_argument("--sample", type=int, metavar="N", help="number of the sample (default: a typical one, as in the report)")
@@ -73,6 +74,8 @@ def write_sample(folder: Path, number: int, output: Path) -> int:
     contents = {"crack.vtkhdf": _crack(crack, np.ones(len(crack.time), bool))}
     of_frame = {"frame": lambda k: _frame(frames, k),
                 "crack": lambda k: _crack(crack, crack.time <= frames.time[k], frames, k)}
+    if tools := files.tools(number):
+        of_frame["tools"] = lambda k: _tools(tools, frames, k)
     contents["view.py"] = (Path(__file__).parent / "paraview_view.py").read_bytes()
     for kind, content in of_frame.items():
         contents |= {f"{kind}-{k:04d}.vtkhdf": content(k) for k in range(frames.time.size)}
@@ -104,6 +107,17 @@ def _crack(crack: CrackSurface, opened: np.ndarray, frames: Optional[Frames] = N
     last = float(frames.time[k]) if frames is not None else float(time.max(initial=0.0))
     return vtkhdf.grid(corner.reshape(-1, 3), np.arange(4 * n_facets).reshape(-1, 4), vtkhdf.QUADRILATERAL, last,
                        displacement, {"time": time, "notch": crack.notch[opened].astype("i4")})
+
+
+def _tools(tools: list[Tool], frames: Frames, k: int) -> bytes:
+    """The surfaces of all tools at the start, with their displacement; quadrilaterals with the number of their tool."""
+    time, extent = float(frames.time[k]), (frames.nodes.min(axis=0), frames.nodes.max(axis=0))
+    points, cells = zip(*(tool_surface(tool, *extent) for tool in tools))
+    first = np.cumsum([0, *map(len, points)])
+    displacement = [np.tile(tool.displacement(time), (len(own), 1)) for tool, own in zip(tools, points)]
+    number = np.repeat(np.arange(len(tools), dtype="i4"), [len(own) for own in cells])
+    return vtkhdf.grid(np.concatenate(points), np.concatenate([own + start for own, start in zip(cells, first)]), vtkhdf.QUADRILATERAL, time,
+                       {"displacement": np.concatenate(displacement).astype("f4")}, {"tool": number})
 
 
 def _interpolated(corner: np.ndarray, values: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Opens the files beside it in ParaView: the body coloured by its stress, and its cracks by the time they opened, both
+"""Opens the files beside it in ParaView: the body coloured by its stress, its cracks by the time they opened, and its tools, all
 moved by MAGNIFICATION times the displacement.
 
 In ParaView: paraview --script=view.py. Without a screen: pvpython view.py PICTURE.png [FRAME], the last frame by default.
@@ -19,10 +19,14 @@ view.UseColorPaletteForBackground = 0
 view.Background = [1, 1, 1]
 
 
-def shown(kind, field, opacity, unit):
-    series = simple.OpenDataFile(os.path.join(folder, f"{kind}.hdf.series"))
+def moved_series(file):
+    series = simple.OpenDataFile(os.path.join(folder, file))
     moved = simple.WarpByVector(Input=series, Vectors=["POINTS", "displacement"], ScaleFactor=MAGNIFICATION)
-    display = simple.Show(moved, view)
+    return moved, simple.Show(moved, view)
+
+
+def shown(kind, field, opacity, unit):
+    moved, display = moved_series(f"{kind}.hdf.series")
     simple.ColorBy(display, ("CELLS", field))
     display.Opacity = opacity
     display.SetScalarBarVisibility(view, True)
@@ -36,6 +40,10 @@ def shown(kind, field, opacity, unit):
 
 body, stresses = shown("frame", "principal_stress", 0.3, "Pa")
 _, opening = shown("crack", "time", 1.0, "s since the onset")
+if os.path.exists(os.path.join(folder, "tools.hdf.series")):
+    _, display = moved_series("tools.hdf.series")
+    simple.ColorBy(display, None)
+    display.Opacity, display.DiffuseColor = 0.3, [0.4, 0.4, 0.4]
 simple.GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
 times = simple.GetTimeKeeper().TimestepValues
 view.ViewTime = times[int(sys.argv[2]) if len(sys.argv) > 2 else -1]

@@ -158,7 +158,8 @@ def _read_tools(root: h5py.File) -> list[Tool]:
         return []
     time = root["history/phase_time"][...][last]
     return [Tool(text_of(group.attrs["shape"]), np.array(group.attrs.get("axis", np.zeros(3))), float(group.attrs["radius"]),
-                 np.atleast_1d(group.attrs.get("size", np.empty(0))), time, root["history/tools"][name]["position"][...][last])
+                 np.atleast_1d(group.attrs.get("size", np.empty(0))), time, root["history/tools"][name]["position"][...][last],
+                 np.array(group.attrs["at"]), float(group.attrs["rounding"]))
             for name, group in root["tools"].items()]
 
 
