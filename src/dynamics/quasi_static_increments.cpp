@@ -279,6 +279,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
     }
     (share < 1 ? start : end) = current();
     (share < 1 ? from : to) = time_;
+    if (!(to > from)) return next;  // where the path ends, as a tool's force finds no equilibrium beyond
   }
 }
 

@@ -47,9 +47,9 @@ class ToolTerm final : public Term {
 public:
   /// Collective. The references must outlive the object.
   /// @param at_rest of each tool; receives what equilibria find
-  /// @throws parallel::AgreedError on every rank when a tool overlaps the body at the start, or one that a
-  /// force
-  ///   drives in equilibria does not touch it
+  /// @throws parallel::AgreedError on every rank when a tool overlaps the body at the start, or does not
+  /// touch
+  ///   it though a force drives it in equilibria
   ToolTerm(const MotionContext& context, const std::vector<input::Tool>& tools,
            std::vector<ToolAtRest>& at_rest, std::int32_t nodes_per_block);
 
