@@ -22,7 +22,7 @@ from problems import PROBLEMS as COMPUTED, Problem, files_beside
 PROBLEMS = COMPUTED | MEASURED
 
 GALLERY = Path(__file__).resolve().parent
-BODIES = ("plate-with-hole", "star", "crushed-disk", "projectile", "inclined-crack", "radial-cracks", "flaws", "blunt-notches", "ring", "solid", "offset-notch", "l-panel", "stiff-disc", "layered-plate", "grains",
+BODIES = ("plate-with-hole", "surface-flaw", "star", "crushed-disk", "projectile", "inclined-crack", "radial-cracks", "flaws", "blunt-notches", "ring", "solid", "offset-notch", "l-panel", "stiff-disc", "layered-plate", "grains",
           "quenched-alumina")
 
 
