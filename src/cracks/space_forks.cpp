@@ -5,6 +5,7 @@
 #include "common/index.h"
 #include "common/real.h"
 #include "common/vector.h"
+#include "fracture/release.h"
 #include "geometry/dual_facets.h"
 #include "geometry/pre_crack.h"
 
@@ -14,7 +15,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
+#include <concepts>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <set>
@@ -44,15 +46,7 @@ constexpr std::size_t least_edges = 6;     // of a sheet
 constexpr double clear_course = 0.2;       // see course()
 constexpr std::size_t least_balls = 2;     // that show a fork
 
-constexpr double never = std::numeric_limits<double>::infinity();
-
-/// True if a cut, as Break::cut, separates two corners of a tetrahedron.
-bool separates(int cut, std::size_t a, std::size_t b) {
-  const auto side = [cut](std::size_t k) {
-    return cut < 4 ? k == index(cut) : k == 0 || k == index(cut) - 3;
-  };
-  return side(a) != side(b);
-}
+constexpr double never = infinity;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
@@ -217,11 +211,13 @@ private:
     }
     for (std::size_t t = 0; t < mesh.pre_crack.size(); ++t) {
       if (mesh.pre_crack[t] == 0) continue;
-      const int cut = geometry::PreCrackCut::from(mesh.pre_crack[t]).cut;
+      const auto crossed = fracture::crossed_edges(geometry::PreCrackCut::from(mesh.pre_crack[t]).cut);
       const auto& nodes = mesh.tetrahedra[t];
-      for (const auto& [a, b] : dual_facet_nodes)
-        if (separates(cut, a, b) && std::min(number_[index(nodes[a])], number_[index(nodes[b])]) >= 0)
+      for (std::size_t k = 0; k < dual_facet_nodes.size(); ++k) {
+        const auto& [a, b] = dual_facet_nodes[k];
+        if (((crossed >> k) & 1U) != 0 && std::min(number_[index(nodes[a])], number_[index(nodes[b])]) >= 0)
           edges_[index(edge_between(nodes[a], nodes[b]))].time = -never;
+      }
     }
     opened_in_ = Lists<std::int32_t>(index(n_broken) + 1, [&](const auto& add) {
       for (const auto& [broken, edge] : opened) add(broken, edge);
@@ -455,15 +451,19 @@ private:
   /// they leave.
   void measure(Sight& sight) const {
     sight.angle = never;
-    for (const Sheet& one : sight.sheets)
-      for (const Sheet& other : sight.sheets) {
-        if (&one == &other || !one.is_branch || !other.is_branch) continue;
-        const double acute = std::acos(std::min(1.0, std::abs(normal(one).dot(normal(other)))));
-        const double angle = dot(one.direction, other.direction) > 0 ? acute : std::numbers::pi - acute;
+    std::vector<std::pair<const Sheet*, Eigen::Vector3d>> branches;
+    for (const Sheet& sheet : sight.sheets) {
+      if (!sheet.is_branch) continue;
+      const Eigen::Vector3d across = normal(sheet);
+      for (const auto& [other, across_other] : branches) {
+        const double acute = std::acos(std::min(1.0, std::abs(across.dot(across_other))));
+        const double angle = dot(sheet.direction, other->direction) > 0 ? acute : std::numbers::pi - acute;
         if (angle >= sight.angle) continue;
         sight.angle = angle;
-        sight.time = std::max(one.time, other.time);
+        sight.time = std::max(sheet.time, other->time);
       }
+      branches.emplace_back(&sheet, across);
+    }
   }
 
   const CutMesh& mesh_;

@@ -2,6 +2,7 @@
 #include "contact_search.h"
 
 #include "common/index.h"
+#include "geometry/box.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
 
@@ -109,30 +110,32 @@ void complete(std::vector<SurfaceFace>& faces) {
   }
 }
 
+geometry::Box box_of(const SurfaceFace& face) {
+  geometry::Box box = geometry::nowhere;
+  for (const Vector& corner : face.now) box.include(corner);
+  return box;
+}
+
 /// A grid of cubes that lists the faces near each of them.
 class FaceGrid {
 public:
   FaceGrid(std::span<const SurfaceFace> faces, double margin) : faces_(faces), margin_(margin) {
     double sum = 0;
     for (const SurfaceFace& face : faces) {
-      Vector low, high;
-      double extent = 0;
+      geometry::Box& box = boxes_.emplace_back(box_of(face));
+      sum += std::ranges::max(box.upper - box.lower);
       for (std::size_t i = 0; i < 3; ++i) {
-        const auto [least, most] = std::minmax({face.now[0][i], face.now[1][i], face.now[2][i]});
-        extent = std::max(extent, most - least);
-        low[i] = least - reach(face);
-        high[i] = most + reach(face);
+        box.lower[i] -= reach(face);
+        box.upper[i] += reach(face);
       }
-      sum += extent;
-      boxes_.push_back({low, high});
     }
     // Larger cells list more faces, smaller ones list each face more often.
     size_ = 3 * margin + (faces.empty() ? 0 : 1.5 * sum / static_cast<double>(faces.size()));
     for (std::size_t f = 0; f < faces.size(); ++f) {
       std::array<std::int64_t, 3> low{}, high{};
       for (std::size_t i = 0; i < 3; ++i) {
-        low[i] = cell(boxes_[f].low[i]);
-        high[i] = cell(boxes_[f].high[i]);
+        low[i] = cell(boxes_[f].lower[i]);
+        high[i] = cell(boxes_[f].upper[i]);
       }
       for (std::int64_t x = low[0]; x <= high[0]; ++x)
         for (std::int64_t y = low[1]; y <= high[1]; ++y)
@@ -153,14 +156,6 @@ public:
   double reach(const SurfaceFace& face) const { return margin_ + face.pair.depth; }
 
 private:
-  /// The box of a face and of all that is within its reach.
-  struct Box {
-    Vector low, high;
-    bool contains(const Vector& x) const {
-      return x[0] >= low[0] && x[0] <= high[0] && x[1] >= low[1] && x[1] <= high[1] && x[2] >= low[2] &&
-             x[2] <= high[2];
-    }
-  };
   std::int64_t cell(double x) const { return static_cast<std::int64_t>(std::floor(x / size_)); }
   /// 21 bits of each number: cells that share a key by accident cost time only.
   static std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -171,7 +166,7 @@ private:
 
   std::span<const SurfaceFace> faces_;
   double margin_;
-  std::vector<Box> boxes_;
+  std::vector<geometry::Box> boxes_;  // of the faces and all that is within their reach
   double size_;
   std::vector<std::pair<std::uint64_t, std::size_t>> entries_;
 };
@@ -207,9 +202,10 @@ std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
         pair.node = number;
         // Before they may touch, the node has to pass the face's plane, or its edges.
         pair.gap = std::max(height, -height - face.pair.depth);
+        const geometry::Box box = box_of(face);
         for (std::size_t i = 0; i < 3; ++i) {
-          const auto [least, most] = std::minmax({face.now[0][i], face.now[1][i], face.now[2][i]});
-          pair.gap = std::max({pair.gap, least - now[i], now[i] - most});
+          const double beyond = 2 * found_beyond * (box.upper[i] - box.lower[i]);
+          pair.gap = std::max({pair.gap, box.lower[i] - now[i] - beyond, now[i] - box.upper[i] - beyond});
         }
         found.push_back(pair);
       });

@@ -29,6 +29,10 @@ struct ContactPair {
   }
 };
 
+/// A node finds a face up to this far beyond the face's edges, in barycentric coordinates, so that none falls
+/// between two faces.
+inline constexpr double found_beyond = 0.01;
+
 /// The pairs that may meet before nodes have moved by half of a margin, of all ranks, on every rank,
 /// ascending. The surface is that of the unbroken tetrahedra. Left out are pairs that were neighbours in the
 /// surface before anything moved: the node not in front of the face. Collective; agrees before its messages.

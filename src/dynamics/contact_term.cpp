@@ -28,9 +28,6 @@ constexpr double least_margin = 0.02;
 constexpr double largest_margin = 0.5;
 /// Nodes may move this many times faster from one look to the next than at the look.
 constexpr double largest_speedup = 2;
-/// A node finds a face up to this far beyond the face's edges, in barycentric coordinates, so that none falls
-/// between two faces.
-constexpr double found_beyond = 0.01;
 /// It keeps its face up to this far.
 constexpr double kept_beyond = 0.1;
 /// Springs act from both sides of a contact, and pull on nodes of both: with this share of what a node's mass
@@ -126,7 +123,7 @@ void ContactTerm::settle_cuts(const MovingNodes& nodes) {
     if (!cut.is_open || has_initial_strain || opening < mechanics::surely_open)
       stiffness.settle_contact(i, cut_strain(i, displacement));
     if (cut.is_open) cut.is_apart = is_apart(t, displacement);
-    cut.rests = cut.is_open && !has_initial_strain &&
+    cut.rests = scale_.rate > 0 && cut.is_open && !has_initial_strain &&
                 opening > least_at_rest + changes_at_rest * std::abs(opening - cut.opening_before);
     cut.opening_before = opening;
   }
@@ -161,6 +158,37 @@ std::vector<ContactTerm::Node> ContactTerm::own_nodes() const {
                      contact == known_.end() ? Contact{} : contact->second});
   }
   return nodes;
+}
+
+/// Adds that of a node with its candidates. What it had stored with a face that has broken, or is out of
+/// reach, is lost.
+/// @param node_of, place_of the node with a number, and its place in corners_
+void ContactTerm::add_meeting(std::span<const ContactPair> pairs, const auto& node_of, const auto& place_of) {
+  const Node& node = node_of(pairs.front().node);
+  Meeting& meeting = meetings_.emplace_back();
+  meeting.node = place_of(node.number);
+  meeting.contact = node.contact;
+  meeting.first = candidates_.size();
+  meeting.gap = std::ranges::min(pairs, {}, &ContactPair::gap).gap;
+  bool is_kept = false;
+  for (const ContactPair& pair : pairs) {
+    if (pair.face == node.contact.face) {
+      is_kept = true;
+      meeting.candidate = candidates_.size();
+    }
+    Candidate candidate{pair.face, {}, pair.open, pair.depth, 0};
+    double lightest = node.mass;
+    for (std::size_t a = 0; a < 4; ++a) {
+      candidate.corners[a] = place_of(pair.corners[a]);
+      if (a < 3) lightest = std::min(lightest, node_of(pair.corners[a]).mass);
+    }
+    candidate.stiffness = scale_.rate * lightest / springs_of_contact;
+    candidates_.push_back(candidate);
+  }
+  meeting.last = candidates_.size();
+  if (is_kept) return;
+  if (is_mine(meeting)) dissipated_[index(node.source.node)] += meeting.contact.energy;
+  meeting.contact = {};
 }
 
 /// Finds the nodes of the pairs that concern this rank, and how their positions get here. Collective.
@@ -208,35 +236,7 @@ void ContactTerm::connect() {
       bool concerns = is_owned(pairs_[begin].node);
       for (; end < pairs_.size() && pairs_[end].node == pairs_[begin].node; ++end)
         for (std::size_t a = 0; a < 3; ++a) concerns = concerns || is_owned(pairs_[end].corners[a]);
-      if (!concerns) continue;
-      const Node& node = node_of(pairs_[begin].node);
-      Meeting& meeting = meetings_.emplace_back();
-      meeting.node = place_of(node.number);
-      meeting.contact = node.contact;
-      meeting.first = candidates_.size();
-      bool is_kept = false;
-      for (std::size_t p = begin; p < end; ++p) {
-        if (pairs_[p].face == node.contact.face) {
-          is_kept = true;
-          meeting.candidate = candidates_.size();
-        }
-        Candidate candidate{pairs_[p].face, {}, pairs_[p].open, pairs_[p].depth, 0};
-        double lightest = node.mass;
-        for (std::size_t a = 0; a < 4; ++a) {
-          candidate.corners[a] = place_of(pairs_[p].corners[a]);
-          if (a < 3) lightest = std::min(lightest, node_of(pairs_[p].corners[a]).mass);
-        }
-        candidate.stiffness = scale_.rate * lightest / springs_of_contact;
-        candidates_.push_back(candidate);
-      }
-      meeting.last = candidates_.size();
-      meeting.gap =
-          std::ranges::min(std::span(pairs_).subspan(begin, end - begin), {}, &ContactPair::gap).gap;
-      // Its face has broken, or is out of reach: what it had stored is lost.
-      if (!is_kept) {
-        if (is_mine(meeting)) dissipated_[index(node.source.node)] += meeting.contact.energy;
-        meeting.contact = {};
-      }
+      if (concerns) add_meeting(std::span(pairs_).subspan(begin, end - begin), node_of, place_of);
     }
     // Also contacts of nodes that have no more pairs.
     for (const auto& [one, contact] : known_)
@@ -245,24 +245,33 @@ void ContactTerm::connect() {
         dissipated_[index(std::ranges::lower_bound(owned, one) - owned.begin())] += contact.energy;
       }
     known_.clear();
+    // As many as there may be, so that later looks need no memory.
+    awake_.reserve(meetings_.size());
+    awake_corners_.reserve(corners_.size());
+    is_awake_.resize(corners_.size());
+    find_awake();
   });
   if (group.size() > 1) exchange_.emplace(group, received);
   parallel::check_peers(group);
   is_connected_ = true;
-  find_awake();
 }
 
-/// Finds the meetings that may get contact before the next look, and their nodes.
+/// True if a node has contact, or may get it before the next look.
+bool ContactTerm::is_awake(const Meeting& meeting) const {
+  return meeting.contact.face >= 0 || meeting.gap <= reach_;
+}
+
+/// Finds the meetings that are awake, and their nodes.
 void ContactTerm::find_awake() {
   awake_.clear();
   awake_corners_.clear();
-  std::vector<std::uint8_t> is_awake(corners_.size(), 0);
+  std::ranges::fill(is_awake_, std::uint8_t{0});
   const auto wake = [&](std::size_t corner) {
-    if (std::exchange(is_awake[corner], 1) == 0) awake_corners_.push_back(corner);
+    if (std::exchange(is_awake_[corner], 1) == 0) awake_corners_.push_back(corner);
   };
   for (std::size_t m = 0; m < meetings_.size(); ++m) {
     const Meeting& meeting = meetings_[m];
-    if (meeting.contact.face < 0 && meeting.gap > reach_) continue;
+    if (!is_awake(meeting)) continue;
     awake_.push_back(m);
     wake(meeting.node);
     for (std::size_t c = meeting.first; c < meeting.last; ++c)
@@ -354,7 +363,7 @@ void ContactTerm::add_forces(MovingNodes& nodes) {
   }
 }
 
-/// True if a node is in front of a face: what most are, and what costs least to find.
+/// True if a node is in front of a face, as most are: found without a square root.
 bool ContactTerm::is_in_front(const Meeting& meeting, const Candidate& candidate) const {
   const Vector& x = corners_[candidate.corners[0]].now;
   const Vector area = cross(corners_[candidate.corners[1]].now - x, corners_[candidate.corners[2]].now - x);
@@ -455,7 +464,8 @@ void ContactTerm::end_step(const mechanics::StepSpan&, MovingNodes& nodes, const
     if (!is_connected_) connect();
     receive(nodes);
     for (const std::size_t corner : awake_corners_) place(corner, nodes);
-    for (const std::size_t m : awake_) settle(meetings_[m]);
+    for (const std::size_t m : awake_)
+      if (is_awake(meetings_[m])) settle(meetings_[m]);
   }
   if (n_steps_ % steps_per_look == 1) search(nodes);
 }
@@ -472,7 +482,10 @@ void ContactTerm::search(MovingNodes& nodes) {
   const bool are_found = n_steps_ > 1 && 2 * moved_ < margin_;
   if (!are_found) moved_ = 0;
   reach_ = 2 * (moved_ + largest_speedup * steps_per_look * farthest);
-  if (are_found) return find_awake();
+  if (are_found) {
+    find_awake();
+    return;
+  }
   margin_ =
       std::clamp(steps_per_search * farthest, least_margin * scale_.spacing, largest_margin * scale_.spacing);
   for (std::size_t n = 0; n < work_.size(); ++n)

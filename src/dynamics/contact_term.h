@@ -20,16 +20,17 @@ namespace crackle::dynamics {
 ///
 /// While the corners of a broken tetrahedron stay within its longest edge of each other, it is the body
 /// between the sides of the crack, and resists closing as mechanics::ResidualStiffness has it. Its gap, one
-/// tetrahedron wide, is thus as good as closed. Where sides have moved apart, and where other surfaces meet,
-/// nodes resist getting below faces: by a penalty force along the face's normal, which the face's nodes
-/// balance by their barycentric weights, and by a tangential spring from the point of the face where the node
-/// sticks, up to the friction's limit.
+/// tetrahedron wide, is thus as good as closed. One that
+/// is wide open rests from look to look; if it closes meanwhile, it is apart. Where sides have moved apart,
+/// and where other surfaces meet, nodes resist getting below faces: by a penalty force along the face's
+/// normal, which the face's nodes balance by their barycentric weights, and by a tangential spring from the
+/// point of the face where the node sticks, up to the friction's limit.
 ///
 /// Within a step, nodes keep their faces and stick to their points, so that all forces but those of a
 /// limited friction have a potential. Whatever changes is decided at the end of a step, and what that changes
 /// of the potential is dissipated. A node's contact starts where it is first found, below the face by its
-/// movement in one step, without force: contact never adds energy. A node has at most one face. Springs are
-/// as stiff as the lightest of their nodes allows, see ContactScale.
+/// movement since the last look at most, without force: contact never adds energy. A node has at most one
+/// face. Springs are as stiff as the lightest of their nodes allows, see ContactScale.
 class ContactTerm final : public Term {
 public:
   /// The context's members must outlive the object. Local.
@@ -112,9 +113,11 @@ private:
   };
 
   std::vector<Node> own_nodes() const;  // of the pairs
+  void add_meeting(std::span<const ContactPair> pairs, const auto& node_of, const auto& place_of);
   void connect();
   void receive(const MovingNodes& nodes);
   void place(std::size_t corner, const MovingNodes& nodes);
+  bool is_awake(const Meeting& meeting) const;
   void find_awake();
   void search(MovingNodes& nodes);
   Position position(const Meeting& meeting, const Candidate& candidate) const;
@@ -147,8 +150,9 @@ private:
   double margin_ = 0;
   double reach_ = 0;                // meetings of at most this gap may get contact before the next look [m]
   std::vector<std::size_t> awake_;  // their places in meetings_, ascending
-  std::vector<std::size_t> awake_corners_;
-  double moved_ = 0;  // by any node since the search, at most, as far as is known
+  std::vector<std::size_t> awake_corners_;  // the places of their nodes in corners_
+  std::vector<std::uint8_t> is_awake_;      // of each corner
+  double moved_ = 0;                        // by any node since the search, at most, as far as is known
 };
 
 }  // namespace crackle::dynamics

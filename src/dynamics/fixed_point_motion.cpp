@@ -472,9 +472,9 @@ private:
     const auto& residual_stiffness = context_.body->residual_stiffness();
     const auto nodes = force_.nodes();
     const auto acting = residual_stiffness.acting();
-    for (auto one = std::ranges::lower_bound(acting, static_cast<std::int32_t>(first)); one != acting.end();
-         ++one) {
-      const auto c = index(*one);
+    for (auto contact = std::ranges::lower_bound(acting, static_cast<std::int32_t>(first));
+         contact != acting.end(); ++contact) {
+      const auto c = index(*contact);
       const mechanics::CutContact& cut = residual_stiffness.cut_contact(c);
       const std::array<Vector, 4> displacement = corner_displacements(cut.corners);
       if (context_.body->initial_strain().is_none() && cut.opening(displacement) > mechanics::surely_open)

@@ -25,7 +25,6 @@
 #include <cmath>
 #include <exception>
 #include <iterator>
-#include <ranges>
 #include <unordered_map>
 #include <utility>
 
@@ -528,10 +527,12 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
     state = std::move(reached);
     if (on_equilibrium) on_equilibrium(state);
     if (next.number >= 0) return {};
-    const auto way = [](const ToolState& tool) { return norm(tool.displacement); };
-    if (!state.tools.empty() &&
-        std::ranges::max(state.tools | std::views::transform(way)) > tool_way * extent_)
-      return n_events_ > 0 ? QuasiStaticEnd::separated : QuasiStaticEnd::no_load;
+    const auto has_left = [&](const ToolState& tool) { return norm(tool.displacement) > tool_way * extent_; };
+    const auto is_growing = [&](const UnitLoad& load) {
+      return load.kind != UnitLoad::Kind::other && load.grows_after(time_);
+    };
+    if (std::ranges::any_of(state.tools, has_left) && std::ranges::none_of(unit_loads_, is_growing))
+      return QuasiStaticEnd::no_load;
     if (!is_linear_) continue;
     group_->enter("static solve");
     solve_missing_problems({});

@@ -279,7 +279,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
     }
     (share < 1 ? start : end) = current();
     (share < 1 ? from : to) = time_;
-    if (!(to > from)) return next;  // where the path ends, as a tool's force finds no equilibrium beyond
+    if (!(to > from)) return next;  // the path jumps: a tool's force has no equilibrium close by
   }
 }
 

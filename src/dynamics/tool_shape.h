@@ -15,7 +15,7 @@ struct ToolSurface {
 /// @param p point in the tool's frame: relative to the tool's point `at` [m]
 ToolSurface surface_from(const input::Tool& tool, const Vector& p);
 
-/// The largest area on which a tool touches a flat body, however deep; infinite for a plane or an endless
+/// The largest section of a tool along its sides; infinite for a plane or an endless
 /// cylinder [m^2].
 double largest_section(const input::Tool& tool);
 

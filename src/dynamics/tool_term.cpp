@@ -82,23 +82,25 @@ ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>&
 }
 
 void ToolTerm::soften_light_tools() {
-  const std::vector<double> areas = surface_areas(context_.body->subdomain());
-  double pressure = 0, largest = 0;
+  if (std::ranges::none_of(*tools_, &input::Tool::has_mass)) return;
+  const parallel::Communicator& group = *context_.group;
+  const auto areas = parallel::agree(group, [&] { return surface_areas(context_.body->subdomain()); });
+  double per_area = 0, largest_area = 0;
   for (std::size_t n = 0; n < areas.size(); ++n)
     if (areas[n] > 0) {
-      pressure = std::max(pressure, stiffness_[n] / areas[n]);
-      largest = std::max(largest, areas[n]);
+      per_area = std::max(per_area, stiffness_[n] / areas[n]);
+      largest_area = std::max(largest_area, areas[n]);
     }
-  pressure = parallel::largest_of_all(*context_.group, pressure);
-  largest = parallel::largest_of_all(*context_.group, largest);
-  const double half_body = 0.5 * parallel::exact_sum(*context_.group, areas);
+  per_area = parallel::largest_of_all(group, per_area);
+  largest_area = parallel::largest_of_all(group, largest_area);
+  const double half_surface = 0.5 * parallel::exact_sum(group, areas);
   for (std::size_t t = 0; t < tools_->size(); ++t) {
     const input::Tool& tool = (*tools_)[t];
     // The nodes that it touches stand for its section and half a spacing around it.
-    const double around = std::pow(std::sqrt(largest_section(tool)) + std::sqrt(largest), 2);
-    const double most = pressure * std::min(half_body, around);
+    const double around = std::pow(std::sqrt(largest_section(tool)) + std::sqrt(largest_area), 2);
+    const double stiffness = per_area * std::min(half_surface, around);
     if (tool.has_mass())
-      moving_[t].share = std::min(1.0, mass_share * context_.contact.rate * tool.mass / most);
+      moving_[t].stiffness_share = std::min(1.0, mass_share * context_.contact.rate * tool.mass / stiffness);
   }
 }
 
@@ -204,9 +206,7 @@ void ToolTerm::for_touches(double time, std::span<const double> displacement, do
 const Vector* ToolTerm::anchor_of(std::size_t tool, std::int32_t node) const {
   if (moving_[tool].friction == 0) return nullptr;
   if (is_moving_) {
-    const auto found = std::ranges::lower_bound(contacts_, std::pair{node, tool}, {}, [](const Contact& one) {
-      return std::pair{one.node, one.tool};
-    });
+    const auto found = std::ranges::lower_bound(contacts_, std::pair{node, tool}, {}, &Contact::place);
     const bool is_there = found != contacts_.end() && found->node == node && found->tool == tool;
     return is_there && found->anchor ? &*found->anchor : nullptr;
   }
@@ -229,18 +229,18 @@ void ToolTerm::start(double time, const MotionState&) {
       const double held = 0.5 * stiffness(t, node) * dot(spring.stretch, spring.stretch);
       contacts_.push_back({.node = node, .tool = t, .taken = held, .held = held, .anchor = spring.anchor});
     }
+  std::ranges::sort(contacts_, {}, &Contact::place);
 }
 
 void ToolTerm::find_contacts(double time, const MovingNodes& nodes, double margin) {
-  const auto place_of = [](const Contact& one) { return std::pair{one.node, one.tool}; };
   std::vector<Contact> kept;
   std::ranges::copy_if(contacts_, std::back_inserter(kept), &Contact::has_touched);
-  std::ranges::sort(kept, {}, place_of);
+  std::ranges::sort(kept, {}, &Contact::place);
   contacts_.clear();
   auto next = kept.begin();
   for (std::int32_t n = 0; index(n) < driven_.size(); ++n)
     for (std::size_t t = 0; t < tools_->size(); ++t) {
-      if (next != kept.end() && place_of(*next) == std::pair{n, t})
+      if (next != kept.end() && next->place() == std::pair{n, t})
         contacts_.push_back(*next++);
       else if (touch(t, n, nodes.whole_displacement(n), displacement_at(t, time)).depth > -margin)
         contacts_.push_back({.node = n, .tool = t});
@@ -604,6 +604,7 @@ void ToolTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
     time_ = std::bit_cast<double>(tool[6]);
     moving_[t].work = std::bit_cast<double>(tool[7]);
   }
+  std::ranges::sort(contacts_, {}, &Contact::place);
   must_find_ = true;
 }
 

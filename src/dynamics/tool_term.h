@@ -47,9 +47,8 @@ class ToolTerm final : public Term {
 public:
   /// Collective. The references must outlive the object.
   /// @param at_rest of each tool; receives what equilibria find
-  /// @throws parallel::AgreedError on every rank when a tool overlaps the body at the start, or does not
-  /// touch
-  ///   it though a force drives it in equilibria
+  /// @throws parallel::AgreedError on every rank when a tool overlaps the body at the start, or when a force
+  ///   drives it in equilibria and it does not touch
   ToolTerm(const MotionContext& context, const std::vector<input::Tool>& tools,
            std::vector<ToolAtRest>& at_rest, std::int32_t nodes_per_block);
 
@@ -110,6 +109,7 @@ private:
     double held = 0;                              // of that in the spring now [J]
     std::optional<Vector> anchor = {};            // relative displacement [m]
     double lost() const { return taken - held; }  // by friction
+    std::pair<std::int32_t, std::size_t> place() const { return {node, tool}; }
     bool has_touched() const {
       return work != 0 || taken != 0 || anchor || remainder != decltype(remainder){};
     }
@@ -117,7 +117,7 @@ private:
   struct Moving {
     std::array<mechanics::LoadCurve, 3> curve;  // of what is prescribed
     double offset = 0;                          // of the surface [m]
-    double share = 1;                           // of the stiffness of contact
+    double stiffness_share = 1;                 // of that of contact with a heavy tool
     double friction = 0;
     Vector displacement{}, velocity{};    // at time_, of one that moves by forces
     double work = 0;                      // on the body, of one with a mass [J]
@@ -135,7 +135,7 @@ private:
   Touch touch(std::size_t tool, std::int32_t node, const Vector& displacement, const Vector& of_tool) const;
   /// Of contact [N/m].
   double stiffness(std::size_t tool, std::int32_t node) const {
-    return moving_[tool].share * stiffness_[index(node)];
+    return moving_[tool].stiffness_share * stiffness_[index(node)];
   }
   /// Force on the node, with friction if it has an anchor [N].
   Vector force(std::size_t tool, std::int32_t node, const Touch& touch, const Vector* anchor) const;
@@ -147,7 +147,7 @@ private:
   template <class Visit>
   void for_touches(double time, std::span<const double> displacement, double gap, const Visit& visit) const;
   const Vector* anchor_of(std::size_t tool, std::int32_t node) const;
-  void soften_light_tools();
+  void soften_light_tools();  // collective
   void find_offsets();
   /// Finds all nodes to which a tool is closer than the margin [m].
   void find_contacts(double time, const MovingNodes& nodes, double margin);

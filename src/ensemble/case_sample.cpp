@@ -56,11 +56,12 @@ SampleAnalysis CaseSample::analyse(const geometry::Realization& realization,
   analysis.surface = cracks::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
   // Lines and trajectories are those of cracks in a plate.
   const bool is_plate = !own_body.outline().empty();
-  if (is_plate)
+  if (is_plate) {
     analysis.branches = cracks::find_branches(own_body, analysis.surface);
-  else
+    analysis.lines = cracks::crack_lines(own_body, analysis.surface, analysis.branches);
+  } else {
     analysis.branches.points = cracks::find_forks(realization, analysis.surface);
-  if (is_plate) analysis.lines = cracks::crack_lines(own_body, analysis.surface, analysis.branches);
+  }
   analysis.crossings = cracks::section_crossings(own_body, analysis.surface, analysis.branches,
                                                  cracks::planes_of(own.sections));
   const auto material = fracture::make_material_field(

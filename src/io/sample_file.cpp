@@ -59,9 +59,9 @@ void write_extents(hid_t cracks, const cracks::CrackSurface& surface) {
   write_column<double>(cracks, "upper", boxes, &geometry::Box::upper, "m", "greatest x, y, z of the crack");
 }
 
-/// @param is_in_space of a body that is not a plate
+/// @param is_solid the body is not a plate
 void write_crack_surface(hid_t file, const cracks::CrackSurface& surface,
-                         const std::vector<std::int32_t>& branch, bool is_in_space) {
+                         const std::vector<std::int32_t>& branch, bool is_solid) {
   using cracks::Crack;
   using cracks::CrackFacet;
   const hdf5::Handle group = hdf5::create_group(file, "crack_surface");
@@ -70,7 +70,7 @@ void write_crack_surface(hid_t file, const cracks::CrackSurface& surface,
   write_column<double>(group, "area", surface.facets, &CrackFacet::area, "m^2");
   write_column<std::int64_t>(group, "tetrahedron", surface.facets, &CrackFacet::tetrahedron);
   write_column<std::int32_t>(group, "crack", surface.facets, &CrackFacet::crack);
-  if (!is_in_space) write_column<std::int32_t>(group, "branch", branch, std::identity());
+  if (!is_solid) write_column<std::int32_t>(group, "branch", branch, std::identity());
   hdf5::label_datasets(group, {"facet", "corner", "component"});
 
   const hdf5::Handle table = hdf5::create_group(group, "cracks");
@@ -80,21 +80,21 @@ void write_crack_surface(hid_t file, const cracks::CrackSurface& surface,
   write_column<double>(table, "area", surface.cracks, &Crack::area, "m^2");
   write_column<double>(table, "first_time", surface.cracks, &Crack::first_time, "s");
   write_column<double>(table, "last_time", surface.cracks, &Crack::last_time, "s");
-  if (is_in_space) write_extents(table, surface);
+  if (is_solid) write_extents(table, surface);
   hdf5::label_datasets(table, {"crack", "component"});
 }
 
-/// @param is_in_space of a body that is not a plate
-void write_branching(hid_t file, const std::vector<cracks::BranchingPoint>& points, bool is_in_space) {
+/// @param is_solid the body is not a plate
+void write_branching(hid_t file, const std::vector<cracks::BranchingPoint>& points, bool is_solid) {
   using cracks::BranchingPoint;
   const hdf5::Handle group = hdf5::create_group(file, "forks");
   const auto place = [](const BranchingPoint& point) { return std::array{point.y, point.z}; };
   write_column<double>(group, "position", points, place, "m",
-                       is_in_space ? "y, z of the line in which the sheets meet, its mean"
-                                   : "y, z where the gap between the branches begins");
+                       is_solid ? "y, z of the line in which the sheets meet, its mean"
+                                : "y, z where the gap between the branches begins");
   write_column<double>(
       group, "x", points, &BranchingPoint::x, "m",
-      is_in_space ? "likewise" : "middle of the range that the secondary branch spans through the thickness");
+      is_solid ? "likewise" : "middle of the range that the secondary branch spans through the thickness");
   write_column<double>(group, "time", points, &BranchingPoint::time, "s",
                        "when the later branch opened, since the onset of the last dynamic phase");
   write_column<double>(group, "length", points, &BranchingPoint::length, "m",

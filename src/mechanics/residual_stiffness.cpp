@@ -173,6 +173,7 @@ void ResidualStiffness::start_contact(std::size_t i, const Symmetric& strain) {
   cut.slip = 2 * (stretch - along * cut.normal);
   cut.friction = cut.dissipated = 0;
   cut.is_open = cut.is_apart = cut.rests = false;
+  cut.opening_before = 0;
 }
 
 void ResidualStiffness::settle_contact(std::size_t i, const Symmetric& strain) {

@@ -68,6 +68,7 @@ struct CutContact {
     for (std::size_t a = 1; a < 4; ++a) sum += closer[a] * dot(normal, displacement[a] - displacement[0]);
     return sum;
   }
+  /// Strain of the tetrahedron, the initial one included. @param displacement of the corners [m]
   Symmetric strain(const std::array<Vector, 4>& displacement) const;
 };
 
@@ -131,7 +132,7 @@ public:
   const CutContact& cut_contact(std::size_t i) const { return cuts_[i]; }
   /// Numbers of the contacts that may act, ascending: all new ones, and those that did at find_acting().
   std::span<const std::int32_t> acting() const { return acting_; }
-  void find_acting();
+  void find_acting();  ///< call after is_apart or rests have changed
   /// Stress of contact number i at a strain of its tetrahedron [Pa]; 0 while it is open.
   Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
   double contact_energy(std::size_t i, const Symmetric& strain) const;  ///< likewise [J]

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random tools at small bodies, half of them damaged: each input runs and its energy account closes, or it is refused by lines with
+"""Random tools at small bodies, half of them damaged: each input runs and, from rest, its energy account closes, or it is refused by lines with
 exit status 1 and nothing is written, or its sample fails for a reason that lies in the input.
 
 More of them: tests/cli/test_tools.py --program build/bin/crackle --number 1000 [--first N]
