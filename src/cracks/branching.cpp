@@ -3,6 +3,7 @@
 
 #include "common/disjoint_sets.h"
 #include "common/index.h"
+#include "common/median.h"
 
 #include "crack_graph.h"
 #include "polyline.h"
@@ -448,9 +449,7 @@ private:
   double median_time(const Indices& facets) const {
     std::vector<double> times;
     for (const std::size_t i : facets) times.push_back(surface_.facets[i].time);
-    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-    std::nth_element(times.begin(), middle, times.end());
-    return *middle;
+    return median(std::move(times));
   }
 
   /// The branch to which most of these facets have been assigned so far.

@@ -3,6 +3,7 @@
 
 #include "common/disjoint_sets.h"
 #include "common/index.h"
+#include "common/median.h"
 #include "common/real.h"
 #include "common/vector.h"
 #include "fracture/release.h"
@@ -47,12 +48,6 @@ constexpr double clear_course = 0.2;       // see course()
 constexpr std::size_t least_balls = 2;     // that show a fork
 
 constexpr double never = infinity;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 /// Lists of numbers, one for each of n owners.
 template <class Entry>
@@ -233,7 +228,7 @@ private:
     return sum / static_cast<double>(at(node).size());
   }
 
-  /// Of each cell of grids that suit the spacing the tetrahedron that broke first.
+  /// Takes the tetrahedron that broke first in each cell of grids that suit the spacing.
   void choose_centres(const Realization& mesh, const CrackSurface& surface) {
     std::set<std::tuple<int, std::int64_t, std::int64_t, std::int64_t>> taken;
     std::int64_t last = -1;
@@ -447,8 +442,7 @@ private:
     return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
   }
 
-  /// Of the two branches with the least angle between them. It is that of their planes, on the side to which
-  /// they leave.
+  /// Measures the two branches with the least angle between their planes, on the side to which they leave.
   void measure(Sight& sight) const {
     sight.angle = never;
     std::vector<std::pair<const Sheet*, Eigen::Vector3d>> branches;

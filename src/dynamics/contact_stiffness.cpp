@@ -2,6 +2,7 @@
 #include "dynamics/contact_stiffness.h"
 
 #include "common/index.h"
+#include "common/median.h"
 #include "common/real.h"
 #include "common/vector.h"
 #include "dynamics/stable_step.h"
@@ -42,10 +43,8 @@ std::vector<double> tool_stiffness(const parallel::Communicator& group, const ge
   std::vector<double> ratios;
   for (std::size_t n = 0; n < mass.size(); ++n)
     if (surface[n] > 0) ratios.push_back(mass[n] / surface[n]);
-  auto all = parallel::gather_all<double>(group, ratios);
-  const auto middle = all.begin() + std::ssize(all) / 2;
-  std::ranges::nth_element(all, middle);
-  const double pressure = tool_factor * scale.rate * *middle;  // per depth, the same everywhere
+  // Per depth, the same everywhere.
+  const double pressure = tool_factor * scale.rate * median(parallel::gather_all<double>(group, ratios));
   std::vector<double> stiffness(mass.size());
   for (std::size_t n = 0; n < mass.size(); ++n) {
     // A node inside the body stands for the side of a cube of its volume.

@@ -28,7 +28,7 @@ constexpr double least_margin = 0.02;
 constexpr double largest_margin = 0.5;
 /// Nodes may move this many times faster from one look to the next than at the look.
 constexpr double largest_speedup = 2;
-/// It keeps its face up to this far.
+/// A node keeps its face up to this far beyond the edges, see found_beyond.
 constexpr double kept_beyond = 0.1;
 /// Springs act from both sides of a contact, and pull on nodes of both: with this share of what a node's mass
 /// allows, all together raise no squared frequency by more than that.
@@ -61,11 +61,12 @@ void ContactTerm::start(double, const MotionState& state) {
   const auto u = state.displacement.local();
   for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
     const std::int32_t t = stiffness.contacts()[i];
+    const auto& corners = stiffness.cut_contact(i).corners;
     std::array<Vector, 4> displacement{};
     bool has_moved = false;
     for (std::size_t a = 0; a < 4; ++a)
       for (std::size_t k = 0; k < 3; ++k) {
-        displacement[a][k] = u[index(context_.body->subdomain().tetrahedra[index(t)][a], k)];
+        displacement[a][k] = u[index(corners[a], k)];
         has_moved = has_moved || displacement[a][k] != 0;
       }
     stiffness.start_contact(i, has_moved ? cut_strain(i, displacement) : mechanics::Symmetric{});

@@ -393,7 +393,7 @@ private:
     return context_.body->initial_strain().elastic(number, mechanics::strain(t, u));
   }
 
-  /// Of corners, relative to the first.
+  /// Displacements of corners relative to the first [m].
   std::array<Vector, 4> corner_displacements(const geometry::Tetrahedron& corners) const {
     std::array<Vector, 4> displacements{};
     for (std::size_t i = 0; i < 3; ++i) {

@@ -225,7 +225,7 @@ void ToolTerm::start(double time, const MotionState&) {
                         0);
   for (std::size_t t = 0; t < tools_->size(); ++t)
     for (const auto& [node, spring] : (*at_rest_)[t].springs) {
-      // What the spring holds has been taken before.
+      // It has taken before what its spring holds.
       const double held = 0.5 * stiffness(t, node) * dot(spring.stretch, spring.stretch);
       contacts_.push_back({.node = node, .tool = t, .taken = held, .held = held, .anchor = spring.anchor});
     }

@@ -133,7 +133,7 @@ private:
   Vector displacement_at(std::size_t tool, double time) const;
   Vector velocity_at(std::size_t tool, double time, const mechanics::StepSpan* step) const;
   Touch touch(std::size_t tool, std::int32_t node, const Vector& displacement, const Vector& of_tool) const;
-  /// Of contact [N/m].
+  /// Stiffness of contact [N/m].
   double stiffness(std::size_t tool, std::int32_t node) const {
     return moving_[tool].stiffness_share * stiffness_[index(node)];
   }
