@@ -125,10 +125,11 @@ bool AveragedBreakingCheck::reaches(double share, std::int32_t centre, double fa
 }
 
 const mechanics::Symmetric& AveragedBreakingCheck::stress(std::int32_t tetrahedron, int n_steps) {
-  return stresses_[index(n_steps)].get(tetrahedron, [&](std::int32_t t) {
+  const auto compute = [&](std::int32_t t) {
     return context_->body->intact_stress(
         t, n_steps == 0 ? motion_->strain(t) : motion_->strain_before(t, n_steps));
-  });
+  };
+  return stresses_[index(n_steps)].get(tetrahedron, compute).stress;
 }
 
 }  // namespace crackle::dynamics

@@ -7,7 +7,9 @@
 #include "parallel/collectives.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace crackle::dynamics {
@@ -46,21 +48,34 @@ struct Surface {
   std::vector<std::uint8_t> is_on;  // of each owned node: 1 for those of a face or a broken tetrahedron
 };
 
+/// The faces of each local tetrahedron without an unbroken neighbour: bit k is that opposite corner k.
+std::vector<std::uint8_t> open_faces(const fracture::BreakableBody& body) {
+  const auto& neighbours = body.face_neighbours();
+  std::vector<std::uint8_t> open(neighbours.size(), 0);
+  const auto add = [&](std::size_t t, std::size_t c) {
+    open[t] = static_cast<std::uint8_t>(open[t] | 1U << c);
+  };
+  for (std::size_t t = 0; t < neighbours.size(); ++t)
+    for (std::size_t c = 0; c < 4; ++c)
+      if (neighbours[t][c] < 0) add(t, c);
+  for (const std::int32_t broken : body.broken_tetrahedra())
+    for (const std::int32_t other : neighbours[index(broken)])
+      for (std::size_t c = 0; other >= 0 && c < 4; ++c)
+        if (neighbours[index(other)][c] == broken) add(index(other), c);
+  return open;
+}
+
 Surface find_surface(const fracture::BreakableBody& body, std::span<const Vector> displacement) {
   const geometry::Subdomain& part = body.subdomain();
-  const auto& neighbours = body.face_neighbours();
   Surface surface{{}, std::vector<std::uint8_t>(part.nodes.size(), 0)};
+  const auto all_open = open_faces(body);
+  for (const std::int32_t broken : body.broken_tetrahedra())
+    for (const auto node : part.tetrahedra[index(broken)]) surface.is_on[index(node)] = 1;
   for (std::size_t t = 0; t < part.tetrahedra.size(); ++t) {
+    const std::uint8_t open = all_open[t];
+    if (open == 0 || body.is_broken(static_cast<std::int32_t>(t))) continue;
     const geometry::Tetrahedron& corners = part.tetrahedra[t];
-    if (body.is_broken(static_cast<std::int32_t>(t))) {
-      for (const auto node : corners) surface.is_on[index(node)] = 1;
-      continue;
-    }
-    std::int64_t open = 0;
-    for (std::size_t c = 0; c < 4; ++c)
-      if (const auto other = neighbours[t][c]; other < 0 || body.is_broken(other))
-        open |= std::int64_t{1} << c;
-    for (std::size_t c = 0; open != 0 && c < 4; ++c) {
+    for (std::size_t c = 0; c < 4; ++c) {
       if (((open >> c) & 1) == 0) continue;
       const auto& [i, j, k] = face_corners[c];
       const std::array<std::int32_t, 4> nodes{corners[i], corners[j], corners[k], corners[c]};
@@ -110,52 +125,51 @@ void complete(std::vector<SurfaceFace>& faces) {
   }
 }
 
-geometry::Box box_of(const SurfaceFace& face) {
+geometry::Box box_of(const std::array<Vector, 3>& face) {
   geometry::Box box = geometry::nowhere;
-  for (const Vector& corner : face.now) box.include(corner);
+  for (const Vector& corner : face) box.include(corner);
   return box;
 }
 
-/// A grid of cubes that lists the faces near each of them.
-class FaceGrid {
+/// Points in a grid of cubes.
+class PointGrid {
 public:
-  FaceGrid(std::span<const SurfaceFace> faces, double margin) : faces_(faces), margin_(margin) {
-    double sum = 0;
-    for (const SurfaceFace& face : faces) {
-      geometry::Box& box = boxes_.emplace_back(box_of(face));
-      sum += std::ranges::max(box.upper - box.lower);
-      for (std::size_t i = 0; i < 3; ++i) {
-        box.lower[i] -= reach(face);
-        box.upper[i] += reach(face);
-      }
+  PointGrid(std::span<const Vector> points, double size)
+      : size_(size), first_(2 * std::bit_ceil(points.size() + 1) + 1, 0) {
+    const auto key_of = [this](const Vector& x) { return key(cell(x[0]), cell(x[1]), cell(x[2])); };
+    for (const Vector& x : points) ++first_[bucket(key_of(x)) + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    entries_.resize(points.size());
+    auto next = first_;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const std::uint64_t place = key_of(points[i]);
+      entries_[next[bucket(place)]++] = {place, points[i], i};
     }
-    // Larger cells list more faces, smaller ones list each face more often.
-    size_ = 3 * margin + (faces.empty() ? 0 : 1.5 * sum / static_cast<double>(faces.size()));
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-      std::array<std::int64_t, 3> low{}, high{};
-      for (std::size_t i = 0; i < 3; ++i) {
-        low[i] = cell(boxes_[f].lower[i]);
-        high[i] = cell(boxes_[f].upper[i]);
-      }
-      for (std::int64_t x = low[0]; x <= high[0]; ++x)
-        for (std::int64_t y = low[1]; y <= high[1]; ++y)
-          for (std::int64_t z = low[2]; z <= high[2]; ++z) entries_.push_back({key(x, y, z), f});
-    }
-    std::ranges::sort(entries_);
   }
 
-  /// Calls a function for all faces whose box a point is in.
+  /// Calls a function for all points in a box.
   template <class Visit>
-  void near(const Vector& x, const Visit& visit) const {
-    const auto place = key(cell(x[0]), cell(x[1]), cell(x[2]));
-    for (auto entry = std::ranges::lower_bound(entries_, std::pair<std::uint64_t, std::size_t>{place, 0});
-         entry != entries_.end() && entry->first == place; ++entry)
-      if (boxes_[entry->second].contains(x)) visit(faces_[entry->second]);
+  void for_points(const geometry::Box& box, const Visit& visit) const {
+    std::array<std::int64_t, 3> low{}, high{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      low[i] = cell(box.lower[i]);
+      high[i] = cell(box.upper[i]);
+    }
+    for (std::int64_t x = low[0]; x <= high[0]; ++x)
+      for (std::int64_t y = low[1]; y <= high[1]; ++y)
+        for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+          const std::uint64_t place = key(x, y, z);
+          for (std::size_t e = first_[bucket(place)]; e < first_[bucket(place) + 1]; ++e)
+            if (entries_[e].cell == place && box.contains(entries_[e].x)) visit(entries_[e].point);
+        }
   }
-
-  double reach(const SurfaceFace& face) const { return margin_ + face.pair.depth; }
 
 private:
+  struct Entry {
+    std::uint64_t cell;
+    Vector x;
+    std::size_t point;
+  };
   std::int64_t cell(double x) const { return static_cast<std::int64_t>(std::floor(x / size_)); }
   /// 21 bits of each number: cells that share a key by accident cost time only.
   static std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -163,15 +177,30 @@ private:
     const auto part = [](std::int64_t i) { return static_cast<std::uint64_t>(i) & digits; };
     return part(x) << 42U | part(y) << 21U | part(z);
   }
+  /// By the high digits of a product with the golden ratio, which scatter.
+  std::size_t bucket(std::uint64_t cell) const {
+    return static_cast<std::size_t>(cell * 0x9e3779b97f4a7c15U >> 32U) & (first_.size() - 2);
+  }
 
-  std::span<const SurfaceFace> faces_;
-  double margin_;
-  std::vector<geometry::Box> boxes_;  // of the faces and all that is within their reach
   double size_;
-  std::vector<std::pair<std::uint64_t, std::size_t>> entries_;
+  std::vector<std::size_t> first_;  // entry of each bucket, and their number
+  std::vector<Entry> entries_;      // by buckets
 };
 
 }  // namespace
+
+double contact_gap(const Vector& node, const std::array<Vector, 3>& face, const Vector& normal,
+                   double depth) {
+  // The node has to pass the face's plane, or its edges.
+  const double height = dot(normal, node - face[0]);
+  double gap = std::max(height, -height - depth);
+  const geometry::Box box = box_of(face);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double beyond = 2 * found_beyond * (box.upper[i] - box.lower[i]);
+    gap = std::max({gap, box.lower[i] - node[i] - beyond, node[i] - box.upper[i] - beyond});
+  }
+  return gap;
+}
 
 std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
                                             const fracture::BreakableBody& body,
@@ -181,33 +210,42 @@ std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
   auto faces = parallel::gather_all<SurfaceFace>(group, mine.faces);
   const auto pairs = parallel::agree(group, [&] {
     complete(faces);
-    const FaceGrid grid(faces, margin);
-    std::vector<ContactPair> found;
+    std::vector<std::int32_t> nodes;
+    std::vector<Vector> places;
     for (std::int32_t n = 0; n < part.layout.n_owned; ++n) {
       if (mine.is_on[index(n)] == 0) continue;
-      const Vector& start = part.nodes[index(n)];
-      const Vector now = start + displacement[index(n)];
-      const std::int64_t number = part.layout.number[index(n)];
-      grid.near(now, [&](const SurfaceFace& face) {
-        const double reach = grid.reach(face);
+      nodes.push_back(n);
+      places.push_back(part.nodes[index(n)] + displacement[index(n)]);
+    }
+    std::vector<geometry::Box> boxes;
+    double sum = 0;
+    for (const SurfaceFace& face : faces) {
+      geometry::Box& box = boxes.emplace_back(box_of(face.now));
+      const double reach = margin + face.pair.depth;
+      for (std::size_t i = 0; i < 3; ++i) {
+        box.lower[i] -= reach;
+        box.upper[i] += reach;
+      }
+      sum += std::ranges::max(box.upper - box.lower);
+    }
+    // Larger cells hold more points, smaller ones are more to look into.
+    const PointGrid grid(places, faces.empty() ? 1 : 0.8 * sum / static_cast<double>(faces.size()));
+    std::vector<ContactPair> found;
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      const SurfaceFace& face = faces[f];
+      grid.for_points(boxes[f], [&](std::size_t point) {
+        const Vector &start = part.nodes[index(nodes[point])], &now = places[point];
+        const std::int64_t number = part.layout.number[index(nodes[point])];
         if (std::ranges::find(face.pair.corners, number) != face.pair.corners.end()) return;
-        const double height = dot(face.normal, now - face.now[0]);
-        // Also false for a face without an area.
-        if (!(height < margin && height > -reach)) return;
         const Vector off = start - face.at_start[0];
         if (norm(off) < neighbourhood * face.longest &&
             dot(face.normal_at_start, off) <= in_front * face.longest)
           return;
         ContactPair pair = face.pair;
         pair.node = number;
-        // Before they may touch, the node has to pass the face's plane, or its edges.
-        pair.gap = std::max(height, -height - face.pair.depth);
-        const geometry::Box box = box_of(face);
-        for (std::size_t i = 0; i < 3; ++i) {
-          const double beyond = 2 * found_beyond * (box.upper[i] - box.lower[i]);
-          pair.gap = std::max({pair.gap, box.lower[i] - now[i] - beyond, now[i] - box.upper[i] - beyond});
-        }
-        found.push_back(pair);
+        pair.gap = contact_gap(now, face.now, face.normal, face.pair.depth);
+        // Also false for a face without an area.
+        if (pair.gap < margin) found.push_back(pair);
       });
     }
     return found;

@@ -170,7 +170,8 @@ void ContactTerm::add_meeting(std::span<const ContactPair> pairs, const auto& no
   meeting.node = place_of(node.number);
   meeting.contact = node.contact;
   meeting.first = candidates_.size();
-  meeting.gap = std::ranges::min(pairs, {}, &ContactPair::gap).gap;
+  const auto gap = known_gaps_.find(node.number);
+  meeting.gap = gap == known_gaps_.end() ? std::ranges::min(pairs, {}, &ContactPair::gap).gap : gap->second;
   bool is_kept = false;
   for (const ContactPair& pair : pairs) {
     if (pair.face == node.contact.face) {
@@ -246,6 +247,7 @@ void ContactTerm::connect() {
         dissipated_[index(std::ranges::lower_bound(owned, one) - owned.begin())] += contact.energy;
       }
     known_.clear();
+    known_gaps_.clear();
     // As many as there may be, so that later looks need no memory.
     awake_.reserve(meetings_.size());
     awake_corners_.reserve(corners_.size());
@@ -278,6 +280,32 @@ void ContactTerm::find_awake() {
     for (std::size_t c = meeting.first; c < meeting.last; ++c)
       std::ranges::for_each(candidates_[c].corners, wake);
   }
+}
+
+/// Between a node and its candidates now [m].
+double ContactTerm::gap(const Meeting& meeting) const {
+  double least = infinity;
+  for (std::size_t c = meeting.first; c < meeting.last; ++c) {
+    const Candidate& candidate = candidates_[c];
+    std::array<Vector, 3> face{};
+    for (std::size_t a = 0; a < 3; ++a) face[a] = corners_[candidate.corners[a]].now;
+    const Vector area = cross(face[1] - face[0], face[2] - face[0]);
+    const double twice = norm(area);
+    const Vector normal = area / (twice > 0 ? twice : 1);
+    least = std::min(least, contact_gap(corners_[meeting.node].now, face, normal, candidate.depth));
+  }
+  return least;
+}
+
+/// Measures the gaps again that are too small for the meeting to sleep, as far as is known.
+void ContactTerm::find_gaps(const MovingNodes& nodes) {
+  find_awake();
+  for (const std::size_t corner : awake_corners_) place(corner, nodes);
+  for (const std::size_t m : awake_) {
+    Meeting& meeting = meetings_[m];
+    if (meeting.contact.face < 0) meeting.gap = std::max(meeting.gap, gap(meeting) + 2 * moved_);
+  }
+  find_awake();
 }
 
 /// Gets the current displacements of nodes of other ranks. Collective.
@@ -339,7 +367,7 @@ ContactTerm::Force ContactTerm::force(const Meeting& meeting) const {
 }
 
 void ContactTerm::add_forces(MovingNodes& nodes) {
-  if (scale_.rate == 0 || pairs_.empty()) return;
+  if (!touches_) return;
   if (!is_connected_) connect();
   receive(nodes);
   for (const std::size_t m : awake_) {
@@ -465,8 +493,12 @@ void ContactTerm::end_step(const mechanics::StepSpan&, MovingNodes& nodes, const
     if (!is_connected_) connect();
     receive(nodes);
     for (const std::size_t corner : awake_corners_) place(corner, nodes);
-    for (const std::size_t m : awake_)
+    bool touches = false;
+    for (const std::size_t m : awake_) {
       if (is_awake(meetings_[m])) settle(meetings_[m]);
+      touches = touches || meetings_[m].contact.face >= 0;
+    }
+    touches_ = parallel::any_of_all(*context_.group, touches);
   }
   if (n_steps_ % steps_per_look == 1) search(nodes);
 }
@@ -484,7 +516,7 @@ void ContactTerm::search(MovingNodes& nodes) {
   if (!are_found) moved_ = 0;
   reach_ = 2 * (moved_ + largest_speedup * steps_per_look * farthest);
   if (are_found) {
-    find_awake();
+    find_gaps(nodes);
     return;
   }
   margin_ =
@@ -525,13 +557,14 @@ void ContactTerm::add_lost_at_rest(const parallel::NodeField& displacement, std:
 std::vector<parallel::NumberedRows> ContactTerm::save() const {
   const parallel::Communicator& group = *context_.group;
   const geometry::Subdomain& part = context_.body->subdomain();
-  parallel::NumberedRows course, pairs, contacts, dissipated, cuts;
+  parallel::NumberedRows course, pairs, contacts, dissipated, cuts, gaps;
   course.width = 4;
   pairs.width = 9;
   contacts.width = cuts.width = 8;
   if (group.is_root()) {
     course.numbers = {0};
     course.values = {n_steps_, as_word(margin_), as_word(moved_), as_word(reach_)};
+    for (const auto& [one, gap] : known_gaps_) gaps.add(one, gap);
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
       const ContactPair& pair = pairs_[p];
       pairs.numbers.push_back(static_cast<std::int64_t>(p));
@@ -547,8 +580,11 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
                             as_word(contact.stick[0]), as_word(contact.stick[1]), as_word(contact.stick[2]),
                             as_word(contact.friction), as_word(contact.energy)});
   };
-  for (const Meeting& meeting : meetings_)
-    if (meeting.contact.face >= 0 && is_mine(meeting)) add(corners_[meeting.node].number, meeting.contact);
+  for (const Meeting& meeting : meetings_) {
+    if (!is_mine(meeting)) continue;
+    gaps.add(corners_[meeting.node].number, meeting.gap);
+    if (meeting.contact.face >= 0) add(corners_[meeting.node].number, meeting.contact);
+  }
   for (const auto& [one, contact] : known_) add(one, contact);
   for (std::size_t n = 0; n < dissipated_.size(); ++n)
     if (dissipated_[n] != 0) dissipated.add(part.layout.number[n], dissipated_[n]);
@@ -565,14 +601,14 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
          (cut.rests ? 4 : 0) + (cut.is_apart ? 2 : 0) + (cut.is_open ? 1 : 0)});
   }
   std::vector<parallel::NumberedRows> rows;
-  for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &cuts})
+  for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &cuts, &gaps})
     rows.push_back(parallel::gather_rows(group, *table));
   return rows;
 }
 
 void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
   const geometry::Subdomain& part = context_.body->subdomain();
-  if (rows.size() != 5 || rows[0].values.size() != 4)
+  if (rows.size() != 6 || rows[0].values.size() != 4)
     throw std::runtime_error("the checkpoint has another kind of contact");
   n_steps_ = rows[0].values[0];
   margin_ = as_number(rows[0].values[1]);
@@ -584,7 +620,10 @@ void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
     pairs_.push_back({v[0], v[1], {v[2], v[3], v[4], v[5]}, v[6], as_number(v[7]), as_number(v[8])});
   }
   known_.clear();
+  known_gaps_.clear();
+  for (const std::int64_t one : rows[5].numbers) known_gaps_.emplace(one, rows[5].number_at(one));
   is_connected_ = false;
+  touches_ = !pairs_.empty();
   for (std::size_t n = 0; n < dissipated_.size(); ++n) {
     const std::int64_t one = part.layout.number[n];
     dissipated_[n] = rows[3].number_at(one);

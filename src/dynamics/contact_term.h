@@ -40,7 +40,7 @@ public:
   ContactTerm& operator=(const ContactTerm&) = delete;
 
   void start(double time, const MotionState& state) override;
-  bool couples_nodes() const override { return !pairs_.empty(); }
+  bool couples_nodes() const override { return touches_; }
   void add_forces(MovingNodes& nodes) override;
   void end_step(const mechanics::StepSpan& step, MovingNodes& nodes, const Drives& drives) override;
 
@@ -83,7 +83,7 @@ private:
   struct Meeting {
     std::size_t node;           // place in corners_
     std::size_t first, last;    // of its candidates
-    double gap = 0;             // between it and these at the search, at least [m]
+    double gap = 0;             // by which all must move between the search and a contact, at least [m]
     std::size_t candidate = 0;  // of its contact
     Contact contact;
   };
@@ -119,6 +119,8 @@ private:
   void place(std::size_t corner, const MovingNodes& nodes);
   bool is_awake(const Meeting& meeting) const;
   void find_awake();
+  double gap(const Meeting& meeting) const;
+  void find_gaps(const MovingNodes& nodes);
   void search(MovingNodes& nodes);
   Position position(const Meeting& meeting, const Candidate& candidate) const;
   /// The barycentric coordinates of a point in the plane of a face. @param on_face any position relative to
@@ -137,11 +139,13 @@ private:
   MotionContext context_;
   ContactScale scale_;
   bool cuts_acted_before_ = true;
-  std::vector<double> dissipated_;                   // at owned nodes [J]
-  std::vector<Vector> work_;                         // of local nodes
-  std::vector<ContactPair> pairs_;                   // of all ranks
-  std::unordered_map<std::int64_t, Contact> known_;  // of owned nodes, until they are connected
+  std::vector<double> dissipated_;                       // at owned nodes [J]
+  std::vector<Vector> work_;                             // of local nodes
+  std::vector<ContactPair> pairs_;                       // of all ranks
+  std::unordered_map<std::int64_t, Contact> known_;      // of owned nodes, until they are connected
+  std::unordered_map<std::int64_t, double> known_gaps_;  // of nodes of the pairs, likewise
   bool is_connected_ = false;
+  bool touches_ = false;  // a node of any rank has contact
   std::vector<Corner> corners_;
   std::vector<Candidate> candidates_;
   std::vector<Meeting> meetings_;

@@ -81,6 +81,7 @@ public:
     substeps_.reserve(max_substeps);
     next_force_.reserve(max_substeps);
     next_update_.reserve(max_substeps);
+    next_cut_.reserve(max_substeps);
   }
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
@@ -90,8 +91,9 @@ public:
     substeps_of(stages, time_step, time, force_is_current_, substeps_);
     const std::span<const Substep> substeps = substeps_;
     if (force_is_current_ && !substeps.front().has_kick) clear_forces();
-    // Contact is not part of the edge sweep, so it needs whole substeps.
-    if (!context_.body->residual_stiffness().contacts().empty() || terms_.couple_nodes()) {
+    find_cuts();
+    // Nodes that others of any block act on need whole substeps.
+    if (terms_.couple_nodes()) {
       for (const Substep& substep : substeps) run_substep(substep);
     } else {
       for (std::size_t first = 0, last = 0; first < substeps.size(); first = last) {
@@ -419,15 +421,30 @@ private:
     auto& next_update = next_update_;
     next_force.assign(substeps.size(), 0);
     next_update.assign(substeps.size(), 0);
+    next_cut_.assign(substeps.size(), 0);
     for (std::size_t r = 0; r < substeps.size(); ++r)
-      if (!substeps[r].has_force) next_force[r] = n;
-    const auto is_ready = [&](std::size_t r) {
-      const auto& reach = force_.reach(next_force[r]);
+      if (!substeps[r].has_force) {
+        next_force[r] = n;
+        next_cut_[r] = cuts_.size();
+      }
+    // Nodes up to a block, and ghosts, are where the substep finds them.
+    const auto is_ready = [&](std::size_t r, std::int32_t last_owned, bool has_ghosts) {
       if (r == 0) return true;
-      if (reach.last_owned >= next_update[r - 1]) return false;
+      if (last_owned >= next_update[r - 1]) return false;
       // A block with ghost neighbours has nodes that are ghosts elsewhere, so the previous substep no longer
       // needs the ghosts' former values. The blocks in between are computed while their new values travel.
-      return !reach.has_ghosts || next_update[r - 1] >= std::min(sent_blocks_ + blocks_in_between, n);
+      return !has_ghosts || next_update[r - 1] >= std::min(sent_blocks_ + blocks_in_between, n);
+    };
+    // Adds the forces of cuts to the next block, if it can.
+    const auto add_cuts = [&](std::size_t r) {
+      for (std::size_t& next = next_cut_[r]; next < cuts_.size() && cuts_[next].first_block <= next_update[r];
+           ++next) {
+        const Cut& cut = cuts_[next];
+        if (!is_ready(r, cut.last_block, cut.has_ghosts)) return false;
+        if (cut.has_ghosts) ghosts_.end();
+        add_contact(cut.contact);
+      }
+      return true;
     };
     const auto update = [&](std::size_t r) {
       update_nodes(next_update[r]++, substeps[r]);
@@ -440,12 +457,16 @@ private:
           if (next_update[r] < n_movable) update(r);
           continue;
         }
-        if (next_force[r] < n && is_ready(r)) {
-          if (force_.reach(next_force[r]).has_ghosts) ghosts_.end();
-          force_.add_block(next_force[r]++);
+        if (next_force[r] < n) {
+          const auto& reach = force_.reach(next_force[r]);
+          if (is_ready(r, reach.last_owned, reach.has_ghosts)) {
+            if (reach.has_ghosts) ghosts_.end();
+            force_.add_block(next_force[r]++);
+          }
         }
         while (next_update[r] < n_movable &&
-               (next_force[r] == n || force_.last_contributor(next_update[r]) < next_force[r])) {
+               (next_force[r] == n || force_.last_contributor(next_update[r]) < next_force[r]) &&
+               add_cuts(r)) {
           update(r);
         }
       }
@@ -466,37 +487,63 @@ private:
     if (substep.has_drift) ghosts_.begin();
   }
 
-  /// Adds the contact forces of cuts `first` onwards, tetrahedron by tetrahedron; corner 0 balances the
-  /// others, so that the sum is exactly 0.
+  /// Finds where the sweep meets the cuts whose contact may act.
+  void find_cuts() {
+    const auto& residual_stiffness = context_.body->residual_stiffness();
+    if (std::exchange(cuts_version_, residual_stiffness.acting_version()) ==
+        residual_stiffness.acting_version())
+      return;
+    cuts_.clear();
+    cuts_.reserve(residual_stiffness.contacts().size());
+    for (const std::int32_t contact : residual_stiffness.acting()) {
+      Cut cut{contact, force_.n_blocks(), -1, false};
+      for (const std::int32_t node : residual_stiffness.cut_contact(index(contact)).corners) {
+        if (node >= subdomain_.layout.n_owned) {
+          cut.has_ghosts = true;
+          continue;
+        }
+        cut.first_block = std::min(cut.first_block, force_.block_of(node));
+        cut.last_block = std::max(cut.last_block, force_.block_of(node));
+      }
+      if (cut.last_block >= 0) cuts_.push_back(cut);
+    }
+    std::ranges::sort(cuts_, {}, &Cut::first_block);
+  }
+
+  /// Adds the contact forces of cuts `first` onwards.
   void add_contacts(std::size_t first) {
+    const auto acting = context_.body->residual_stiffness().acting();
+    for (auto contact = std::ranges::lower_bound(acting, static_cast<std::int32_t>(first));
+         contact != acting.end(); ++contact)
+      add_contact(*contact);
+  }
+
+  /// Adds the forces of a cut's contact; corner 0 balances the others, so that the sum is exactly 0.
+  void add_contact(std::int32_t number) {
     const auto& residual_stiffness = context_.body->residual_stiffness();
     const auto nodes = force_.nodes();
-    const auto acting = residual_stiffness.acting();
-    for (auto contact = std::ranges::lower_bound(acting, static_cast<std::int32_t>(first));
-         contact != acting.end(); ++contact) {
-      const auto c = index(*contact);
-      const mechanics::CutContact& cut = residual_stiffness.cut_contact(c);
-      const std::array<Vector, 4> displacement = corner_displacements(cut.corners);
-      if (context_.body->initial_strain().is_none() && cut.opening(displacement) > mechanics::surely_open)
-        continue;
-      const mechanics::Symmetric sigma = residual_stiffness.contact_stress(
-          c, context_.body->initial_strain().elastic(residual_stiffness.contacts()[c],
-                                                     cut.strain(displacement)));
-      if (sigma == mechanics::Symmetric{}) continue;
-      const mechanics::TetrahedronOperator& t = cut.intact;
-      for (std::size_t a = 1; a < 4; ++a) {
-        const auto traction = mechanics::apply(sigma, t.gradient[a]);
-        for (std::size_t i = 0; i < 3; ++i) {
-          const auto force = quantized<Integer>(t.volume * traction[i], scale_.force, forces_are_in_range_);
-          auto& one = nodes[index(cut.corners[a])].force[i];
-          auto& other = nodes[index(cut.corners[0])].force[i];
-          // The sum of several contact forces may overflow even if each of them fits. Forces on ghosts are
-          // never used, and never cleared.
-          if (cut.corners[a] < subdomain_.layout.n_owned && __builtin_add_overflow(one, force, &one))
-            forces_are_in_range_ = false;
-          if (cut.corners[0] < subdomain_.layout.n_owned && __builtin_sub_overflow(other, force, &other))
-            forces_are_in_range_ = false;
-        }
+    const auto c = index(number);
+    const mechanics::CutContact& cut = residual_stiffness.cut_contact(c);
+    const std::array<Vector, 4> displacement = corner_displacements(cut.corners);
+    if (context_.body->initial_strain().is_none() && cut.opening(displacement) > mechanics::surely_open)
+      return;
+    const mechanics::Symmetric sigma = residual_stiffness.contact_stress(
+        c,
+        context_.body->initial_strain().elastic(residual_stiffness.contacts()[c], cut.strain(displacement)));
+    if (sigma == mechanics::Symmetric{}) return;
+    const mechanics::TetrahedronOperator& t = cut.intact;
+    for (std::size_t a = 1; a < 4; ++a) {
+      const auto traction = mechanics::apply(sigma, t.gradient[a]);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto force = quantized<Integer>(t.volume * traction[i], scale_.force, forces_are_in_range_);
+        auto& one = nodes[index(cut.corners[a])].force[i];
+        auto& other = nodes[index(cut.corners[0])].force[i];
+        // The sum of several contact forces may overflow even if each of them fits. Forces on ghosts are
+        // never used, and never cleared.
+        if (cut.corners[a] < subdomain_.layout.n_owned && __builtin_add_overflow(one, force, &one))
+          forces_are_in_range_ = false;
+        if (cut.corners[0] < subdomain_.layout.n_owned && __builtin_sub_overflow(other, force, &other))
+          forces_are_in_range_ = false;
       }
     }
   }
@@ -584,9 +631,18 @@ private:
   // The substeps of the current step; reserved for the longest step, since steps must not allocate.
   std::vector<Substep> substeps_;
   std::vector<std::int32_t> next_force_, next_update_;
+  std::vector<std::size_t> next_cut_;
   bool force_is_current_ = false;
-  std::size_t n_contacts_ = 0;    // included in the nodal forces
-  std::int32_t sent_blocks_ = 1;  // one past the last block with nodes that are ghosts elsewhere
+  std::size_t n_contacts_ = 0;  // included in the nodal forces
+  /// A cut whose contact may act.
+  struct Cut {
+    std::int32_t contact;
+    std::int32_t first_block, last_block;  // of its owned nodes
+    bool has_ghosts;
+  };
+  std::vector<Cut> cuts_;           // by their first blocks
+  std::int64_t cuts_version_ = -1;  // of the acting contacts
+  std::int32_t sent_blocks_ = 1;    // one past the last block with nodes that are ghosts elsewhere
   std::vector<std::uint8_t> frozen_, has_frozen_;  // of local nodes and of blocks; empty if none is
   double frozen_energy_ = 0;                       // of all ranks [J]
   bool force_has_overflown_ = false;

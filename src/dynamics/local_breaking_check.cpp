@@ -19,9 +19,11 @@ LocalBreakingCheck::LocalBreakingCheck(const MotionContext& context, MovingBody&
 
 void LocalBreakingCheck::start() {
   for (auto& stresses : stresses_) stresses.clear();
+  for (auto& stresses : of_nodes_) stresses.clear();
+  breaking_.clear();
   over_.clear();
   for (const auto t : motion_->overloaded())
-    if (own(t, 0) > context_->law->strength(index(t))) over_.push_back(t);
+    if (exceeds(t, 0, context_->law->strength(index(t)))) over_.push_back(t);
 }
 
 std::span<const std::int32_t> LocalBreakingCheck::end_step(std::int64_t) {
@@ -38,10 +40,9 @@ std::span<const std::int32_t> LocalBreakingCheck::end_step(std::int64_t) {
   breaking_.clear();
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     const std::int32_t t = candidates_[i];
-    const double now = own(t, 0);
-    if (breaks(i, now))
+    if (breaks(i))
       breaking_.push_back(t);
-    else if (now > context_->law->strength(index(t)))
+    else if (exceeds(t, 0, context_->law->strength(index(t))))
       over_.push_back(t);
   }
   return breaking_;
@@ -49,8 +50,15 @@ std::span<const std::int32_t> LocalBreakingCheck::end_step(std::int64_t) {
 
 /// A tetrahedron whose stress has dropped was above the strength for part of the step.
 void LocalBreakingCheck::find_candidates() {
-  for (auto& stresses : stresses_) stresses.clear();
-  for (auto& stresses : of_nodes_) stresses.clear();
+  // What was now is a step before, except for means over those that have broken.
+  for (auto* const caches : {&stresses_, &of_nodes_}) {
+    std::ranges::rotate(*caches, caches->end() - 1);
+    if (!caches->empty()) caches->front().clear();
+  }
+  for (auto& means : of_nodes_)
+    for (const auto t : breaking_)
+      for (std::size_t corner = 0; corner < 4; ++corner)
+        if (const std::int32_t patch = means_->patch(t, corner); patch >= 0) means.drop(patch);
   candidates_.clear();
   std::ranges::set_union(over_, motion_->overloaded(), std::back_inserter(candidates_));
 }
@@ -84,36 +92,65 @@ void LocalBreakingCheck::take_over(std::span<const Claim> claims) {
   }
 }
 
-bool LocalBreakingCheck::breaks(std::size_t candidate, double now) {
+bool LocalBreakingCheck::breaks(std::size_t candidate) {
   const std::int32_t t = candidates_[candidate];
   fracture::FractureLaw& law = *context_->law;
-  if (!needs_mean(t)) return law.advance(index(t), own(t, 2), own(t, 1), now);
-  const auto mean = [&](std::size_t n_steps) {
-    return is_shared_[candidate] != 0 ? shared_[candidate][n_steps] : largest_mean(t, n_steps);
+  if (!needs_mean(t)) return law.advance(index(t), own(t, 2), own(t, 1), own(t, 0));
+  const double limit = law.screening_share() * law.strength(index(t));
+  const auto is_below = [&](std::size_t n_steps) {
+    if (!exceeds(t, n_steps, limit)) return true;
+    return is_shared_[candidate] != 0 ? shared_[candidate][n_steps] <= limit
+                                      : !mean_exceeds(t, n_steps, limit);
   };
-  const double after = std::min(now, mean(0)), before = std::min(own(t, 1), mean(1));
-  if (std::max(before, after) <= context_->law->screening_share() * law.strength(index(t))) return false;
-  return law.advance(index(t), std::min(own(t, 2), mean(2)), before, after);
+  if (is_below(0) && is_below(1)) return false;
+  const auto value = [&](std::size_t n_steps) {
+    return std::min(own(t, n_steps),
+                    is_shared_[candidate] != 0 ? shared_[candidate][n_steps] : largest_mean(t, n_steps));
+  };
+  return law.advance(index(t), value(2), value(1), value(0));
+}
+
+bool LocalBreakingCheck::mean_exceeds(std::int32_t tetrahedron, std::size_t n_steps, double strength) {
+  for (std::size_t corner = 0; corner < 4; ++corner)
+    if (StressCache::Kept* const mean = this->mean(tetrahedron, corner, n_steps))
+      if (context_->law->stress().exceeds(mean->stress, strength)) return true;
+  return false;
 }
 
 double LocalBreakingCheck::largest_mean(std::int32_t tetrahedron, std::size_t n_steps) {
-  const fracture::EquivalentStress& value = context_->law->stress();
   double largest = -infinity;
-  for (std::size_t corner = 0; corner < 4; ++corner) {
-    const std::int32_t patch = means_->patch(tetrahedron, corner);
-    if (patch < 0) continue;
-    const mechanics::Symmetric& mean = of_nodes_[n_steps].get(patch, [&](std::int32_t) {
-      return means_->at(
-          tetrahedron, corner, [&](std::int32_t t) -> const auto& { return kept_stress(t, n_steps); });
-    });
-    largest = value.larger(largest, mean);
-  }
+  for (std::size_t corner = 0; corner < 4; ++corner)
+    if (StressCache::Kept* const mean = this->mean(tetrahedron, corner, n_steps))
+      if (mean->value || context_->law->stress().side(mean->stress, largest) >= 0)
+        largest = std::max(largest, value(*mean));
   return largest;
 }
 
-double LocalBreakingCheck::own(std::int32_t tetrahedron, std::size_t n_steps) {
+StressCache::Kept* LocalBreakingCheck::mean(std::int32_t tetrahedron, std::size_t corner,
+                                            std::size_t n_steps) {
+  const std::int32_t patch = means_->patch(tetrahedron, corner);
+  if (patch < 0) return nullptr;
+  const auto stress_of = [&](std::int32_t t) -> const auto& {
+    return kept(t, n_steps).stress;
+  };
+  return &of_nodes_[n_steps].get(patch,
+                                 [&](std::int32_t) { return means_->at(tetrahedron, corner, stress_of); });
+}
+
+double LocalBreakingCheck::value(StressCache::Kept& kept) const {
+  if (!kept.value) kept.value = context_->law->stress()(kept.stress);
+  return *kept.value;
+}
+
+bool LocalBreakingCheck::exceeds(std::int32_t tetrahedron, std::size_t n_steps, double strength) {
   const fracture::EquivalentStress& value = context_->law->stress();
-  return value(means_ != nullptr ? kept_stress(tetrahedron, n_steps) : stress(tetrahedron, n_steps));
+  return means_ != nullptr ? value.exceeds(kept(tetrahedron, n_steps).stress, strength)
+                           : value.exceeds(stress(tetrahedron, n_steps), strength);
+}
+
+double LocalBreakingCheck::own(std::int32_t tetrahedron, std::size_t n_steps) {
+  return means_ != nullptr ? value(kept(tetrahedron, n_steps))
+                           : context_->law->stress()(stress(tetrahedron, n_steps));
 }
 
 mechanics::Symmetric LocalBreakingCheck::stress(std::int32_t tetrahedron, std::size_t n_steps) const {
@@ -122,7 +159,7 @@ mechanics::Symmetric LocalBreakingCheck::stress(std::int32_t tetrahedron, std::s
                                 : motion_->strain_before(tetrahedron, static_cast<int>(n_steps)));
 }
 
-const mechanics::Symmetric& LocalBreakingCheck::kept_stress(std::int32_t tetrahedron, std::size_t n_steps) {
+StressCache::Kept& LocalBreakingCheck::kept(std::int32_t tetrahedron, std::size_t n_steps) {
   return stresses_[n_steps].get(tetrahedron, [&](std::int32_t t) { return stress(t, n_steps); });
 }
 

@@ -39,15 +39,20 @@ private:
   void find_candidates();
   std::vector<Claim> find_shared_means();
   void take_over(std::span<const Claim> claims);
-  /// @param now its own stress [Pa]
-  bool breaks(std::size_t candidate, double now);
-  /// The largest mean around the corners that this rank owns.
+  bool breaks(std::size_t candidate);
+  // Of the means around the corners that this rank owns:
+  bool mean_exceeds(std::int32_t tetrahedron, std::size_t n_steps, double strength);
   double largest_mean(std::int32_t tetrahedron, std::size_t n_steps);
+  /// Or nullptr if another rank owns the corner. Valid until the next call.
+  StressCache::Kept* mean(std::int32_t tetrahedron, std::size_t corner, std::size_t n_steps);
+  /// Its own stress exceeds a strength [Pa].
+  bool exceeds(std::int32_t tetrahedron, std::size_t n_steps, double strength);
   double own(std::int32_t tetrahedron, std::size_t n_steps);
+  double value(StressCache::Kept& kept) const;
   /// @param n_steps before now
   mechanics::Symmetric stress(std::int32_t tetrahedron, std::size_t n_steps) const;
-  /// The same, kept until the next step.
-  const mechanics::Symmetric& kept_stress(std::int32_t tetrahedron, std::size_t n_steps);
+  /// The same, kept until it is older than two steps. Valid until the next call.
+  StressCache::Kept& kept(std::int32_t tetrahedron, std::size_t n_steps);
   bool needs_mean(std::int32_t tetrahedron) const { return context_->law->needs_mean(tetrahedron); }
 
   const MotionContext* context_;

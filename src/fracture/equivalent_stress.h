@@ -47,15 +47,20 @@ public:
     return 1e-13 * sum;
   }
 
-  /// True if the value exceeds `strength` (non-negative); for most tensors the bound decides.
-  bool exceeds(const mechanics::Symmetric& stress, double strength) const {
-    // The bound holds up to rounding, hence the tolerance.
-    return bound(stress) > strength * (1 - 1e-12) && (*this)(stress) > strength;
+  /// Where the value surely is, found at less cost than the value: -1 below a level, 1 above it, 0 unknown.
+  virtual int side(const mechanics::Symmetric& stress, double level) const {
+    return bound(stress) < level - rounding(stress) ? -1 : 0;
   }
 
-  /// The larger of a value and that of a stress; for most tensors the bound decides.
+  /// True if the value exceeds `strength`.
+  bool exceeds(const mechanics::Symmetric& stress, double strength) const {
+    const int side = this->side(stress, strength);
+    return side > 0 || (side == 0 && (*this)(stress) > strength);
+  }
+
+  /// The larger of a value and that of a stress.
   double larger(double value, const mechanics::Symmetric& stress) const {
-    return bound(stress) < value - rounding(stress) ? value : std::max(value, (*this)(stress));
+    return side(stress, value) < 0 ? value : std::max(value, (*this)(stress));
   }
 
   /// A constant c that bounds the change of the value due to a strain sym(u b) by c |u| |b|. For this strain
@@ -77,6 +82,7 @@ class LargestPrincipalStress final : public EquivalentStress {
 public:
   LargestPrincipalStress();
   double operator()(const mechanics::Symmetric& stress) const override { return largest_principal(stress); }
+  int side(const mechanics::Symmetric& stress, double level) const override;
 };
 
 /// The measure that the input selects.

@@ -117,6 +117,7 @@ void ResidualStiffness::add_contact(std::int32_t tetrahedron, const Vector& norm
   if (contact_place_.empty()) contact_place_.assign(released_.size(), -1);
   contact_place_[index(tetrahedron)] = static_cast<std::int32_t>(contacts_.size());
   acting_.push_back(static_cast<std::int32_t>(contacts_.size()));
+  ++acting_version_;
   contacts_.push_back(tetrahedron);
   const auto reduction = reductions_.find(tetrahedron);
   CutContact& cut = cuts_.emplace_back();
@@ -129,6 +130,7 @@ void ResidualStiffness::add_contact(std::int32_t tetrahedron, const Vector& norm
 
 void ResidualStiffness::find_acting() {
   acting_.clear();
+  ++acting_version_;
   for (std::size_t i = 0; i < cuts_.size(); ++i)
     if (cuts_[i].acts()) acting_.push_back(static_cast<std::int32_t>(i));
 }

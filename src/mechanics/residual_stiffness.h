@@ -133,6 +133,8 @@ public:
   /// Numbers of the contacts that may act, ascending: all new ones, and those that did at find_acting().
   std::span<const std::int32_t> acting() const { return acting_; }
   void find_acting();  ///< call after is_apart or rests have changed
+  /// Changes whenever acting() may have.
+  std::int64_t acting_version() const { return acting_version_; }
   /// Stress of contact number i at a strain of its tetrahedron [Pa]; 0 while it is open.
   Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
   double contact_energy(std::size_t i, const Symmetric& strain) const;  ///< likewise [J]
@@ -178,6 +180,7 @@ private:
   std::vector<std::int32_t> contacts_;
   std::vector<CutContact> cuts_;  // of contacts_
   std::vector<std::int32_t> acting_;
+  std::int64_t acting_version_ = 0;
   std::vector<std::int32_t> contact_place_;  // of each tetrahedron, or -1; empty without contacts
   double friction_ = 0;
   bool contacts_act_ = true;

@@ -191,6 +191,15 @@ TEST(PrincipalStress, MatchesTensorsOfKnownValues) {
         a * (b * c - s[3] * s[3]) - s[5] * (s[5] * c - s[3] * s[4]) + s[4] * (s[5] * s[3] - b * s[4]);
     worst = std::max(worst, std::abs(determinant));
     EXPECT_GE(LargestPrincipalStress().bound(s), value - 1e-14);
+    EXPECT_EQ(LargestPrincipalStress().side(s, value + 1e-9), -1);
+    EXPECT_EQ(LargestPrincipalStress().side(s, value - 1e-9), 1);
+    EXPECT_EQ(LargestPrincipalStress().side(s, value), 0);
+  }
+  // Three equal values, and two.
+  for (const mechanics::Symmetric& s : {mechanics::Symmetric{2, 2, 2, 0, 0, 0}, {2, 2, 1, 0, 0, 0}}) {
+    EXPECT_EQ(LargestPrincipalStress().side(s, 2), 0);
+    EXPECT_EQ(LargestPrincipalStress().side(s, 2.001), -1);
+    EXPECT_EQ(LargestPrincipalStress().side(s, 1.999), 1);
   }
   std::printf("largest determinant at a principal value: %.2e\n", worst);
   EXPECT_LT(worst, 1e-13);
