@@ -23,14 +23,33 @@ constexpr double neighbourhood = 2;
 /// Share of the longest edge above a face's plane from which on a node is in front of it.
 constexpr double in_front = 1e-6;
 
+geometry::Box box_of(const std::array<Vector, 3>& face) {
+  geometry::Box box = geometry::nowhere;
+  for (const Vector& corner : face) box.include(corner);
+  return box;
+}
+
 /// A face of an unbroken tetrahedron without an unbroken neighbour.
 struct SurfaceFace {
   ContactPair pair;                // without a node
   std::array<Vector, 3> at_start;  // places of its corners
   std::array<Vector, 3> now;
-  // Unit normals of these, once complete, and the longest edge at the start.
-  Vector normal_at_start{}, normal{};
-  double longest = 0;
+
+  double longest_edge() const {  // at the start
+    double longest = 0;
+    for (std::size_t a = 0; a < 3; ++a)
+      longest = std::max(longest, norm(at_start[(a + 1) % 3] - at_start[a]));
+    return longest;
+  }
+  /// The place of all nodes closer than a margin.
+  geometry::Box box(double margin) const {
+    geometry::Box box = box_of(now);
+    for (std::size_t i = 0; i < 3; ++i) {
+      box.lower[i] -= margin + pair.depth;
+      box.upper[i] += margin + pair.depth;
+    }
+    return box;
+  }
 };
 
 /// Vertices of the face opposite each corner of a tetrahedron, seen counterclockwise from outside.
@@ -69,6 +88,9 @@ Surface find_surface(const fracture::BreakableBody& body, std::span<const Vector
   const geometry::Subdomain& part = body.subdomain();
   Surface surface{{}, std::vector<std::uint8_t>(part.nodes.size(), 0)};
   const auto all_open = open_faces(body);
+  std::size_t n_faces = 0;
+  for (const std::uint8_t open : all_open) n_faces += static_cast<std::size_t>(std::popcount(open));
+  surface.faces.reserve(n_faces);
   for (const std::int32_t broken : body.broken_tetrahedra())
     for (const auto node : part.tetrahedra[index(broken)]) surface.is_on[index(node)] = 1;
   for (std::size_t t = 0; t < part.tetrahedra.size(); ++t) {
@@ -104,8 +126,7 @@ Surface find_surface(const fracture::BreakableBody& body, std::span<const Vector
   return surface;
 }
 
-/// Sorts the faces of all ranks, measures them, and finds which others of their tetrahedra belong to the
-/// surface.
+/// Sorts the faces of all ranks, and finds which others of their tetrahedra belong to the surface.
 void complete(std::vector<SurfaceFace>& faces) {
   std::ranges::sort(faces, {}, [](const SurfaceFace& face) { return face.pair.face; });
   for (std::size_t begin = 0, end = 0; begin < faces.size(); begin = end) {
@@ -115,20 +136,10 @@ void complete(std::vector<SurfaceFace>& faces) {
       is_open[index(faces[end].pair.face % 4)] = true;
     for (std::size_t f = begin; f < end; ++f) {
       SurfaceFace& face = faces[f];
-      face.normal_at_start = normal_of(face.at_start);
-      face.normal = normal_of(face.now);
-      for (std::size_t a = 0; a < 3; ++a) {
-        face.longest = std::max(face.longest, norm(face.at_start[(a + 1) % 3] - face.at_start[a]));
+      for (std::size_t a = 0; a < 3; ++a)
         if (is_open[face_corners[index(face.pair.face % 4)][a]]) face.pair.open |= std::int64_t{1} << a;
-      }
     }
   }
-}
-
-geometry::Box box_of(const std::array<Vector, 3>& face) {
-  geometry::Box box = geometry::nowhere;
-  for (const Vector& corner : face) box.include(corner);
-  return box;
 }
 
 /// Points in a grid of cubes.
@@ -206,8 +217,9 @@ std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
                                             const fracture::BreakableBody& body,
                                             std::span<const Vector> displacement, double margin) {
   const geometry::Subdomain& part = body.subdomain();
-  const Surface mine = parallel::agree(group, [&] { return find_surface(body, displacement); });
-  auto faces = parallel::gather_all<SurfaceFace>(group, mine.faces);
+  Surface mine = parallel::agree(group, [&] { return find_surface(body, displacement); });
+  auto faces =
+      group.size() > 1 ? parallel::gather_all<SurfaceFace>(group, mine.faces) : std::move(mine.faces);
   const auto pairs = parallel::agree(group, [&] {
     complete(faces);
     std::vector<std::int32_t> nodes;
@@ -217,33 +229,26 @@ std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
       nodes.push_back(n);
       places.push_back(part.nodes[index(n)] + displacement[index(n)]);
     }
-    std::vector<geometry::Box> boxes;
     double sum = 0;
     for (const SurfaceFace& face : faces) {
-      geometry::Box& box = boxes.emplace_back(box_of(face.now));
-      const double reach = margin + face.pair.depth;
-      for (std::size_t i = 0; i < 3; ++i) {
-        box.lower[i] -= reach;
-        box.upper[i] += reach;
-      }
+      const geometry::Box box = face.box(margin);
       sum += std::ranges::max(box.upper - box.lower);
     }
     // Larger cells hold more points, smaller ones are more to look into.
     const PointGrid grid(places, faces.empty() ? 1 : 0.8 * sum / static_cast<double>(faces.size()));
     std::vector<ContactPair> found;
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-      const SurfaceFace& face = faces[f];
-      grid.for_points(boxes[f], [&](std::size_t point) {
+    for (const SurfaceFace& face : faces) {
+      const Vector normal = normal_of(face.now), normal_at_start = normal_of(face.at_start);
+      const double longest = face.longest_edge();
+      grid.for_points(face.box(margin), [&](std::size_t point) {
         const Vector &start = part.nodes[index(nodes[point])], &now = places[point];
         const std::int64_t number = part.layout.number[index(nodes[point])];
         if (std::ranges::find(face.pair.corners, number) != face.pair.corners.end()) return;
         const Vector off = start - face.at_start[0];
-        if (norm(off) < neighbourhood * face.longest &&
-            dot(face.normal_at_start, off) <= in_front * face.longest)
-          return;
+        if (norm(off) < neighbourhood * longest && dot(normal_at_start, off) <= in_front * longest) return;
         ContactPair pair = face.pair;
         pair.node = number;
-        pair.gap = contact_gap(now, face.now, face.normal, face.pair.depth);
+        pair.gap = contact_gap(now, face.now, normal, face.pair.depth);
         // Also false for a face without an area.
         if (pair.gap < margin) found.push_back(pair);
       });
