@@ -104,7 +104,7 @@ Key free_key() {
           "body, in dynamic phases only",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             const auto ways = read_words(source, tool_freedoms, distinct_freedoms);
-            if (ways == std::array<bool, 6>{})
+            if (source.value.kind == ValueKind::array && source.value.elements.empty())
               source.report("leaves the tool no way to move; give {}", distinct_freedoms);
             tool(parameters, i).free = ways;
           },
