@@ -448,25 +448,26 @@ def zhou(rate: float) -> float:
     return 4.5 / (1 + 0.77 * rate ** 0.25 + 5.4 * rate ** 0.75)
 
 
+def drawn_bar(rate: float, spread: float, spacing: float) -> str:
+    length = PIECES * zhou(rate)
+    lengths = {"width": 2 * spacing, "across": spacing, "length": length, "middle": length / 2, "spacing": spacing, "correlation": 0.1}
+    return DRAWN_BAR.format(samples=DRAWN, spread=spread, rate=rate * DRAWN_RATE, speed=rate * DRAWN_RATE * length * DRAWN_LENGTH / 2,
+                            duration=(1.3 / rate + 40 * zhou(rate)) * DRAWN_LENGTH / DRAWN_WAVE,
+                            **{name: value * DRAWN_LENGTH for name, value in lengths.items()})
+
+
 def drawn_bars(folder: Path, program: Path) -> list[Figure]:
+    case = (f"Bar drawn out at {', '.join(map(str, RATES))} times c σ³ / (E² Γ), strength varied by {', '.join(f'{100 * one:g}' for one in SPREADS)} %, "
+            f"{DRAWN} samples each")
     figures = []
     for rate, spacings in RATES.items():
-        length, cells = PIECES * zhou(rate), []
+        found = []
         for spread in SPREADS:
-            sizes = []
-            for spacing in spacings:
-                text = DRAWN_BAR.format(samples=DRAWN, spread=spread, rate=rate * DRAWN_RATE, speed=rate * DRAWN_RATE * length * DRAWN_LENGTH / 2,
-                                        duration=(1.3 / rate + 40 * zhou(rate)) * DRAWN_LENGTH / DRAWN_WAVE,
-                                        **{name: value * DRAWN_LENGTH for name, value in {"width": 2 * spacing, "across": spacing, "length": length, "middle": length / 2,
-                                                                                          "spacing": spacing, "correlation": 0.1}.items()})
-                # Its ends are planes of symmetry.
-                bars = run(text, folder / f"drawn-bars-{rate}-{spread}-{spacing}", program)
-                sizes.append(mean([length / (len(bar.fragments) - 1) for bar in bars], ".2f"))
-            cells.append(", ".join(sizes))
-        case = "" if figures else (f"Bar that is drawn out at 0.1, 1, 10 times c σ³ / (E² Γ), strength varied by {', '.join(f'{100 * one:g}' for one in SPREADS)} %, "
-                                   f"{DRAWN} samples each")
-        figures.append(Figure(case, f"mean length of fragments over E Γ / σ² at {rate:g}, spacings {', '.join(map(str, spacings))} of it", "; ".join(cells),
-                              f"{zhou(rate):.2f}, Zhou, Molinari and Ramesh 2006; {24 ** (1 / 3) * rate ** (-2 / 3):.2f}, Grady 1982"))
+            runs = [run(drawn_bar(rate, spread, spacing), folder / f"drawn-bars-{rate}-{spread}-{spacing}", program) for spacing in spacings]
+            # The ends are planes of symmetry.
+            found.append(", ".join(mean([PIECES * zhou(rate) / (len(bar.fragments) - 1) for bar in bars], ".2f") for bars in runs))
+        figures.append(Figure("" if figures else case, f"mean length of fragments over E Γ / σ² at {rate}, spacings {', '.join(map(str, spacings))} of it",
+                              "; ".join(found), f"{zhou(rate):.2f}, Zhou, Molinari and Ramesh 2006; {24 ** (1 / 3) * rate ** (-2 / 3):.2f}, Grady 1982"))
     return figures
 
 

@@ -19,9 +19,7 @@ public:
   RigidTurning(const Eigen::Matrix3d& inertia, const std::array<bool, 3>& free, const Vector& spin);
 
   const Vector& spin() const { return spin_; }  ///< angular velocity [rad/s]
-  /// Turns the body from its place at the start.
-  const Eigen::Quaterniond& orientation() const { return orientation_; }
-  /// Likewise, after it has gone on at its spin [s].
+  /// What turns the body from its place at the start, once it has gone on at its spin [s].
   Eigen::Quaterniond orientation_after(double duration) const;
 
   /// One step of the midpoint rule: reversible, of second order, free of drift in energy.

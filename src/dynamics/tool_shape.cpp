@@ -144,14 +144,14 @@ Eigen::Matrix3d moment_of_inertia(const input::Tool& tool) {
   return Eigen::Matrix3d::Constant(infinity);
 }
 
-double largest_mobility(const input::Tool& tool) {
-  if (!tool.turns()) return 1 / tool.mass;
+double least_mass(const input::Tool& tool) {
+  if (!tool.turns()) return tool.mass;
   const Vector point = farthest_point(tool);
   Eigen::Matrix3d arm;
   arm << 0, -point[2], point[1], point[2], 0, -point[0], -point[1], point[0], 0;
   const Eigen::Matrix3d turning = arm * moment_of_inertia(tool).inverse() * arm.transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(turning, Eigen::EigenvaluesOnly);
-  return 1 / tool.mass + solver.eigenvalues().maxCoeff();
+  return 1 / (1 / tool.mass + solver.eigenvalues().maxCoeff());
 }
 
 }  // namespace crackle::dynamics

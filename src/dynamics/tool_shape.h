@@ -28,7 +28,8 @@ Vector farthest_point(const input::Tool& tool);
 /// Of a tool that turns, with its mass evenly in its volume, about its middle [kg m^2].
 Eigen::Matrix3d moment_of_inertia(const input::Tool& tool);
 
-/// The largest velocity that a unit impulse on its surface gives a tool with a mass at that point [1/kg].
-double largest_mobility(const input::Tool& tool);
+/// The impulse on a point of the surface of a tool with a mass over the velocity that it gives this point, at
+/// least; its mass, unless it turns [kg].
+double least_mass(const input::Tool& tool);
 
 }  // namespace crackle::dynamics

@@ -104,7 +104,7 @@ void ToolTerm::soften_light_tools() {
     const double stiffness = per_area * std::min(half_surface, around);
     if (tool.has_mass())
       moving_[t].stiffness_share =
-          std::min(1.0, mass_share * context_.contact.rate / (stiffness * largest_mobility(tool)));
+          std::min(1.0, mass_share * context_.contact.rate * least_mass(tool) / stiffness);
   }
 }
 

@@ -447,25 +447,25 @@ TEST(Tools, HitOffTheirCentreAsRigidBodiesDo) {
 }
 
 TEST(Tools, OfLittleInertiaHaveASofterContact) {
-  // The tip of a light needle on a post: at its tip it is four times as light as in its middle.
+  // A corner of a light lath on a post is seven times as light as its middle.
   auto parameters = strong_bar({0.002, 0.002, 0.004});
   parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true})};
   parameters.time.start = input::Start::rest;
   parameters.time.integrator = input::Integrator::verlet;
   parameters.time.duration = 4e-5;
-  auto needle = box_of({0.003, 0.02, 0.0002}, 1e-7);
-  needle.at = {0.001, 0.011, 0.0041 + 1e-6};
-  needle.velocity = Vector{0, 0, -2};
-  needle.friction = 0.5;
-  parameters.tools = {needle};
+  auto lath = box_of({0.003, 0.02, 0.0002}, 1e-7);
+  lath.at = {0.001, 0.011, 0.0041 + 1e-6};
+  lath.velocity = Vector{0, 0, -2};
+  lath.friction = 0.5;
+  parameters.tools = {lath};
   const auto result = run(parameters, test::make_box({.size = {0.002, 0.002, 0.004}, .cells = {2, 2, 4}}));
   const HistoryRow& end = result.history.back();
-  const double whole = kinetic_energy(needle, result.history.front().tools.at(0));
-  const double left = kinetic_energy(needle, end.tools.at(0)) + end.energy.kinetic + end.energy.strain;
+  const double whole = kinetic_energy(lath, result.history.front().tools.at(0));
+  const double left = kinetic_energy(lath, end.tools.at(0)) + end.energy.kinetic + end.energy.strain;
   std::printf(
-      "mobility of the tip %.3f / m; energy left %.5f, lost by friction %.5f, of the body's work %.1e\n",
-      largest_mobility(needle) * needle.mass, left / whole, end.energy.dissipated / whole,
-      result.energy_error);
+      "mass of the corner %.3f of the whole; energy left %.5f, lost by friction %.5f, of the body's work "
+      "%.1e\n",
+      least_mass(lath) / lath.mass, left / whole, end.energy.dissipated / whole, result.energy_error);
   EXPECT_GT(end.tools.at(0).velocity[2], -1.9);
   EXPECT_NEAR((left + end.energy.dissipated) / whole, 1, 0.02);
 }
