@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bodies in space: strength of bars with random flaws, a cube from Gmsh beside the built-in box, a sphere on a block, a disk
-between platens."""
+between platens, a struck plate, fragments of a bar."""
 from __future__ import annotations
 
 import math
@@ -249,6 +249,36 @@ def bounce(folder: Path, program: Path) -> list[Figure]:
             Figure("", "largest force", f"{of['reaction'].max():.1f} N", f"{largest:.1f} N")]
 
 
+# Where the sphere cracks the glass: its tension is largest at the rim of the contact, in a thin layer.
+RINGS, RING_SPACINGS, RING_STRENGTH, NEXT = 4, (0.16, 0.12, 0.08), 200e6, 20  # samples, [mm], [Pa], breaks
+
+
+def ring_start(sample: crackle.Sample) -> tuple[float, float, float]:
+    """Radius of the first break, and mean of the first `NEXT`, over that of the contact; Hertz's largest tension at that load over the strength."""
+    with sample.open() as file:
+        onset = int(np.flatnonzero(file["history/phase"][:] > 0)[0])
+        force = -4 * file["history/tools/sphere/reaction"][onset, 2]
+        corners = file["mesh/nodes"][:][file["mesh/tetrahedra"][:][file["breaks/tetrahedron"][:NEXT]]]
+    contact = (3 * force * RADIUS / (4 * GLASS)) ** (1 / 3)
+    away = np.hypot(*corners.mean(axis=1)[:, :2].T) / contact
+    return away[0], away.mean(), (1 - 2 * 0.22) * force / (2 * math.pi * contact ** 2) / RING_STRENGTH
+
+
+def ring_crack(folder: Path, program: Path) -> list[Figure]:
+    steps = ", ".join(f'["{k / 10} s", {k / 10}]' for k in range(11))
+    tool = f'displacement = ["0 mm", "0 mm", "-0.1 mm"]\nhistory = [{steps}]'
+    found = []
+    for spacing in RING_SPACINGS:
+        text = with_keys(BLOCK.format(spacing=spacing, tool=tool, time='duration = "0.2 us"'),
+                         {"ensemble.samples": str(RINGS), "fracture.strength": f'"{RING_STRENGTH / 1e6} MPa"', "time.after_separation": '"1 fs"'})
+        found.append([mean(one, ".2f") for one in zip(*map(ring_start, run(text, folder / f"ring-crack-{spacing}", program)))])
+    first, following, tension = ("; ".join(one) for one in zip(*found))
+    case = f"The same sphere until the glass breaks, strength alone, spacings {', '.join(map(str, RING_SPACINGS))} mm, {RINGS} samples each"
+    return [Figure(case, "radius of the first break over that of the contact", first, "1, the largest tension; 1.0 to 1.4 in tests"),
+            Figure("", f"mean of the first {NEXT} breaks, likewise", following, "the same"),
+            Figure("", "Hertz's largest tension at that load over the strength", tension, "1 on fine meshes")]
+
+
 # A disk between flat platens in plane strain: its tension in the middle (Hondros 1959), and the arc on which Hertz's contact loads it.
 SANDSTONE, TENSION, DISK, SLICE = 15e9 / (1 - 0.2 ** 2), 10e6, 25 * MILLIMETRE, 2 * MILLIMETRE  # [Pa], strength [Pa], radius, thickness [m]
 DISKS, ARC_SPACINGS = 4, (0.5, 0.3)  # samples, [mm] at the platens
@@ -366,4 +396,79 @@ def stars(folder: Path, program: Path) -> list[Figure]:
     return [Figure(case, f"radial cracks, spacings {', '.join(map(str, PLATE_SPACINGS))} mm", "; ".join(found), "4, –, 8; doubles with four times the speed")]
 
 
-CASES = {"flawed-bars": flawed_bars, "cubes": cubes, "hertz": hertz, "bounce": bounce, "platens": platens, "stars": stars}
+# Fragments of a bar that is drawn out at a uniform rate, as a ring that expands; lengths and rates over those of the material.
+DRAWN, PIECES, SPREADS = 8, 20, (0.003, 0.02, 0.1)  # samples, fragments that are expected, coefficients of variation
+RATES = {0.1: (0.16, 0.08), 1: (0.08, 0.04), 10: (0.04, 0.02)}  # spacings of each
+DRAWN_MODULUS, DRAWN_DENSITY, DRAWN_STRENGTH, DRAWN_TOUGHNESS = 275e9, 2750, 300e6, 100  # [Pa], [kg/m^3], [Pa], [J/m^2]
+DRAWN_LENGTH = DRAWN_MODULUS * DRAWN_TOUGHNESS / DRAWN_STRENGTH ** 2  # [m]
+DRAWN_WAVE = math.sqrt(DRAWN_MODULUS / DRAWN_DENSITY)  # [m/s]
+DRAWN_RATE = DRAWN_WAVE * DRAWN_STRENGTH / (DRAWN_MODULUS * DRAWN_LENGTH)  # [1/s]
+DRAWN_BAR = """[ensemble]
+samples = {samples}
+seed = 1
+[specimen]
+size = ["{width} m", "{width} m", "{length} m"]
+[mesh]
+spacing = "{spacing} m"
+[material]
+youngs_modulus = "275 GPa"
+poisson_ratio = 0.2
+density = "2750 kg/m^3"
+[fracture]
+strength = "300 MPa"
+toughness = "100 J/m^2"
+release = "softening"
+[fracture.variation]
+of = "strength"
+distribution = "lognormal"
+coefficient_of_variation = {spread}
+correlation_length = "{correlation} m"
+[[load]]
+velocity_gradient = [["0 1/s", "0 1/s", "0 1/s"], ["0 1/s", "0 1/s", "0 1/s"], ["0 1/s", "0 1/s", "{rate} 1/s"]]
+center = ["0 m", "0 m", "{middle} m"]
+[[boundary]]
+on = "z-min"
+velocity = ["free", "free", "-{speed} m/s"]
+[[boundary]]
+on = "z-max"
+velocity = ["free", "free", "{speed} m/s"]
+[time]
+start = "rest"
+duration = "{duration} s"
+integrator = "verlet"
+[sections]
+y = ["{across} m"]
+[output]
+frames = 0
+"""
+
+
+def zhou(rate: float) -> float:
+    """Mean length of fragments (Zhou, Molinari and Ramesh 2006)."""
+    return 4.5 / (1 + 0.77 * rate ** 0.25 + 5.4 * rate ** 0.75)
+
+
+def drawn_bar(rate: float, spread: float, spacing: float) -> str:
+    length = PIECES * zhou(rate)
+    lengths = {"width": 2 * spacing, "across": spacing, "length": length, "middle": length / 2, "spacing": spacing, "correlation": 0.1}
+    return DRAWN_BAR.format(samples=DRAWN, spread=spread, rate=rate * DRAWN_RATE, speed=rate * DRAWN_RATE * length * DRAWN_LENGTH / 2,
+                            duration=(1.3 / rate + 40 * zhou(rate)) * DRAWN_LENGTH / DRAWN_WAVE,
+                            **{name: value * DRAWN_LENGTH for name, value in lengths.items()})
+
+
+def drawn_bars(folder: Path, program: Path) -> list[Figure]:
+    case = (f"Bar drawn out at {', '.join(map(str, RATES))} times c σ³ / (E² Γ), strength varied by {', '.join(f'{100 * one:g}' for one in SPREADS)} %, "
+            f"{DRAWN} samples each")
+    figures = []
+    for rate, spacings in RATES.items():
+        found = []
+        for spread in SPREADS:
+            runs = [run(drawn_bar(rate, spread, spacing), folder / f"drawn-bars-{rate}-{spread}-{spacing}", program) for spacing in spacings]
+            # The ends are planes of symmetry.
+            found.append(", ".join(mean([PIECES * zhou(rate) / (len(bar.fragments) - 1) for bar in bars], ".2f") for bars in runs))
+        figures.append(Figure("" if figures else case, f"mean length of fragments over E Γ / σ² at {rate}, spacings {', '.join(map(str, spacings))} of it",
+                              "; ".join(found), f"{zhou(rate):.2f}, Zhou, Molinari and Ramesh 2006; {24 ** (1 / 3) * rate ** (-2 / 3):.2f}, Grady 1982"))
+    return figures
+
+
+CASES = {"flawed-bars": flawed_bars, "cubes": cubes, "hertz": hertz, "bounce": bounce, "ring-crack": ring_crack, "platens": platens, "stars": stars, "drawn-bars": drawn_bars}

@@ -5,6 +5,7 @@
 #include "common/quantity_text.h"
 #include "dynamics/machine_load.h"
 #include "dynamics/sample_run.h"
+#include "dynamics/tool_shape.h"
 #include "fracture/equivalent_stress.h"
 #include "geometry/body.h"
 #include "geometry/condition_region.h"
@@ -104,7 +105,8 @@ public:
   void add_tools() {
     for (const input::Tool& tool : setup_.model.tools) {
       if (tool.displacement || tool.force) stress_ = infinity;
-      const double speed = norm(tool.velocity.value_or(Vector{}));
+      const double speed = norm(tool.velocity.value_or(Vector{})) +
+                           norm(tool.spin.value_or(Vector{})) * norm(farthest_point(tool));
       add({{speed, speed}}, impedance_);
     }
   }

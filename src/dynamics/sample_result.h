@@ -7,6 +7,7 @@
 #include "fracture/break_record.h"
 #include "mechanics/tensor.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -45,9 +46,12 @@ struct Record {
 
 /// A rigid tool at one moment.
 struct ToolState {
-  Vector position{};         ///< of the input's point `at` [m]
-  Vector displacement{};     ///< since the start [m]
-  Vector velocity{};         ///< [m/s]
+  Vector position{};      ///< of the input's point `at` [m]
+  Vector displacement{};  ///< since the start [m]
+  Vector velocity{};      ///< [m/s]
+  /// Quaternion (w, x, y, z) that turns the tool from its place at the start.
+  std::array<double, 4> orientation{1, 0, 0, 0};
+  Vector spin{};             ///< angular velocity [rad/s]
   Vector reaction{};         ///< force on the body [N]
   double friction_work = 0;  ///< lost by friction so far [J]
   bool operator==(const ToolState&) const = default;

@@ -4,6 +4,8 @@
 #include "common/vector.h"
 #include "input/tool.h"
 
+#include <Eigen/Core>
+
 namespace crackle::dynamics {
 
 /// The surface of a rigid tool, seen from a point.
@@ -18,5 +20,16 @@ ToolSurface surface_from(const input::Tool& tool, const Vector& p);
 /// The largest section of a tool along its sides; infinite for a plane or an endless
 /// cylinder [m^2].
 double largest_section(const input::Tool& tool);
+
+/// A point of a tool with ends that is as far from its middle as any, or slightly beyond a rounded edge, in
+/// the tool's frame [m].
+Vector farthest_point(const input::Tool& tool);
+
+/// Of a tool that turns, with its mass evenly in its volume, about its middle [kg m^2].
+Eigen::Matrix3d moment_of_inertia(const input::Tool& tool);
+
+/// The impulse on a point of the surface of a tool with a mass over the velocity that it gives this point, at
+/// least; its mass, unless it turns [kg].
+double least_mass(const input::Tool& tool);
 
 }  // namespace crackle::dynamics

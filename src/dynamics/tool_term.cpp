@@ -76,6 +76,9 @@ ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>&
     moving_[t].friction = tools[t].friction.value_or(context.contact.friction);
     moving_[t].displacement = at_rest[t].displacement;
     if (tools[t].has_mass()) moving_[t].velocity = tools[t].velocity.value_or(Vector{});
+    if (tools[t].turns())
+      moving_[t].turning.emplace(moment_of_inertia(tools[t]), tools[t].turning(),
+                                 tools[t].spin.value_or(Vector{}));
   }
   soften_light_tools();
   find_offsets();
@@ -100,7 +103,8 @@ void ToolTerm::soften_light_tools() {
     const double around = std::pow(std::sqrt(largest_section(tool)) + std::sqrt(largest_area), 2);
     const double stiffness = per_area * std::min(half_surface, around);
     if (tool.has_mass())
-      moving_[t].stiffness_share = std::min(1.0, mass_share * context_.contact.rate * tool.mass / stiffness);
+      moving_[t].stiffness_share =
+          std::min(1.0, mass_share * context_.contact.rate * least_mass(tool) / stiffness);
   }
 }
 
@@ -140,15 +144,19 @@ void ToolTerm::find_offsets() {
   }
 }
 
-Vector ToolTerm::displacement_at(std::size_t tool, double time) const {
+ToolTerm::Pose ToolTerm::pose_at(std::size_t tool, double time) const {
   const input::Tool& given = (*tools_)[tool];
   const Moving& moving = moving_[tool];
-  if (given.has_mass() && is_moving_) return moving.displacement + (time - time_) * moving.velocity;
-  if (given.is_driven_by_force()) return moving.displacement;
-  Vector displacement{};
+  if (given.has_mass() && is_moving_) {
+    Pose pose{.displacement = moving.displacement + (time - time_) * moving.velocity};
+    if (moving.turning) pose.orientation = moving.turning->orientation_after(time - time_);
+    return pose;
+  }
+  if (given.is_driven_by_force()) return {.displacement = moving.displacement};
+  Pose pose;
   for (std::size_t i = 0; i < 3; ++i)
-    displacement[i] = given.displacement ? moving.curve[i].at(time) : moving.curve[i].integral(time);
-  return displacement;
+    pose.displacement[i] = given.displacement ? moving.curve[i].at(time) : moving.curve[i].integral(time);
+  return pose;
 }
 
 Vector ToolTerm::velocity_at(std::size_t tool, double time, const mechanics::StepSpan* step) const {
@@ -164,12 +172,23 @@ Vector ToolTerm::velocity_at(std::size_t tool, double time, const mechanics::Ste
   return velocity;
 }
 
+double ToolTerm::turning_speed(std::size_t tool) const {
+  const auto& turning = moving_[tool].turning;
+  return turning ? norm(turning->spin()) * norm(farthest_point((*tools_)[tool])) : 0;
+}
+
+Vector ToolTerm::arm(std::size_t tool, std::int32_t node, const Vector& displacement,
+                     const Pose& pose) const {
+  return place(context_.body->subdomain(), node) - (*tools_)[tool].at + (displacement - pose.displacement);
+}
+
 ToolTerm::Touch ToolTerm::touch(std::size_t tool, std::int32_t node, const Vector& displacement,
-                                const Vector& of_tool) const {
+                                const Pose& pose) const {
   Touch touch;
-  touch.relative = displacement - of_tool;
-  const ToolSurface surface = surface_from(
-      (*tools_)[tool], place(context_.body->subdomain(), node) - (*tools_)[tool].at + touch.relative);
+  const Vector from = pose.in(arm(tool, node, displacement, pose));
+  touch.relative = pose.orientation ? from - (place(context_.body->subdomain(), node) - (*tools_)[tool].at)
+                                    : displacement - pose.displacement;
+  const ToolSurface surface = surface_from((*tools_)[tool], from);
   touch.depth = moving_[tool].offset - surface.distance;
   touch.normal = surface.normal;
   return touch;
@@ -195,10 +214,10 @@ template <class Visit>
 void ToolTerm::for_touches(double time, std::span<const double> displacement, double gap,
                            const Visit& visit) const {
   for (std::size_t t = 0; t < tools_->size(); ++t) {
-    const Vector of_tool = displacement_at(t, time);
+    const Pose pose = pose_at(t, time);
     for (std::int32_t n = 0; index(n) < driven_.size(); ++n) {
-      const Touch one = touch(t, n, displacement_of(displacement, n), of_tool);
-      if (one.depth > -gap) visit(t, n, one);
+      const Touch one = touch(t, n, displacement_of(displacement, n), pose);
+      if (one.depth > -gap) visit(t, n, one, pose);
     }
   }
 }
@@ -237,12 +256,14 @@ void ToolTerm::find_contacts(double time, const MovingNodes& nodes, double margi
   std::ranges::copy_if(contacts_, std::back_inserter(kept), &Contact::has_touched);
   std::ranges::sort(kept, {}, &Contact::place);
   contacts_.clear();
+  std::vector<Pose> poses;
+  for (std::size_t t = 0; t < tools_->size(); ++t) poses.push_back(pose_at(t, time));
   auto next = kept.begin();
   for (std::int32_t n = 0; index(n) < driven_.size(); ++n)
     for (std::size_t t = 0; t < tools_->size(); ++t) {
       if (next != kept.end() && next->place() == std::pair{n, t})
         contacts_.push_back(*next++);
-      else if (touch(t, n, nodes.whole_displacement(n), displacement_at(t, time)).depth > -margin)
+      else if (touch(t, n, nodes.whole_displacement(n), poses[t]).depth > -margin)
         contacts_.push_back({.node = n, .tool = t});
     }
   std::ranges::fill(first_contact_, contacts_.size());
@@ -264,14 +285,22 @@ void ToolTerm::before_kick(std::size_t block, const Substep& substep, MovingNode
 void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes& nodes) {
   for (std::size_t c = first_contact_[block]; c < first_contact_[block + 1]; ++c) {
     Contact& contact = contacts_[c];
-    const Touch now = touch(contact.tool, contact.node, nodes.whole_displacement(contact.node),
-                            displacement_at(contact.tool, substep.kick_time));
+    const Moving& tool = moving_[contact.tool];
+    const Pose pose = pose_at(contact.tool, substep.kick_time);
+    const Vector displacement = nodes.whole_displacement(contact.node);
+    const Touch now = touch(contact.tool, contact.node, displacement, pose);
     if (now.depth <= 0) continue;
     if (!contact.anchor) contact.anchor = now.relative;
-    const Vector force = this->force(contact.tool, contact.node, now,
-                                     moving_[contact.tool].friction > 0 ? &*contact.anchor : nullptr);
-    const Vector velocity = velocity_at(contact.tool, substep.kick_time, &substep.step);
-    const double push = dot(force, now.normal);
+    const Vector force = pose.out(
+        this->force(contact.tool, contact.node, now, tool.friction > 0 ? &*contact.anchor : nullptr));
+    const Vector normal = pose.out(now.normal);
+    Vector velocity = velocity_at(contact.tool, substep.kick_time, &substep.step);
+    if (tool.turning) {
+      const Vector arm = this->arm(contact.tool, contact.node, displacement, pose);
+      velocity = velocity + cross(tool.turning->spin(), arm);
+      contact.moment = contact.moment + substep.kick * cross(arm, force);
+    }
+    const double push = dot(force, normal);
     for (int i = 0; i < 3; ++i) {
       if (is_driven(contact.node, i))
         // The support takes the force, and its work.
@@ -284,7 +313,7 @@ void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes
       const double before = contact.velocity[index(i)];
       const double after = is_driven(contact.node, i) ? before : nodes.velocity(contact.node, i);
       const double sliding = 0.5 * (before + after) - velocity[index(i)];
-      contact.taken -= substep.kick * (force[index(i)] - push * now.normal[index(i)]) * sliding;
+      contact.taken -= substep.kick * (force[index(i)] - push * normal[index(i)]) * sliding;
       // What moves by forces does its work when it takes over the impulse.
       if (!(*tools_)[contact.tool].has_mass())
         contact.work += substep.kick * force[index(i)] * velocity[index(i)];
@@ -293,20 +322,24 @@ void ToolTerm::after_kick(std::size_t block, const Substep& substep, MovingNodes
 }
 
 double ToolTerm::move_tools(const mechanics::StepSpan& step) {
-  std::vector<std::vector<double>> impulses(3 * tools_->size());
-  bool moves_by_forces = false;
-  for (std::size_t t = 0; t < tools_->size(); ++t)
-    moves_by_forces = moves_by_forces || (*tools_)[t].has_mass();
+  // Impulses, then their moments.
+  const std::size_t first_moment = 3 * tools_->size();
+  std::vector<std::vector<double>> impulses(
+      std::ranges::any_of(*tools_, &input::Tool::turns) ? 2 * first_moment : first_moment);
+  const bool moves_by_forces = std::ranges::any_of(*tools_, &input::Tool::has_mass);
   if (moves_by_forces)
     for (const Contact& contact : contacts_)
-      for (std::size_t i = 0; i < 3; ++i)
-        if (contact.impulse[i] != 0) impulses[3 * contact.tool + i].push_back(contact.impulse[i]);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t place = 3 * contact.tool + i;
+        if (contact.impulse[i] != 0) impulses[place].push_back(contact.impulse[i]);
+        if (contact.moment[i] != 0) impulses[first_moment + place].push_back(contact.moment[i]);
+      }
   const double duration = step.end - step.begin;
   double fastest = 0;
   const auto sums = moves_by_forces ? parallel::exact_sums(*context_.group, impulses) : std::vector<double>();
   for (std::size_t t = 0; t < tools_->size(); ++t) {
     const Vector before = velocity_at(t, step.begin, &step);
-    fastest = std::max(fastest, norm(before));
+    fastest = std::max(fastest, norm(before) + turning_speed(t));
     if (!(*tools_)[t].has_mass()) continue;
     Moving& moving = moving_[t];
     for (int i = 0; i < 3; ++i) {
@@ -319,7 +352,12 @@ double ToolTerm::move_tools(const mechanics::StepSpan& step) {
       moving.displacement[index(i)] += duration * mean;
       moving.work += sums[3 * t + index(i)] * mean;
     }
-    fastest = std::max(fastest, norm(moving.velocity));
+    if (moving.turning) {
+      const double* const sum = &sums[first_moment + 3 * t];
+      const Vector moment{sum[0], sum[1], sum[2]};
+      moving.work += dot(moment, moving.turning->turn(-1.0 * moment, duration));
+    }
+    fastest = std::max(fastest, norm(moving.velocity) + turning_speed(t));
   }
   time_ = step.end;
   return fastest;
@@ -327,10 +365,10 @@ double ToolTerm::move_tools(const mechanics::StepSpan& step) {
 
 void ToolTerm::settle_anchors(const MovingNodes& nodes) {
   for (Contact& contact : contacts_) {
-    contact.impulse = {};
+    contact.impulse = contact.moment = {};
     if (!contact.anchor) continue;
     const Touch now = touch(contact.tool, contact.node, nodes.whole_displacement(contact.node),
-                            displacement_at(contact.tool, time_));
+                            pose_at(contact.tool, time_));
     contact.held = 0;
     if (now.depth <= 0) {
       contact.anchor.reset();
@@ -372,14 +410,15 @@ void ToolTerm::add_dissipated(std::vector<double>& sum) const {
 }
 
 void ToolTerm::add_stored(const parallel::NodeField& displacement, std::vector<double>& sum) const {
-  for_touches(time_, displacement.owned(), 0, [&](std::size_t tool, std::int32_t node, const Touch& now) {
-    double square = now.depth * now.depth;
-    if (const Vector* const anchor = anchor_of(tool, node)) {
-      const Vector held = stretch(tool, now, *anchor);
-      square += dot(held, held);
-    }
-    sum.push_back(0.5 * stiffness(tool, node) * square);
-  });
+  for_touches(time_, displacement.owned(), 0,
+              [&](std::size_t tool, std::int32_t node, const Touch& now, const Pose&) {
+                double square = now.depth * now.depth;
+                if (const Vector* const anchor = anchor_of(tool, node)) {
+                  const Vector held = stretch(tool, now, *anchor);
+                  square += dot(held, held);
+                }
+                sum.push_back(0.5 * stiffness(tool, node) * square);
+              });
 }
 
 Demand ToolTerm::demand(double from, double to) const {
@@ -392,7 +431,7 @@ Demand ToolTerm::demand(double from, double to) const {
              std::ranges::min({curve[0].next_kink(time), curve[1].next_kink(time), curve[2].next_kink(time)}))
       demand.velocity = std::max(demand.velocity, norm(velocity_at(t, time, nullptr)));
     demand.velocity = std::max({demand.velocity, norm(velocity_at(t, to, nullptr)),
-                                (*tools_)[t].has_mass() ? norm(moving_[t].velocity) : 0});
+                                (*tools_)[t].has_mass() ? norm(moving_[t].velocity) + turning_speed(t) : 0});
   }
   return demand;
 }
@@ -436,7 +475,7 @@ NodeResponse ToolTerm::response(std::size_t tool, std::int32_t node, const Touch
 void ToolTerm::add_responses(double time, std::span<const double> displacement,
                              std::vector<NodeResponse>& responses) const {
   for_touches(time, displacement, touching_share * spacing_,
-              [&](std::size_t tool, std::int32_t node, const Touch& now) {
+              [&](std::size_t tool, std::int32_t node, const Touch& now, const Pose&) {
                 NodeResponse& one = responses.emplace_back(response(tool, node, now));
                 for (int i = 0; i < 3; ++i)
                   if (is_driven(node, i)) one.force[index(i)] = 0;
@@ -456,7 +495,7 @@ void ToolTerm::add_unknown_responses(double time, std::span<const double> displa
   std::vector<std::array<UnknownResponse, 3>> of_tools(tools_->size());
   std::vector<std::vector<double>> forces(6 * tools_->size());
   for_touches(time, displacement, touching_share * spacing_,
-              [&](std::size_t tool, std::int32_t node, const Touch& now) {
+              [&](std::size_t tool, std::int32_t node, const Touch& now, const Pose&) {
                 const NodeResponse one = response(tool, node, now);
                 for (std::size_t i = 0; i < 3; ++i) {
                   if (!is_unknown(tool, i)) continue;
@@ -498,12 +537,13 @@ void ToolTerm::add_supports(std::vector<mechanics::Support>& supports) const {
 void ToolTerm::rest_at(double time, const parallel::NodeField& displacement) {
   time_ = time;
   for (std::size_t t = 0; t < tools_->size(); ++t) {
-    (*at_rest_)[t].displacement = displacement_at(t, time);
+    const Pose pose = pose_at(t, time);
+    (*at_rest_)[t].displacement = pose.displacement;
     if (moving_[t].friction == 0) continue;
     const auto& before = (*at_rest_)[t].springs;
     std::map<std::int32_t, ToolAtRest::Spring> springs;
     for (std::int32_t n = 0; index(n) < driven_.size(); ++n) {
-      const Touch now = touch(t, n, displacement_of(displacement.owned(), n), (*at_rest_)[t].displacement);
+      const Touch now = touch(t, n, displacement_of(displacement.owned(), n), pose);
       const bool is_near = now.depth >= -touching_share * spacing_;
       const auto found = before.find(n);
       // A node that comes into contact is held from where it was in the last equilibrium.
@@ -526,19 +566,26 @@ void ToolTerm::rest_at(double time, const parallel::NodeField& displacement) {
 void ToolTerm::measure(double time, const parallel::NodeField& displacement, const parallel::NodeField*,
                        LoadState& state) const {
   std::vector<std::vector<double>> terms(4 * tools_->size());
-  for_touches(time, displacement.owned(), 0, [&](std::size_t tool, std::int32_t node, const Touch& now) {
-    const Vector push = force(tool, node, now, anchor_of(tool, node));
-    for (std::size_t i = 0; i < 3; ++i) terms[4 * tool + i].push_back(push[i]);
-  });
+  for_touches(time, displacement.owned(), 0,
+              [&](std::size_t tool, std::int32_t node, const Touch& now, const Pose& pose) {
+                const Vector push = pose.out(force(tool, node, now, anchor_of(tool, node)));
+                for (std::size_t i = 0; i < 3; ++i) terms[4 * tool + i].push_back(push[i]);
+              });
   for (const Contact& contact : contacts_) terms[4 * contact.tool + 3].push_back(contact.lost());
   for (std::size_t t = 0; t < tools_->size(); ++t)
     for (const auto& [node, lost] : moving_[t].lost) terms[4 * t + 3].push_back(lost);
   const auto sums = parallel::exact_sums(*context_.group, terms);
   for (std::size_t t = 0; t < tools_->size(); ++t) {
     ToolState tool;
-    tool.displacement = displacement_at(t, time);
+    const Pose pose = pose_at(t, time);
+    tool.displacement = pose.displacement;
     tool.position = (*tools_)[t].at + tool.displacement;
     tool.velocity = velocity_at(t, time, nullptr);
+    if (pose.orientation) {
+      const Eigen::Quaterniond& turn = *pose.orientation;
+      tool.orientation = {turn.w(), turn.x(), turn.y(), turn.z()};
+      tool.spin = moving_[t].turning->spin();
+    }
     tool.reaction = {sums[4 * t], sums[4 * t + 1], sums[4 * t + 2]};
     tool.friction_work = sums[4 * t + 3];
     for (std::size_t i = 0; i < 3; ++i) state.works.push_back({tool.reaction[i], tool.displacement[i], true});
@@ -564,13 +611,14 @@ std::vector<parallel::NumberedRows> ToolTerm::save() const {
     tables.push_back(parallel::gather_rows(*context_.group, local));
   }
   parallel::NumberedRows tools;
-  tools.width = 8;
+  tools.width = 8 + RigidTurning::State{}.size();
   if (context_.group->is_root())
     for (std::size_t t = 0; t < tools_->size(); ++t) {
       tools.numbers.push_back(static_cast<std::int64_t>(t));
       put(tools, moving_[t].displacement);
       put(tools, moving_[t].velocity);
       put(tools, std::array{time_, moving_[t].work});
+      put(tools, moving_[t].turning ? moving_[t].turning->state() : RigidTurning::State{});
     }
   tables.push_back(parallel::gather_rows(*context_.group, tools));
   return tables;
@@ -603,6 +651,9 @@ void ToolTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
     moving_[t].velocity = vector_at(tool, 3);
     time_ = std::bit_cast<double>(tool[6]);
     moving_[t].work = std::bit_cast<double>(tool[7]);
+    RigidTurning::State turning;
+    for (std::size_t i = 0; i < turning.size(); ++i) turning[i] = std::bit_cast<double>(tool[8 + i]);
+    if (moving_[t].turning) moving_[t].turning->restore(turning);
   }
   std::ranges::sort(contacts_, {}, &Contact::place);
   must_find_ = true;

@@ -3,6 +3,7 @@
 
 #include "common/index.h"
 #include "dynamics/moving_body.h"
+#include "dynamics/rigid_turning.h"
 #include "dynamics/term.h"
 #include "dynamics/tool_shape.h"
 #include "input/tool.h"
@@ -41,8 +42,8 @@ struct ToolAtRest {
 /// touches that one: its surface is offset by the gap.
 ///
 /// In motion a tool with a mass moves by the position Verlet scheme: over a step it goes on at its velocity,
-/// then it takes over the impulse of the step. In equilibrium its position, or that of any tool with a force,
-/// is an unknown along the axes of the force.
+/// then it takes over the impulse of the step; likewise it turns, by RigidTurning. In equilibrium its
+/// position, or that of any tool with a force, is an unknown along the axes of the force.
 class ToolTerm final : public Term {
 public:
   /// Collective. The references must outlive the object.
@@ -86,7 +87,16 @@ public:
   void restore(const std::vector<parallel::NumberedRows>& rows) override;
 
 private:
-  /// How a node is inside a tool.
+  /// Where a tool is.
+  struct Pose {
+    Vector displacement{};
+    std::optional<Eigen::Quaterniond> orientation = {};  ///< of a tool that turns
+    Vector out(const Vector& of_tool) const { return orientation ? turned(*orientation, of_tool) : of_tool; }
+    Vector in(const Vector& of_space) const {
+      return orientation ? turned(orientation->conjugate(), of_space) : of_space;
+    }
+  };
+  /// How a node is inside a tool, in the tool's frame.
   struct Touch {
     double depth = 0;  ///< negative outside [m]
     Vector normal{};
@@ -103,11 +113,11 @@ private:
     std::size_t tool = 0;
     std::array<double, 3> remainder{};            // of MovingNodes::kick
     Vector velocity{};                            // before the kick [m/s]
-    Vector impulse{};                             // on the body in this step [N s]
+    Vector impulse{}, moment{};                   // on the body in this step [N s], [N m s]
     double work = 0;                              // of the tool on the node [J]
     double taken = 0;                             // by the force along the surface [J]
     double held = 0;                              // of that in the spring now [J]
-    std::optional<Vector> anchor = {};            // relative displacement [m]
+    std::optional<Vector> anchor = {};            // as Touch::relative [m]
     double lost() const { return taken - held; }  // by friction
     std::pair<std::int32_t, std::size_t> place() const { return {node, tool}; }
     bool has_touched() const {
@@ -120,6 +130,7 @@ private:
     double stiffness_share = 1;                 // of that of contact with a heavy tool
     double friction = 0;
     Vector displacement{}, velocity{};    // at time_, of one that moves by forces
+    std::optional<RigidTurning> turning;  // of one that can turn, in motion
     double work = 0;                      // on the body, of one with a mass [J]
     std::map<std::int32_t, double> lost;  // by friction in equilibria, by node [J]
   };
@@ -130,14 +141,18 @@ private:
   }
   /// How contact at a node resists, and by which force, also along components that a motion prescribes.
   NodeResponse response(std::size_t tool, std::int32_t node, const Touch& touch) const;
-  Vector displacement_at(std::size_t tool, double time) const;
+  Pose pose_at(std::size_t tool, double time) const;
   Vector velocity_at(std::size_t tool, double time, const mechanics::StepSpan* step) const;
-  Touch touch(std::size_t tool, std::int32_t node, const Vector& displacement, const Vector& of_tool) const;
+  /// Its largest part by turning [m/s].
+  double turning_speed(std::size_t tool) const;
+  /// From the middle of a tool in its place to a node [m].
+  Vector arm(std::size_t tool, std::int32_t node, const Vector& displacement, const Pose& pose) const;
+  Touch touch(std::size_t tool, std::int32_t node, const Vector& displacement, const Pose& pose) const;
   /// Stiffness of contact [N/m].
   double stiffness(std::size_t tool, std::int32_t node) const {
     return moving_[tool].stiffness_share * stiffness_[index(node)];
   }
-  /// Force on the node, with friction if it has an anchor [N].
+  /// Force on the node in the tool's frame, with friction if it has an anchor [N].
   Vector force(std::size_t tool, std::int32_t node, const Touch& touch, const Vector* anchor) const;
   /// The stretch of the spring along the surface, at most as the friction allows [m].
   Vector stretch(std::size_t tool, const Touch& touch, const Vector& anchor) const;

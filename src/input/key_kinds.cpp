@@ -94,26 +94,6 @@ Key direction_key(std::string name, Access<Vector> access, Requirement requireme
           }};
 }
 
-std::array<bool, 3> read_axes(const Source& source) {
-  std::array<bool, 3> axes{};
-  const auto elements = read_elements(source, 0, distinct_axes);
-  for (std::size_t k = 0; elements && k < elements->size(); ++k) {
-    const Source& element = (*elements)[k];
-    const auto axis = read_choice(element, {axis_names.begin(), axis_names.end()});
-    if (!axis) continue;
-    if (axes[*axis]) element.report("{} appears twice; give {}", element.value.source, distinct_axes);
-    axes[*axis] = true;
-  }
-  return axes;
-}
-
-std::string show_axes(const std::array<bool, 3>& axes) {
-  std::vector<std::string> items;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (axes[axis]) items.emplace_back(axis_names[axis]);
-  return bracketed(items);
-}
-
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                  Requirement requirement, std::string help) {
   return value_key(

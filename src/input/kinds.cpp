@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "kinds.h"
 
+#include <algorithm>
+#include <array>
+
 namespace crackle::input {
 
 Requirement one_of_kinds(std::span<const char* const> kinds) {
@@ -52,6 +55,18 @@ std::optional<Components> read_components(const Source& source, const Dimension&
   }
   if (!sound) return {};
   return result;
+}
+
+std::optional<double> read_angular_velocity(const Source& source) {
+  const auto value = read_quantity(source, angular_velocity_dimension, {-1e9, 1e9});
+  const auto is_in_unit = [&](const char* angle) {
+    return source.value.string.find(angle) != std::string::npos;
+  };
+  constexpr std::array angles{"rad", "deg", "\u00b0", "rpm", "rps", "rev", "turn", "cycle", "circle"};
+  if (!value || std::ranges::any_of(angles, is_in_unit)) return value;
+  source.report("{} has no unit of angle; give an angle per time, such as \"3000 rpm\" or \"314 rad/s\"",
+                source.value.source);
+  return {};
 }
 
 std::string show_components(const Vector& value, const Dimension& dimension,

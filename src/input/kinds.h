@@ -34,6 +34,8 @@ struct Components {
 std::string components_form(const Dimension& dimension, bool may_be_free = false);
 std::optional<Components> read_components(const Source& source, const Dimension& dimension,
                                           const Range& range, bool may_be_free = false);
+/// Like read_quantity, but UDUNITS would take "50 Hz" for 50 rad/s: the unit must name an angle.
+std::optional<double> read_angular_velocity(const Source& source);
 std::string show_components(const Vector& value, const Dimension& dimension,
                             const std::array<bool, 3>& prescribed = {true, true, true});
 

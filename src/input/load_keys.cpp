@@ -75,14 +75,6 @@ Key load_rate_key() {
       }};
 }
 
-/// True if a unit names an angle. UDUNITS would take "50 Hz" for 50 rad/s.
-bool names_an_angle(std::string_view text) {
-  for (const std::string_view angle :
-       {"rad", "deg", "\u00b0", "rpm", "rps", "rev", "turn", "cycle", "circle"})
-    if (text.find(angle) != std::string_view::npos) return true;
-  return false;
-}
-
 Key angular_velocity_key() {
   const Dimension& dimension = angular_velocity_dimension;
   return {name_of(LoadKind::angular_velocity),
@@ -92,15 +84,8 @@ Key angular_velocity_key() {
           "centrifugal force in a rotating frame; a history multiplies the force",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             load(parameters, i).kind = LoadKind::angular_velocity;
-            const auto value = read_quantity(source, dimension, {-1e9, 1e9});
-            if (!value) return;
-            if (!names_an_angle(source.value.string)) {
-              source.report(
-                  "{} has no unit of angle; give an angle per time, such as \"3000 rpm\" or \"314 rad/s\"",
-                  source.value.source);
-              return;
-            }
-            load(parameters, i).angular_velocity = *value;
+            if (const auto value = read_angular_velocity(source))
+              load(parameters, i).angular_velocity = *value;
           },
           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             if (load(parameters, i).kind != LoadKind::angular_velocity) return {};

@@ -189,14 +189,42 @@ Key choice_key(std::string name, Access<Enum> access, std::vector<std::pair<std:
       });
 }
 
-/// "x", "y" and "z" of an array without repetitions.
-inline constexpr const char* distinct_axes = "an array of distinct axes from \"x\", \"y\", \"z\"";
-std::array<bool, 3> read_axes(const Source& source);
-std::string show_axes(const std::array<bool, 3>& axes);
-
 /// "[a, b]"
 inline std::string bracketed(const std::vector<std::string>& items) {
   return fmt::format("[{}]", fmt::join(items, ", "));
+}
+
+/// Which of the words an array has; it does not repeat them.
+/// @param form that is accepted
+template <std::size_t n>
+std::array<bool, n> read_words(const Source& source, const std::array<const char*, n>& words,
+                               const char* form) {
+  std::array<bool, n> has{};
+  const auto elements = read_elements(source, 0, form);
+  for (std::size_t k = 0; elements && k < elements->size(); ++k) {
+    const Source& element = (*elements)[k];
+    const auto word = read_choice(element, {words.begin(), words.end()});
+    if (!word) continue;
+    if (has[*word]) element.report("{} appears twice; give {}", element.value.source, form);
+    has[*word] = true;
+  }
+  return has;
+}
+
+template <std::size_t n>
+std::string show_words(const std::array<bool, n>& has, const std::array<const char*, n>& words) {
+  std::vector<std::string> items;
+  for (std::size_t k = 0; k < n; ++k)
+    if (has[k]) items.emplace_back(words[k]);
+  return bracketed(items);
+}
+
+inline constexpr const char* distinct_axes = "an array of distinct axes from \"x\", \"y\", \"z\"";
+inline std::array<bool, 3> read_axes(const Source& source) {
+  return read_words(source, axis_names, distinct_axes);
+}
+inline std::string show_axes(const std::array<bool, 3>& axes) {
+  return show_words(axes, axis_names);
 }
 
 /// Lengths: as many as the array has, or at least one in a vector, which is hidden while it is empty.

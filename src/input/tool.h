@@ -14,8 +14,10 @@ namespace crackle::input {
 enum class ToolShape { plane, cylinder, sphere, box };
 /// As spelled in the input.
 inline constexpr std::array tool_shape_names{"plane", "cylinder", "sphere", "box"};
+/// Ways in which a tool may move, as spelled in the input: along axes, and about them.
+inline constexpr std::array tool_freedoms{"x", "y", "z", "turn x", "turn y", "turn z"};
 
-/// A rigid body beside the specimen, which it touches but does not turn: a projectile, a roller, a platen.
+/// A rigid body beside the specimen, which it touches: a projectile, a roller, a platen.
 struct Tool {
   std::string name;  ///< empty: see name_of()
   ToolShape shape = ToolShape::sphere;
@@ -27,12 +29,14 @@ struct Tool {
   double mass = 0;           ///< [kg]; 0: it moves as prescribed
   /// At the start with a mass, otherwise prescribed [m/s].
   std::optional<Vector> velocity = {};
-  std::optional<Vector> displacement = {};       ///< prescribed [m]
-  std::optional<Vector> force = {};              ///< on the tool [N]
-  Vector rate{};                                 ///< of what is prescribed, per time
-  FactorTable history = {};                      ///< of what is prescribed, as of a Boundary
-  std::optional<std::array<bool, 3>> free = {};  ///< axes along which it can move, with a mass; empty: all
-  std::optional<double> friction = {};           ///< coefficient
+  std::optional<Vector> spin = {};          ///< angular velocity at the start, with a mass [rad/s]
+  std::optional<Vector> displacement = {};  ///< prescribed [m]
+  std::optional<Vector> force = {};         ///< on the tool [N]
+  Vector rate{};                            ///< of what is prescribed, per time
+  FactorTable history = {};                 ///< of what is prescribed, as of a Boundary
+  /// Of tool_freedoms, with a mass; empty: it moves along all axes.
+  std::optional<std::array<bool, 6>> free = {};
+  std::optional<double> friction = {};  ///< coefficient
 
   bool has_mass() const { return mass > 0; }
   /// The motion or force that is given, besides the velocity of a mass: a displacement, else a force, else a
@@ -42,6 +46,11 @@ struct Tool {
   /// Moves by the forces on it.
   bool is_driven_by_force() const { return has_mass() || force.has_value(); }
   bool moves_along(int axis_number) const { return !free || (*free)[static_cast<std::size_t>(axis_number)]; }
+  /// Axes about which it can turn.
+  std::array<bool, 3> turning() const {
+    return free ? std::array{(*free)[3], (*free)[4], (*free)[5]} : std::array<bool, 3>{};
+  }
+  bool turns() const { return turning() != std::array<bool, 3>{}; }
 };
 
 /// Its name, or "tool-0" by its number.

@@ -13,6 +13,8 @@ namespace {
 
 constexpr Range any_motion{-1e6, 1e6};
 constexpr Range any_force{-1e15, 1e15};
+constexpr const char* distinct_freedoms =
+    "an array of distinct words from \"x\", \"y\", \"z\", \"turn x\", \"turn y\", \"turn z\"";
 const std::string size_form =
     "three lengths along x, y and z of a box, or the length of a cylinder with ends, such as [\"10 mm\"]";
 
@@ -95,18 +97,40 @@ Key tool_rate_key() {
 Key free_key() {
   return {"free",
           "words",
-          optional("all"),
-          distinct_axes,
-          "axes along which a tool with a mass can move; none turns",
+          optional("x, y and z"),
+          distinct_freedoms,
+          "axes along which a tool with a mass can move; \"turn x\": it turns about x, with the inertia of a "
+          "homogeneous "
+          "body, in dynamic phases only",
           [](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto axes = read_axes(source);
-            if (axes == std::array<bool, 3>{})
-              source.report("leaves the tool no way to move; give {}", distinct_axes);
-            tool(parameters, i).free = axes;
+            const auto ways = read_words(source, tool_freedoms, distinct_freedoms);
+            if (source.value.kind == ValueKind::array && source.value.elements.empty())
+              source.report("leaves the tool no way to move; give {}", distinct_freedoms);
+            tool(parameters, i).free = ways;
           },
           [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             if (!tool(parameters, i).free) return {};
-            return show_axes(*tool(parameters, i).free);
+            return show_words(*tool(parameters, i).free, tool_freedoms);
+          }};
+}
+
+Key spin_key() {
+  const Dimension& dimension = angular_velocity_dimension;
+  return {"spin",
+          name_without_article(dimension),
+          optional("none"),
+          components_form(dimension),
+          "angular velocity of a mass at the start, about axes about which it turns",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto elements = read_elements(source, 3, components_form(dimension));
+            Vector spin{};
+            for (std::size_t axis = 0; elements && axis < 3; ++axis)
+              spin[axis] = read_angular_velocity((*elements)[axis]).value_or(0);
+            tool(parameters, i).spin = spin;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            if (!tool(parameters, i).spin) return {};
+            return show_components(*tool(parameters, i).spin, dimension);
           }};
 }
 
@@ -138,6 +162,12 @@ void check_shape(const Tool& tool, const std::string& table, Findings& findings)
   if (has(tool.shape, "radius")) must_give("radius", "a length such as \"5 mm\"");
   if (tool.shape == ToolShape::box)
     must_give("size", "three lengths such as [\"20 mm\", \"10 mm\", \"5 mm\"]");
+  if (tool.turns() && tool.shape == ToolShape::plane)
+    findings.report(table + ".free", "a plane cannot turn; leave out \"turn ...\"");
+  if (tool.turns() && tool.shape == ToolShape::cylinder && !findings.given(table + ".size"))
+    findings.report(
+        table + ".free",
+        "a cylinder without size has no ends and cannot turn; give its size, or leave out \"turn ...\"");
   if (findings.faulty(table + ".size") || findings.faulty(table + ".radius")) return;
   const std::size_t n_sizes = tool.shape == ToolShape::box ? 3 : 1;
   if (!tool.size.empty() && tool.size.size() != n_sizes)
@@ -163,10 +193,17 @@ void check_motion(const Tool& tool, const std::string& table, const Time& time, 
     if (tool.displacement)
       findings.report(path("displacement"),
                       "a tool with a mass moves by the forces on it; leave one of the two out");
-    if (tool.velocity && !starts_at_rest && !may_rest)
-      findings.report(path("velocity"),
-                      "the velocity of a tool with a mass is that at the start, which requires time.start = "
-                      "\"rest\"; leave it out, or leave out its mass");
+    for (const char* const key : {"velocity", "spin"})
+      if (findings.given(path(key)) && !starts_at_rest && !may_rest)
+        findings.report(path(key),
+                        "the {} of a tool with a mass is that at the start, which requires time.start = "
+                        "\"rest\"; leave it out, or leave out its mass",
+                        key);
+    if (tool.spin && !findings.faulty(path("free")) && !findings.faulty(path("spin")))
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if ((*tool.spin)[axis] != 0 && !tool.turning()[axis])
+          findings.report(path("spin"), "the tool cannot turn about {}; add \"turn {}\" to free",
+                          axis_names[axis], axis_names[axis]);
   } else {
     int n = 0;
     for (const auto* value : {&tool.displacement, &tool.velocity, &tool.force}) n += value->has_value();
@@ -174,8 +211,9 @@ void check_motion(const Tool& tool, const std::string& table, const Time& time, 
       findings.report(table, "prescribes more than one of displacement, velocity and force; give one");
     if (tool.force && starts_at_rest && !may_rest)
       findings.report(path("force"), "moves a tool only if that has a mass; give its mass, such as \"5 g\"");
-    if (findings.given(path("free")))
-      findings.report(path("free"), "belongs to a tool with a mass; leave it out");
+    for (const char* const key : {"free", "spin"})
+      if (findings.given(path(key)))
+        findings.report(path(key), "belongs to a tool with a mass; leave it out");
   }
   for (const char* const key : {"rate", "history"}) {
     if (!findings.given(path(key))) continue;
@@ -242,6 +280,7 @@ Table tool_table() {
        motion_key(BoundaryKind::displacement, &Tool::displacement, "none", "prescribed").also_called({"u"}),
        motion_key(BoundaryKind::velocity, &Tool::velocity, "none", "prescribed; of a mass that at the start")
            .also_called({"v", "speed"}),
+       spin_key(),
        motion_key(BoundaryKind::force, &Tool::force, "none",
                   "on the tool; without a mass it keeps its place in dynamic phases")
            .also_called({"F", "load"}),

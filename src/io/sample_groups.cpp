@@ -113,6 +113,14 @@ void write_tools(hid_t history, const std::vector<input::Tool>& tools, const std
     write("velocity", &ToolState::velocity, "m/s", "(x, y, z); 0 in equilibrium unless it is prescribed");
     write("reaction", &ToolState::reaction, "N", "force on the body (x, y, z)");
     label_as(group, {"position", "displacement", "velocity", "reaction"}, {"moment", "component"});
+    if (tools[t].turns()) {
+      write("orientation", &ToolState::orientation, "1",
+            "unit quaternion that turns the tool from its place at the start (w, x, y, z); 1, 0, 0, 0 in "
+            "equilibrium");
+      write("spin", &ToolState::spin, "rad/s", "angular velocity (x, y, z); 0 in equilibrium");
+      label_as(group, {"orientation"}, {"moment", "quaternion"});
+      label_as(group, {"spin"}, {"moment", "component"});
+    }
     write("friction_work", &ToolState::friction_work, "J",
           "energy lost by friction so far, in dynamic phases since the start of the phase");
     label_as(group, {"friction_work"}, {"moment"});

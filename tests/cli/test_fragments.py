@@ -168,6 +168,9 @@ class Fragments(unittest.TestCase):
                                              ("box", (0, 0, 0), (9, 2, 4), (2, 1), (4, 5)), ("plane", (0, 0, -1), (), (2, 3), (4, 3))):
             corners = Tool(shape=shape, axis=np.array(axis), size=np.array(size), **at_rest).outline(0.5)
             np.testing.assert_allclose((corners.min(axis=0), corners.max(axis=0)), (low, high), atol=1e-9, err_msg=shape)
+        quarter = np.tile(np.array((1, 1, 0, 0)) / np.sqrt(2), (2, 1))
+        corners = Tool(shape="box", axis=np.zeros(3), size=np.array((9, 2, 4)), orientation=quarter, **at_rest).outline(0.5)
+        np.testing.assert_allclose((corners.min(axis=0), corners.max(axis=0)), ((1, 2), (5, 4)), atol=1e-9)
         self.assertEqual(len(Tool(shape="plane", axis=np.array((1, 0, 0)), size=np.array(()), **at_rest).outline(0)), 0)
 
     def test_pictures_show_them(self):

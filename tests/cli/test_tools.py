@@ -70,11 +70,12 @@ DAMAGE = {
     "force": ['["1e14 N", "0 N", "0 N"]', '["0 N", "0 N", "nan N"]', '["1 N"]'],
     "rate": ['["1e17 mm/s", "0 mm/s", "0 mm/s"]', '["0 N/s", "0 N/s", "1 N/s"]', "1"],
     "history": ["[]", '[["1 us", 1]]', '[["0 us", 1], ["0 us", 2]]', '[["0 us", nan]]', '[["0 us", 1e30], ["1 us", -1e30]]'],
-    "free": ["[]", '["w"]', '["x", "x"]'],
+    "free": ["[]", '["w"]', '["x", "x"]', '["turn x"]', '["z", "turn"]', '["x", "y", "z", "turn x", "turn y", "turn z"]'],
+    "spin": ['["1 rad/s", "0 rad/s"]', '["1e12 rad/s", "0 rad/s", "0 rad/s"]', '["1e6 rad/s", "1e6 rad/s", "1e6 rad/s"]', '["nan rad/s", "0 rad/s", "0 rad/s"]', '["0 rad/s", "1 Hz", "0 rad/s"]'],
     "friction": ["-1", "11", "nan", '"0.3"'],
     "name": ['""', "3", '"a/b"', '"."', '"one"']}
 NEW = ['weight = "3 g"', 'mass = "1 g"', 'velocity = ["0 m/s", "0 m/s", "1 m/s"]', 'displacement = ["0 mm", "0 mm", "-0.01 mm"]', 'force = ["0 N", "0 N", "-1 N"]',
-       'radius = "1 mm"', "axis = [0, 0, 1]", 'size = ["1 mm"]', 'rounding = "0.1 mm"', 'free = ["z"]', 'rate = ["0 mm/s", "0 mm/s", "1 mm/s"]', 'history = [["0 s", 0], ["1 s", 1]]']
+       'radius = "1 mm"', "axis = [0, 0, 1]", 'size = ["1 mm"]', 'rounding = "0.1 mm"', 'free = ["z"]', 'free = ["x", "turn x"]', 'spin = ["0 rpm", "0 rpm", "3000 rpm"]', 'rate = ["0 mm/s", "0 mm/s", "1 mm/s"]', 'history = [["0 s", 0], ["1 s", 1]]']
 
 
 def lengths(values: list[float], unit: str = "mm") -> str:
@@ -113,10 +114,10 @@ def tool(draw: random.Random, body: str, start: str, face: int, side: int, name:
     lines.append(f"at = {lengths(place)}")
     if draw.random() < 0.5:
         lines.append(f"friction = {draw.choice((0, 0.1, 0.5, 2))}")
-    return lines + motion(draw, start, inward)
+    return lines + motion(draw, start, inward, shape in ("sphere", "box") or any(line.startswith("size") for line in lines))
 
 
-def motion(draw: random.Random, start: str, inward: list[float]) -> list[str]:
+def motion(draw: random.Random, start: str, inward: list[float], can_turn: bool) -> list[str]:
     def along(value: float, unit: str) -> str:
         return lengths([value * one for one in inward], unit)
 
@@ -125,8 +126,14 @@ def motion(draw: random.Random, start: str, inward: list[float]) -> list[str]:
         lines = [f'mass = "{draw.choice((1e-3, 0.1, 20)):g} g"', f'velocity = {along(draw.choice((0.1, 5, 50)), "m/s")}']
         if draw.random() < 0.3:
             lines.append(f'force = {along(draw.choice((1, 10)), "N")}')
-        if draw.random() < 0.5:
-            lines.append("free = [" + ", ".join(f'"{"xyz"[a]}"' for a in range(3) if inward[a] or draw.random() < 0.5) + "]")
+        turns = can_turn and draw.random() < 0.6
+        if turns or draw.random() < 0.5:
+            along_axes = ["xyz"[a] for a in range(3) if inward[a] or draw.random() < 0.5]
+            about = [axis for axis in "xyz" if draw.random() < 0.7] if turns else []
+            spins = lengths([draw.choice((0, 1e2, 1e4)) * (axis in about) for axis in "xyz"], "rad/s")
+            lines.append("free = [" + ", ".join(f'"{way}"' for way in along_axes + [f"turn {axis}" for axis in about]) + "]")
+            if about and draw.random() < 0.5:
+                lines.append(f"spin = {spins}")
         return lines
     if kind == "velocity":
         return [f'velocity = {along(draw.choice((0.1, 5, 20)) if start == "rest" else 1e-3, "m/s")}']
@@ -180,12 +187,20 @@ def make(number: int) -> tuple[str, bool]:
                         tools="".join("[[tool]]\n" + "\n".join(one) + "\n" for one in tools)), sound
 
 
+def energy_at_start(tool: dict, history: dict) -> float:
+    """Of a tool that moves by forces, roughly [J]."""
+    speed = np.linalg.norm(history["velocity"][0])
+    if "spin" in history:
+        speed = np.hypot(speed, np.linalg.norm(history["spin"][0]) * 0.6 * max(tool["radius"], 0.5 * np.linalg.norm(tool.get("size", 0))))
+    return 0.5 * tool["mass"] * speed ** 2
+
+
 def faults_of_run(text: str, folder: Path) -> list[str]:
     """Of an input that was accepted."""
     sample, faults = crackle.open(folder / "out")[0], []
     with sample.open() as root:
         # A light tool hits and leaves between two outputs: its energy is the scale, not the work that it has done in the end.
-        thrown = sum(0.5 * tool.attrs["mass"] * (root[f"history/tools/{name}/velocity"][0] ** 2).sum() for name, tool in root["tools"].items())
+        thrown = sum(energy_at_start(tool.attrs, root["history/tools"][name]) for name, tool in root["tools"].items())
         if "energy" in root:
             rows = {name: values[...] for name, values in root["energy"].items()}
             imbalance = rows["external"] - rows["kinetic"] - rows["strain"] - rows["released"] - rows["dissipated"]

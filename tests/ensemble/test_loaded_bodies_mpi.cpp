@@ -199,7 +199,7 @@ void expect_weakened(const SampleResult& result) {
   EXPECT_LT(result.energy_error, 1e-3);
 }
 
-/// A ball strikes a plate's middle, rubs along it, and breaks it.
+/// A ball that spins strikes a plate's middle, rubs along it, and breaks it.
 input::Parameters struck_plate(input::Integrator integrator) {
   auto parameters = test::brittle({0.001, 0.006, 0.008});
   parameters.time.start = input::Start::rest;
@@ -214,6 +214,8 @@ input::Parameters struck_plate(input::Integrator integrator) {
   ball.mass = 2e-5;
   ball.velocity = Vector{-20, 5, 0};
   ball.friction = 0.2;
+  ball.free = {true, true, true, true, false, true};
+  ball.spin = Vector{1e3, 0, 2e4};
   parameters.tools = {ball};
   return parameters;
 }
@@ -225,6 +227,8 @@ void expect_struck(const SampleResult& result) {
   EXPECT_GT(result.breaks.size(), 10U);
   EXPECT_GT(ball.velocity[0], -19);
   EXPECT_GT(ball.friction_work, 0);
+  EXPECT_NE(ball.spin[0], 1e3);
+  EXPECT_EQ(ball.spin[1], 0) << "it cannot turn about y";
   EXPECT_LT(result.energy_error, 0.02);
 }
 

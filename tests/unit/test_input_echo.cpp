@@ -221,7 +221,7 @@ std::vector<InputTable> regions() {
   return tables;
 }
 
-/// Loads on the whole body and factors along a face, at rest and in equilibrium.
+/// Loads on the whole body, factors along a face and a tool that spins, at rest and in equilibrium.
 std::vector<std::vector<InputTable>> loads() {
   std::vector<std::vector<InputTable>> all(2, minimal_tables());
   std::vector<InputTable>&struck = all[0], &still = all[1];
@@ -232,6 +232,13 @@ std::vector<std::vector<InputTable>> loads() {
        {{"velocity_gradient",
          R"([["0 1/s", "0 1/s", "0 1/s"], ["0 1/s", "5000 1/s", "0 1/s"], ["0 1/s", "0 1/s", "1 1/s"]])"},
         {"center", R"(["0 mm", "12 mm", "70 mm"])"}}});
+  struck.push_back({"[[tool]]",
+                    {{"shape", R"("sphere")"},
+                     {"at", R"(["2 mm", "12 mm", "-9 mm"])"},
+                     {"radius", R"("2 mm")"},
+                     {"mass", R"("5 g")"},
+                     {"free", R"(["z", "turn y"])"},
+                     {"spin", R"(["0 rad/s", "60 rpm", "0 rad/s"])"}}});
   still.push_back({"[[load]]",
                    {{"acceleration", R"(["0 m/s^2", "0 m/s^2", "-9.81 m/s^2"])"},
                     {"rate", R"(["0 m/s^3", "0 m/s^3", "-100 m/s^3"])"}}});
@@ -431,7 +438,7 @@ fracture: sample strength toughness fracture_toughness length exponent impulse a
 fracture.variation: sample of distribution modulus reference_volume coefficient_of_variation correlation_length
 boundary: place on; points region.x region.y region.z; sample fix force traction velocity displacement pressure absorbing rate history factor.along factor.table name
 load: sample acceleration body_force angular_velocity axis point velocity velocity_gradient center rate history
-tool: sample name; points shape at axis radius; sample size rounding mass displacement velocity force rate history free friction
+tool: sample name; points shape at axis radius; sample size rounding mass displacement velocity spin force rate history free friction
 initial.stress: sample along surface profile components temperature expansion material history
 time: sample start step mass_scaling duration integrator engine precision arrest after_separation
 damping: sample mass bulk

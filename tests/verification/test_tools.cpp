@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Rigid tools against exact solutions: impact on a bar, compression, sliding, and a sphere pressed into a
-// block.
+// Rigid tools against exact solutions: impact on a bar, compression, sliding, turning, and a sphere pressed
+// into a block.
 #include "common/index.h"
+#include "dynamics/rigid_turning.h"
 #include "dynamics/sample_run.h"
+#include "dynamics/tool_shape.h"
 
 #include "support/box_mesh.h"
 
 #include <gmock/gmock.h>
+#include <boost/math/special_functions/jacobi_elliptic.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -232,6 +237,237 @@ TEST(Tools, BendABeamAsLinesOfNodesDo) {
   EXPECT_NEAR(load / of_lines, 1, 0.02);
   EXPECT_LT(by_tools.counts.static_solves, 60);
   EXPECT_LT(by_tools.energy_error, 1e-2);
+}
+
+constexpr std::array<bool, 6> all_ways{true, true, true, true, true, true};
+
+double moment_about(const Tool& tool, int axis) {
+  return moment_of_inertia(tool)(axis, axis);
+}
+
+/// The energy of a tool's motion [J].
+double kinetic_energy(const Tool& tool, const ToolState& now) {
+  const auto& [w, x, y, z] = now.orientation;
+  const Vector spin = turned(Eigen::Quaterniond(w, -x, -y, -z), now.spin);
+  const Eigen::Vector3d own(spin.data());
+  return 0.5 * tool.mass * dot(now.velocity, now.velocity) + 0.5 * own.dot(moment_of_inertia(tool) * own);
+}
+
+Tool box_of(const std::vector<double>& size, double mass) {
+  Tool box;
+  box.shape = ToolShape::box;
+  box.size = size;
+  box.mass = mass;
+  box.free = all_ways;
+  return box;
+}
+
+TEST(ToolShapes, HaveTheInertiaOfTheirVolume) {
+  // Counted on a grid; a body that is all rounding is a sphere.
+  auto box = box_of({0.006, 0.004, 0.003}, 2.0), cylinder = box;
+  box.rounding = 0.001;
+  cylinder.shape = ToolShape::cylinder;
+  cylinder.axis = {0, 2, 0};
+  cylinder.size = {0.006};
+  cylinder.radius = 0.002;
+  cylinder.rounding = 0.0015;
+  for (const Tool& tool : {box, cylinder}) {
+    constexpr int n = 120;
+    Vector square{};
+    double inside = 0;
+    for (int i = 0; i < n * n * n; ++i) {
+      const Vector p{0.006 * ((i % n + 0.5) / n - 0.5), 0.006 * ((i / n % n + 0.5) / n - 0.5),
+                     0.006 * ((i / n / n + 0.5) / n - 0.5)};
+      if (surface_from(tool, p).distance > 0) continue;
+      inside += 1;
+      for (std::size_t k = 0; k < 3; ++k) square[k] += p[k] * p[k];
+    }
+    for (int k = 0; k < 3; ++k) {
+      const double counted = 2.0 * (square[index((k + 1) % 3)] + square[index((k + 2) % 3)]) / inside;
+      EXPECT_NEAR(moment_about(tool, k) / counted, 1, 2e-3) << k;
+    }
+  }
+  const double ball = 0.4 * 2.0 * 0.001 * 0.001;
+  box.size = {0.002, 0.002, 0.002};
+  cylinder.size = {0.002};
+  cylinder.radius = cylinder.rounding = 0.001;
+  EXPECT_NEAR(moment_about(box, 0) / ball, 1, 1e-12);
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(moment_about(cylinder, k) / ball, 1, 1e-12);
+}
+
+/// How far a free box that spins is from the exact solution, by Jacobi's elliptic functions: with a spin at
+/// the start in the plane of its first and third axes.
+struct SpinErrors {
+  double modulus = 0, spin = 0, energy = 0, momentum = 0;  // all but the first relative
+  double least = 0, most = 0;                              // spin about the middle axis, likewise
+};
+
+SpinErrors errors_of_spin(const Vector& start, double step) {
+  const Vector size{0.006, 0.004, 0.002};
+  auto box = box_of({size[0], size[1], size[2]}, 1e-3);
+  box.at = {0.1, 0, 0};
+  box.spin = start;
+  auto parameters = strong_bar({0.002, 0.002, 0.002});
+  parameters.time.start = input::Start::rest;
+  parameters.time.duration = 5e-4;
+  parameters.time.step = step;
+  parameters.tools = {box};
+  const auto result = run(parameters, test::make_box({.size = {0.002, 0.002, 0.002}, .cells = {2, 2, 2}}));
+  EXPECT_EQ(result.energy.back().external, 0);
+  const Eigen::Vector3d inertia = moment_of_inertia(box).diagonal();
+  const Eigen::Vector3d momentum = inertia.cwiseProduct(Eigen::Vector3d(start.data()));
+  const double energy = kinetic_energy(box, result.history.front().tools.at(0));
+  // The axis that the spin circles counts as the third.
+  const std::size_t third = momentum.squaredNorm() < 2 * energy * inertia[1] ? 0 : 2, first = 2 - third;
+  const double a = inertia[static_cast<Eigen::Index>(first)], b = inertia[1],
+               c = inertia[static_cast<Eigen::Index>(third)];
+  const double across = a * (c - a) * std::pow(start[first], 2),
+               along = c * (c - a) * std::pow(start[third], 2);
+  SpinErrors errors{.modulus = std::sqrt((b - a) * across / ((c - b) * along))};
+  const double rate = std::sqrt((c - b) * along / (a * b * c));
+  for (const HistoryRow& row : result.history) {
+    const ToolState& now = row.tools.at(0);
+    const auto& [w, x, y, z] = now.orientation;
+    const Eigen::Quaterniond orientation(w, x, y, z);
+    const Vector spin = turned(orientation.conjugate(), now.spin);
+    double cosine = 0, delta = 0;
+    const double sine = boost::math::jacobi_elliptic(errors.modulus, rate * row.load_time, &cosine, &delta);
+    Vector exact{0, std::sqrt(across / (b * (c - b))) * sine, 0};
+    exact[first] = start[first] * cosine;
+    exact[third] = start[third] * delta;
+    errors.spin = std::max(errors.spin, norm(spin - exact) / norm(start));
+    errors.energy = std::max(errors.energy, std::abs(kinetic_energy(box, now) / energy - 1));
+    const Eigen::Vector3d own = inertia.cwiseProduct(Eigen::Vector3d(spin.data()));
+    errors.momentum = std::max(errors.momentum, (orientation * own - momentum).norm() / momentum.norm());
+    errors.least = std::min(errors.least, spin[1] / norm(start));
+    errors.most = std::max(errors.most, spin[1] / norm(start));
+  }
+  return errors;
+}
+
+TEST(Tools, SpinAsEulersEquationsSay) {
+  // About the third and the first axis it is stable; about the middle one the spin goes over to the other
+  // sense.
+  for (const Vector& start : {Vector{5e3, 0, 1e5}, Vector{1e5, 0, 5e3}, Vector{1.2477e5, 0, 1e5}}) {
+    const SpinErrors coarse = errors_of_spin(start, 6e-8), fine = errors_of_spin(start, 3e-8);
+    std::printf(
+        "from (%g, 0, %g) rad/s, modulus %.6f: spin within %.1e and %.1e of the exact one, energy %.1e, "
+        "angular "
+        "momentum %.1e, about the middle axis %.3f to %.3f\n",
+        start[0], start[2], fine.modulus, coarse.spin, fine.spin, fine.energy, fine.momentum, fine.least,
+        fine.most);
+    EXPECT_LT(fine.spin, 0.01);
+    EXPECT_NEAR(coarse.spin / fine.spin, 4, 0.4);
+    EXPECT_LT(fine.energy, 1e-6);
+    EXPECT_LT(fine.momentum, 1e-12);
+    const bool is_near_middle = fine.modulus > 0.99;
+    EXPECT_EQ(fine.most > 0.9, is_near_middle);
+    EXPECT_EQ(fine.least < -0.9, is_near_middle);
+  }
+}
+
+TEST(Tools, RollDownASlopeUntilFrictionFails) {
+  // A sphere under its weight, on a slope of 30 degrees: rolls at 5/7 g sin alpha, and slips where tan alpha
+  // exceeds 7/2 of the friction, here 0.165. The weight grows within 0.6 ms.
+  const double radius = 0.01, weight = 80, alpha = std::numbers::pi / 6, ramp = 6e-4;
+  for (const double friction : {0.5, 0.2, 0.13, 0.05}) {
+    auto parameters = strong_bar({0.004, 0.016, 0.002});
+    parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true})};
+    parameters.time.start = input::Start::rest;
+    parameters.time.integrator = input::Integrator::verlet;
+    parameters.time.duration = 3e-3;
+    Tool ball;
+    ball.radius = radius;
+    ball.at = {0.002, 0.004, 0.002 + radius};
+    ball.mass = 0.0327;
+    ball.force = Vector{0, weight * std::sin(alpha), -weight * std::cos(alpha)};
+    ball.history = {{0, 0}, {ramp, 1}};
+    ball.friction = friction;
+    ball.free = all_ways;
+    parameters.tools = {ball};
+    const auto result = run(parameters, test::make_box({.size = {0.004, 0.016, 0.002}, .cells = {4, 16, 2}}));
+    const HistoryRow& end = result.history.back();
+    const ToolState& now = end.tools.at(0);
+    const double g_time = weight / ball.mass * (end.load_time - 0.5 * ramp);
+    const bool slips = std::tan(alpha) > 3.5 * friction;
+    const double speed =
+        (slips ? std::sin(alpha) - friction * std::cos(alpha) : 5.0 / 7 * std::sin(alpha)) * g_time;
+    const double turning = slips ? 2.5 * friction * std::cos(alpha) * g_time : speed;
+    double supplied = 0;
+    for (std::size_t i = 1; i < result.history.size(); ++i) {
+      const HistoryRow &before = result.history[i - 1], &after = result.history[i];
+      const double middle = 0.5 * (before.load_time + after.load_time);
+      supplied += std::min(1.0, middle / ramp) *
+                  dot(*ball.force, after.tools[0].displacement - before.tools[0].displacement);
+    }
+    const double error = (kinetic_energy(ball, now) + end.energy.external) / supplied - 1;
+    std::printf(
+        "friction %.2f %s: %.4f m/s, exactly %.4f; turns at %.4f m/s, exactly %.4f; energy %.1e, of the body "
+        "%.1e\n",
+        friction, slips ? "slips" : "rolls", now.velocity[1], speed, -radius * now.spin[0], turning, error,
+        result.energy_error);
+    EXPECT_NEAR(now.velocity[1] / speed, 1, 0.02);
+    EXPECT_NEAR(-radius * now.spin[0] / turning, 1, 0.05);
+    EXPECT_LT(std::abs(error), 3e-3);
+    EXPECT_LT(result.energy_error, 0.01);
+  }
+}
+
+TEST(Tools, HitOffTheirCentreAsRigidBodiesDo) {
+  // A box falls flat onto a post at a distance d from its centre. The post gives way by far less than d, and
+  // waves cross it a hundred times during the impact, so that it gives all energy back: the impulse is 2 v /
+  // (1/m + d^2/I).
+  const double distance = 0.006, speed = 0.1;
+  for (const bool turns : {true, false}) {
+    auto parameters = strong_bar({0.002, 0.002, 0.004});
+    parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true})};
+    parameters.time.start = input::Start::rest;
+    parameters.time.duration = 6e-4;
+    auto box = box_of({0.02, 0.02, 0.01}, 0.05);
+    box.at = {0.001, 0.001 - distance, 0.004 + 1e-6 + 0.005};
+    box.velocity = Vector{0, 0, -speed};
+    if (!turns) box.free = {true, true, true, false, true, true};
+    parameters.tools = {box};
+    const auto result = run(parameters, test::make_box({.size = {0.002, 0.002, 0.004}, .cells = {2, 2, 4}}));
+    const HistoryRow& end = result.history.back();
+    const ToolState& now = end.tools.at(0);
+    const double inertia = moment_about(box, 0);
+    const double impulse = 2 * speed / (1 / box.mass + (turns ? distance * distance / inertia : 0));
+    const double velocity = impulse / box.mass - speed, spin = turns ? impulse * distance / inertia : 0;
+    const double energy = kinetic_energy(box, now) / (0.5 * box.mass * speed * speed);
+    std::printf(
+        "%s: velocity %.5f m/s, exactly %.5f; spin %.4f rad/s, exactly %.4f; energy left %.5f; error %.1e\n",
+        turns ? "turns" : "does not turn", now.velocity[2], velocity, now.spin[0], spin, energy,
+        result.energy_error);
+    EXPECT_NEAR(now.velocity[2], velocity, 0.02 * speed);
+    EXPECT_NEAR(now.spin[0], spin, 0.02 * impulse * distance / inertia);
+    EXPECT_NEAR(energy, 1, 0.01);
+    EXPECT_EQ(now.reaction, Vector{});
+  }
+}
+
+TEST(Tools, OfLittleInertiaHaveASofterContact) {
+  // A corner of a light lath on a post is seven times as light as its middle.
+  auto parameters = strong_bar({0.002, 0.002, 0.004});
+  parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true})};
+  parameters.time.start = input::Start::rest;
+  parameters.time.integrator = input::Integrator::verlet;
+  parameters.time.duration = 4e-5;
+  auto lath = box_of({0.003, 0.02, 0.0002}, 1e-7);
+  lath.at = {0.001, 0.011, 0.0041 + 1e-6};
+  lath.velocity = Vector{0, 0, -2};
+  lath.friction = 0.5;
+  parameters.tools = {lath};
+  const auto result = run(parameters, test::make_box({.size = {0.002, 0.002, 0.004}, .cells = {2, 2, 4}}));
+  const HistoryRow& end = result.history.back();
+  const double whole = kinetic_energy(lath, result.history.front().tools.at(0));
+  const double left = kinetic_energy(lath, end.tools.at(0)) + end.energy.kinetic + end.energy.strain;
+  std::printf(
+      "mass of the corner %.3f of the whole; energy left %.5f, lost by friction %.5f, of the body's work "
+      "%.1e\n",
+      least_mass(lath) / lath.mass, left / whole, end.energy.dissipated / whole, result.energy_error);
+  EXPECT_GT(end.tools.at(0).velocity[2], -1.9);
+  EXPECT_NEAR((left + end.energy.dissipated) / whole, 1, 0.02);
 }
 
 TEST(Tools, ThatOverlapTheBodyAreRefused) {

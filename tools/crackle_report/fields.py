@@ -2,9 +2,13 @@
 """What a sample's file holds, in SI units; `sample_files` fills them."""
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
+from typing import Optional
 
 import numpy as np
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
 
 @dataclass(frozen=True)
@@ -78,30 +82,54 @@ class Tool:
     position: np.ndarray  # n x 3 [m]
     at: np.ndarray = field(default_factory=lambda: np.zeros(3))  # at the start of the sample [m]
     rounding: float = 0.0  # of edges [m]
+    orientation: Optional[np.ndarray] = None  # n x 4, quaternions w, x, y, z from the start of the sample
 
-    def displacement(self, time: float) -> np.ndarray:
-        """Since the start of the sample [m]."""
-        return np.array([np.interp(time, self.time, self.position[:, axis]) for axis in range(3)]) - self.at
+    def moved(self, points: np.ndarray, time: float) -> np.ndarray:
+        """Where points of the tool at the start of the sample are (n x 3) [m]."""
+        place = np.array([np.interp(time, self.time, self.position[:, axis]) for axis in range(3)])
+        return place + self._turned(points - self.at, time)
+
+    def _turned(self, ways: np.ndarray, time: float) -> np.ndarray:
+        if self.orientation is None:
+            return ways
+        w, x, y, z = (np.interp(time, self.time, part) for part in self.orientation.T)
+        return Rotation.from_quat((x, y, z, w)).apply(ways)
 
     def outline(self, time: float) -> np.ndarray:
         """Corners of its projection along x, y and z [m]; a line of a plane, none of one across x."""
-        place = np.array([np.interp(time, self.time, self.position[:, axis]) for axis in (1, 2)])
+        place = self.moved(self.at, time)[1:]
         along = self.axis[1:]
         is_across = np.hypot(*along) > 1e-6 * np.linalg.norm(self.axis) if self.axis.any() else False
-        if self.shape == "box":
-            half = self.size[1:] / 2
-            return place + half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-        if self.shape == "plane" or (self.shape == "cylinder" and is_across):
+        if self.shape == "box" or (self.shape == "cylinder" and self.size.size):
+            seen = place + self._turned(self._ends(), time)[:, 1:]
+            return seen[ConvexHull(seen).vertices]
+        if self.shape == "plane" or is_across:
             if not is_across:
                 return np.empty((0, 2))
             along = along / np.hypot(*along)
             beside = np.array([-along[1], along[0]])
             if self.shape == "plane":
                 return place + np.array([(-1.0,), (1.0,)]) * beside  # a metre to each side
-            length = self.size[0] / 2 if self.size.size else 1.0
-            return place + np.array([a * length * along + b * self.radius * beside for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+            return place + np.array([a * along + b * self.radius * beside for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
         turn = np.linspace(0, 2 * np.pi, 73)[:-1]
         return place + self.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+    def _ends(self) -> np.ndarray:
+        """From the middle at the start, the corners of a box or the rims of a cylinder (n x 3) [m]."""
+        if self.shape == "box":
+            return np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * self.size
+        first, second, along = axes_around(self.axis)
+        turn = np.linspace(0, 2 * np.pi, 73)[:-1, None]
+        rim = self.radius * (np.cos(turn) * first + np.sin(turn) * second)
+        return np.concatenate([rim + end * self.size[0] / 2 * along for end in (-1, 1)])
+
+
+def axes_around(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit vectors across an axis, and along it; right-handed."""
+    along = axis / np.linalg.norm(axis)
+    first = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+    first /= np.linalg.norm(first)
+    return first, np.cross(along, first), along
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,7 @@ def _tools(tools: list[Tool], frames: Frames, k: int) -> bytes:
     time, extent = float(frames.time[k]), (frames.nodes.min(axis=0), frames.nodes.max(axis=0))
     points, cells = zip(*(tool_surface(tool, *extent) for tool in tools))
     first = np.cumsum([0, *map(len, points)])
-    displacement = [np.tile(tool.displacement(time), (len(own), 1)) for tool, own in zip(tools, points)]
+    displacement = [tool.moved(own, time) - own for tool, own in zip(tools, points)]
     number = np.repeat(np.arange(len(tools), dtype="i4"), [len(own) for own in cells])
     return vtkhdf.grid(np.concatenate(points), np.concatenate([own + start for own, start in zip(cells, first)]), vtkhdf.QUADRILATERAL, time,
                        {"displacement": np.concatenate(displacement).astype("f4")}, {"tool": number})

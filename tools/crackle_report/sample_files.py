@@ -159,7 +159,8 @@ def _read_tools(root: h5py.File) -> list[Tool]:
     time = root["history/phase_time"][...][last]
     return [Tool(text_of(group.attrs["shape"]), np.array(group.attrs.get("axis", np.zeros(3))), float(group.attrs["radius"]),
                  np.atleast_1d(group.attrs.get("size", np.empty(0))), time, root["history/tools"][name]["position"][...][last],
-                 np.array(group.attrs["at"]), float(group.attrs["rounding"]))
+                 np.array(group.attrs["at"]), float(group.attrs["rounding"]),
+                 root["history/tools"][name]["orientation"][...][last] if "orientation" in root["history/tools"][name] else None)
             for name, group in root["tools"].items()]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .fields import Tool
+from .fields import Tool, axes_around
 
 AROUND, ARC = 48, 12  # quadrilaterals around an axis, and along a half or quarter circle
 
@@ -17,7 +17,7 @@ def tool_surface(tool: Tool, low: np.ndarray, high: np.ndarray) -> tuple[np.ndar
     reach = float(np.linalg.norm(high - low))
     middle = (low + high) / 2 - tool.at
     if tool.shape == "plane":
-        first, second, normal = _axes(tool.axis)
+        first, second, normal = axes_around(tool.axis)
         foot = middle - middle @ normal * normal
         square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * reach / 2
         return tool.at + foot + square @ np.stack([first, second]), np.array([[0, 1, 2, 3]])
@@ -34,14 +34,6 @@ def tool_surface(tool: Tool, low: np.ndarray, high: np.ndarray) -> tuple[np.ndar
     return tool.at + points, quadrilaterals
 
 
-def _axes(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unit vectors across an axis, and along it; right-handed."""
-    along = axis / np.linalg.norm(axis)
-    first = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
-    first /= np.linalg.norm(first)
-    return first, np.cross(along, first), along
-
-
 def _profile(tool: Tool, reach: float) -> np.ndarray:
     """Distance from the axis and place along it, from one end of a cylinder to the other; an endless one is open."""
     if not tool.size.size:
@@ -55,7 +47,7 @@ def _profile(tool: Tool, reach: float) -> np.ndarray:
 
 def _revolved(profile: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The profile turned around an axis; at the axis two corners of a quadrilateral are one point."""
-    first, second, along = _axes(axis)
+    first, second, along = axes_around(axis)
     turn = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
     around = np.outer(np.cos(turn), first) + np.outer(np.sin(turn), second)
     points = profile[:, :1, None] * around + profile[:, 1:, None] * along  # place in the profile x turn x 3
