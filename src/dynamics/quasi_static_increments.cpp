@@ -51,21 +51,29 @@ constexpr double least_growth = 1e-3;
 
 QuasiStaticLoading::Imbalance QuasiStaticLoading::find_imbalance(double time, std::vector<double>& force) {
   const std::size_t n_owned = displacement_.owned().size();
-  std::vector<double> loads(force.size()), of_terms(n_owned);
+  std::vector<double> loads(force.size()), of_strain(n_owned), of_terms(n_owned);
   for (const UnitLoad& load : unit_loads_) {
     const double factor = load.factor(time);
     if (!load.is_force() || factor == 0) continue;
     std::ranges::fill(force, 0.0);
     load.apply(force);
     for (std::size_t i = 0; i < n_owned; ++i) loads[i] += factor * force[i];
+    if (load.kind == UnitLoad::Kind::strain)
+      for (std::size_t i = 0; i < n_owned; ++i) of_strain[i] += factor * force[i];
   }
   springs_.clear();
   for (const NodeResponse& response : terms_.responses(time, displacement_.local())) {
     springs_.push_back(response);
     for (std::size_t i = 0; i < 3; ++i) of_terms[index(response.node, 0) + i] = response.force[i];
   }
-  const mechanics::InternalForce of_displacement(body_->operators(), body_->residual_stiffness());
-  of_displacement.evaluate(displacement_.local(), force);
+  if (has_contact() && !body_->initial_strain().is_none()) {
+    // Contact feels the elastic strain. The initial strain's share counts on the side of the loads.
+    body_->force().evaluate(displacement_.local(), force);
+    for (std::size_t i = 0; i < n_owned; ++i) force[i] += of_strain[i];
+  } else {
+    const mechanics::InternalForce of_displacement(body_->operators(), body_->residual_stiffness());
+    of_displacement.evaluate(displacement_.local(), force);
+  }
   const auto square = [&](std::span<const double> v) {
     return parallel::exact_dot(*group_, v.first(n_owned), v.first(n_owned));
   };
@@ -150,6 +158,7 @@ void QuasiStaticLoading::find_equilibrium(double time) {
     last = residual;
     parallel::NodeField change(*group_, body_->subdomain().layout);
     solver_.set_node_stiffness(springs_);
+    if (has_contact()) solver_.release(contact_->linearize(displacement_.local()));
     std::exception_ptr no_equilibrium;
     std::vector<double> of_unknowns(unknowns_.size());
     try {
