@@ -168,7 +168,7 @@ void QuasiStaticLoading::solve_missing_problems(const mechanics::Accuracy& accur
 void QuasiStaticLoading::solve(std::span<const double> force, parallel::NodeField& displacement,
                                const mechanics::Accuracy& accuracy) {
   n_iterations_ += solver_.solve(force, displacement, accuracy);
-  residual_ = std::max(residual_, solver_.residual());
+  if (is_linear_) residual_ = std::max(residual_, solver_.residual());
   ++n_solves_;
 }
 

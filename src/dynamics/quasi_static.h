@@ -146,8 +146,8 @@ private:
   template <class Function>
   auto with_unknowns(const std::vector<double>& values, const Function& function);
   /// A step of Newton's method. @param force the imbalance @param change receives it, and that of unknowns
-  void find_step(double time, std::span<const double> force, parallel::NodeField& change,
-                 std::vector<double>& of_unknowns);
+  void find_step(double time, std::span<const double> force, const mechanics::Accuracy& accuracy,
+                 parallel::NodeField& change, std::vector<double>& of_unknowns);
   /// Sliding friction changes with the pressure, which the stiffness leaves out, so that each step is a share
   /// of the one before: takes the sum of the series. @param before the step before at owned nodes; receives
   /// this one

@@ -27,6 +27,9 @@ constexpr int max_newton_steps = 40;
 constexpr double slow_tolerance = 1e-4;
 /// The same after so many steps.
 constexpr double last_tolerance = 1e-3;
+/// A step of Newton's method is solved to the first of these accuracies, and later ones to a square of the
+/// last decrease, within limits: more would be lost where contacts change.
+constexpr double first_accuracy = 1e-3, coarsest_accuracy = 1e-2, finest_accuracy = 1e-10;
 /// A step of Newton's method is cut where the unbalanced force does at most this share of the work on it that
 /// it does at its start, or after so many trials.
 constexpr double step_accuracy = 0.5;
@@ -88,7 +91,8 @@ QuasiStaticLoading::Imbalance QuasiStaticLoading::find_imbalance(double time, st
   return {std::sqrt(unbalanced), std::max(std::sqrt(largest), negligible_force_)};
 }
 
-void QuasiStaticLoading::find_step(double time, std::span<const double> force, parallel::NodeField& change,
+void QuasiStaticLoading::find_step(double time, std::span<const double> force,
+                                   const mechanics::Accuracy& accuracy, parallel::NodeField& change,
                                    std::vector<double>& of_unknowns) {
   // Block elimination: the response of the body to each unknown, then the unknowns, then the body.
   const auto n = static_cast<Eigen::Index>(unknowns_.size());
@@ -101,9 +105,9 @@ void QuasiStaticLoading::find_step(double time, std::span<const double> force, p
     for (const auto& [node, pull] : one.coupling)
       for (std::size_t i = 0; i < 3; ++i)
         if (held_[index(node, 0) + i] == 0) coupling[index(node, 0) + i] += pull[i];
-    solve(coupling, of_each.emplace_back(*group_, body_->subdomain().layout), {});
+    solve(coupling, of_each.emplace_back(*group_, body_->subdomain().layout), accuracy);
   }
-  solve(force, change, {});
+  solve(force, change, accuracy);
   Eigen::MatrixXd matrix(n, n);
   Eigen::VectorXd balance(n);
   for (Eigen::Index a = 0; a < n; ++a) {
@@ -155,6 +159,11 @@ void QuasiStaticLoading::find_equilibrium(double time) {
           "no equilibrium at t = {:.6g} s: after {} steps of Newton's method the residual is still {:.1e} of "
           "the forces",
           time, n, residual);
+    const double decrease = residual / last;
+    const double enough = std::max(finest_accuracy, 0.1 * equilibrium_tolerance / residual);
+    const mechanics::Accuracy accuracy{
+        .of_loads =
+            std::max(enough, n == 0 ? first_accuracy : std::min(decrease * decrease, coarsest_accuracy))};
     last = residual;
     parallel::NodeField change(*group_, body_->subdomain().layout);
     solver_.set_node_stiffness(springs_);
@@ -162,7 +171,7 @@ void QuasiStaticLoading::find_equilibrium(double time) {
     std::exception_ptr no_equilibrium;
     std::vector<double> of_unknowns(unknowns_.size());
     try {
-      find_step(time, std::span<const double>(force).first(u.size()), change, of_unknowns);
+      find_step(time, std::span<const double>(force).first(u.size()), accuracy, change, of_unknowns);
     } catch (const mechanics::NoEquilibrium&) {
       no_equilibrium = std::current_exception();  // on every rank; how far the body moves may tell why
     }

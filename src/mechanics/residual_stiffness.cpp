@@ -258,9 +258,10 @@ void ResidualStiffness::linearize(std::int32_t tetrahedron, const ResidualStiffn
   auto& k = make_partial(tetrahedron).k;
   for (std::size_t p = 0; p < 6; ++p)
     for (std::size_t q = 0; q < 6; ++q)
-      k[p][q] += cut.share * (material.youngs_modulus() * closing[p] * closing[q] +
-                              material.mu * (tangent.along * dot(shear[p], shear[q]) +
-                                             (tangent.on_its_way - tangent.along) * sliding[p] * sliding[q]));
+      k[p][q] +=
+          cut.share * (material.youngs_modulus() * closing[p] * closing[q] +
+                       material.mu * (tangent.along * dot(shear[p], shear[q]) +
+                                      (tangent.on_its_way - tangent.along) * (sliding[p] * sliding[q])));
 }
 
 double ResidualStiffness::contact_energy(std::size_t i, const Symmetric& strain) const {

@@ -148,7 +148,7 @@ input::Parameters pre_cracked_bar(input::Release release) {
 
 /// Pressed until cracks grow from an inclined one, whose sides slide with friction.
 input::Parameters closing_crack() {
-  auto parameters = pre_cracked_bar(Release::element);
+  auto parameters = pre_cracked_bar(input::Release::element);
   parameters.boundaries[1].rate = {0, 0, -1e6};
   parameters.specimen.cracks[0].normal = {0, 1, 1};
   parameters.contact = input::SurfaceContact{.friction = 0.2};

@@ -96,14 +96,14 @@ TEST(ContactAtRest, AClosedCrackIsAsStiffAsTheBlock) {
 }
 
 TEST(ContactAtRest, ACrackSlidesOrSticks) {
-  const double aside = 3e-6;
+  const double aside = 12e-6;
   const double whole = reaction(false, {}, aside, 1, true), pressure = reaction(true, 0.0, aside, 2, true);
   for (const double friction : {0.0, 0.1, 2.0}) {
     const double shear = reaction(true, friction, aside, 1, true) / whole;
     const double expected = std::min(1.0, friction * std::abs(pressure / whole));
     std::printf("sheared under pressure, friction %.1f: %.4f of the uncracked block's force (%.4f)\n",
                 friction, shear, expected);
-    EXPECT_NEAR(shear, expected, 0.06);
+    EXPECT_NEAR(shear, expected, 0.02);
   }
 }
 
@@ -117,7 +117,7 @@ double sliding(std::optional<double> friction) {
   parameters.mesh.spacing = parameters.mesh.notch_spacing = 2 * mm;
   parameters.mesh.growth = 0.3;
   parameters.mesh.perturbation = 0.2;
-  parameters.mesh.regions = {{{{{}, {8 * mm, 16 * mm}, {14 * mm, 22 * mm}}}, 0.5 * mm}};
+  parameters.mesh.regions = {{{{{}, {8 * mm, 16 * mm}, {14 * mm, 22 * mm}}}, 0.4 * mm}};
   const double half = a / std::sqrt(2.0);
   parameters.specimen.cracks = {
       crack_along({12 * mm - half, 18 * mm - half}, {12 * mm + half, 18 * mm + half})};
@@ -155,19 +155,22 @@ double sliding(std::optional<double> friction) {
     number += 1;
   }
   const double exact = std::numbers::pi * (stress / 2) * a / modulus;
-  std::printf("  mean sliding %.3f um (of the shear alone %.3f um), %lld solves, residual %.1e\n",
-              1e6 * sum / number, 1e6 * exact, static_cast<long long>(loaded.n_solves), loaded.residual);
   return std::abs(sum / number) / exact;
 }
 
 TEST(ContactAtRest, AnInclinedCrackHasTheStressIntensityOfItsFriction) {
-  const double smooth = sliding(0.0), rough = sliding(0.3), stuck = sliding(2.0), open = sliding({});
+  const double open = sliding({}), smooth = sliding(0.0), rough = sliding(0.3), stuck = sliding(2.0);
+  // The layer of tetrahedra around the crack is sheared by what friction carries.
+  const double less = rough - 0.3 * stuck;
   std::printf(
-      "K_II / (tau sqrt(pi a)) of a crack at 45 degrees under compression: %.3f without friction (1), %.3f "
-      "with 0.3 (0.7), %.3f with 2 (0); %.3f without contact\n",
-      smooth, rough, stuck, open);
-  EXPECT_NEAR(smooth, 1, 0.12);
-  EXPECT_NEAR(rough / smooth, 0.7, 0.05);
+      "crack at 45 degrees under compression, sliding over that of tau alone in an infinite plate: %.3f "
+      "without contact, %.3f without friction, %.3f with 0.3, %.3f with 2; K_II over tau sqrt(pi a): %.3f "
+      "(1), "
+      "%.3f (0.7)\n",
+      open, smooth, rough, stuck, smooth / open, less / open);
+  EXPECT_NEAR(smooth / open, 1, 0.05);
+  EXPECT_NEAR(less / open, 0.7, 0.05);
+  EXPECT_LT(stuck, 0.08);
 }
 
 /// A beam with a crack in its lower half is bent to one side, then to the other.
