@@ -23,9 +23,11 @@ namespace {
 /// Largest unbalanced force in equilibrium, relative to the forces.
 constexpr double equilibrium_tolerance = 1e-8;
 constexpr int max_newton_steps = 40;
+/// It is not found either where the unbalanced force has not halved in so many steps.
+constexpr int max_idle_steps = 10;
 /// The same where it hardly falls any more: by rounding, or as the terms' stiffness is not exact.
 constexpr double slow_tolerance = 1e-4;
-/// The same after so many steps.
+/// The same at the last step.
 constexpr double last_tolerance = 1e-3;
 /// A step of Newton's method is solved to the first of these accuracies, and later ones to a square of the
 /// last decrease, within limits: more would be lost where contacts change.
@@ -142,19 +144,24 @@ void QuasiStaticLoading::find_equilibrium(double time) {
   parallel::check_peers(*group_);
   displacement_.update_ghosts();
   take(displacement_.local(), time);
-  double last = infinity, forces = 0;
+  double last = infinity, halved = infinity, forces = 0;
+  int halved_at = 0;
   std::vector<double> before(u.size());
   for (int n = 0;; ++n) {
     const Imbalance now = find_imbalance(time, force);
     forces = std::max(forces, now.forces);  // where it ends without any, those on the way count
     const double residual = now.norm / forces;
     const bool is_slow = residual <= slow_tolerance && residual > 0.5 * last;
-    const bool is_last = n == max_newton_steps && residual <= last_tolerance;
-    if (residual <= equilibrium_tolerance || is_slow || is_last) {
+    if (residual < 0.5 * halved) {
+      halved = residual;
+      halved_at = n;
+    }
+    const bool is_last = n == max_newton_steps || n - halved_at == max_idle_steps;
+    if (residual <= equilibrium_tolerance || is_slow || (is_last && residual <= last_tolerance)) {
       residual_ = std::max(residual_, residual);
       return;
     }
-    if (n == max_newton_steps)
+    if (is_last)
       fail<mechanics::NoEquilibrium>(
           "no equilibrium at t = {:.6g} s: after {} steps of Newton's method the residual is still {:.1e} of "
           "the forces",
