@@ -24,7 +24,7 @@ namespace {
 constexpr double equilibrium_tolerance = 1e-8;
 constexpr int max_newton_steps = 40;
 /// It is not found either where the unbalanced force has not halved in so many steps.
-constexpr int max_idle_steps = 10;
+constexpr int max_idle_steps = 20;
 /// The same where it hardly falls any more: by rounding, or as the terms' stiffness is not exact.
 constexpr double slow_tolerance = 1e-4;
 /// The same at the last step.
