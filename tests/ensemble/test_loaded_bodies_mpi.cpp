@@ -327,7 +327,7 @@ std::vector<Case> cases() {
            {4, 10, 15},
            expect_no_work_on_fragments},
           {"PreCracked", pre_cracked_bar(Release::element), {4, 8, 16}, expect_weakened},
-          {"ClosingCrack", closing_crack(), {4, 8, 16}, expect_weakened},
+          {"ClosingCrack", closing_crack(), {3, 6, 12}, expect_weakened},
           {"PreCrackedByFacets", pre_cracked_bar(Release::facet), {4, 8, 16}, expect_weakened},
           {"StruckByBilateral4", struck_plate(Integrator::bilateral4), {2, 12, 16}, expect_struck},
           {"StruckByVerlet", struck_plate(Integrator::verlet), {2, 12, 16}, expect_struck},
