@@ -127,6 +127,8 @@ std::string cost_text(const FirstSample& subject, int phases, std::int64_t n_ran
     if (parameters.time.start == input::Start::quasi_static)
       if (std::string loading = loading_text(measured.outlook); !loading.empty())
         rows.emplace_back("loading", std::move(loading));
+    if (measured.outlook.has_contact)
+      rows.emplace_back("contact", "cracks close in equilibrium, so that loads grow in increments");
   }
   rows.emplace_back(
       "sample",

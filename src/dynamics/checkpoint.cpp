@@ -38,7 +38,7 @@ void for_each_field(std::derived_from<HistoryRow> auto& row, const auto& visit) 
 void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit) {
   visit(phase.load_time, phase.time, phase.kinetic, phase.external_work, phase.dissipated, phase.separated_at,
         phase.last_break, phase.n_steps, phase.n_forces, phase.releases, phase.displacement, phase.history,
-        phase.ended_loads);
+        phase.ended_loads, phase.cuts);
 }
 
 void for_each_field(std::derived_from<RunningPhase> auto& phase, const auto& visit) {

@@ -46,6 +46,7 @@ struct EndedPhase {
   std::vector<HistoryRow> history;
   /// Nodes at which loads have ended, by condition; empty if there are none.
   std::vector<parallel::NumberedRows> ended_loads = {};
+  parallel::NumberedRows cuts = {};  ///< the contact of those that were there, by tetrahedron
 };
 
 /// Steps at which a dynamic phase checked for, and found, separation of the body.

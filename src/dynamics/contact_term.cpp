@@ -2,6 +2,7 @@
 #include "contact_term.h"
 
 #include "common/index.h"
+#include "dynamics/contact_at_rest.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
 
@@ -69,8 +70,14 @@ void ContactTerm::start(double, const MotionState& state) {
         displacement[a][k] = u[index(corners[a], k)];
         has_moved = has_moved || displacement[a][k] != 0;
       }
-    stiffness.start_contact(i, has_moved ? cut_strain(i, displacement) : mechanics::Symmetric{});
-    stiffness.cut_contact(i).is_apart = is_apart(t, displacement);
+    mechanics::CutContact& cut = stiffness.cut_contact(i);
+    if (cuts_acted_before_) {  // they go on from the equilibrium
+      cut.dissipated = cut.opening_before = 0;
+      cut.rests = false;
+    } else {
+      stiffness.start_contact(i, has_moved ? cut_strain(i, displacement) : mechanics::Symmetric{});
+    }
+    cut.is_apart = is_apart(t, displacement);
   }
   stiffness.find_acting();
 }
@@ -546,21 +553,16 @@ void ContactTerm::add_stored(const parallel::NodeField&, std::vector<double>& su
 }
 
 void ContactTerm::add_lost_at_rest(const parallel::NodeField& displacement, std::vector<double>& sum) const {
-  add_stored(displacement, sum);
-  const fracture::BreakableBody& body = *context_.body;
-  const auto& stiffness = body.residual_stiffness();
-  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i)
-    if (const std::int32_t t = stiffness.contacts()[i]; body.subdomain().owned[index(t)] != 0)
-      sum.push_back(stiffness.contact_energy(i, body.strain(t, displacement.local())));
+  add_stored(displacement, sum);  // cuts stay closed
 }
 
 std::vector<parallel::NumberedRows> ContactTerm::save() const {
   const parallel::Communicator& group = *context_.group;
   const geometry::Subdomain& part = context_.body->subdomain();
-  parallel::NumberedRows course, pairs, contacts, dissipated, cuts, gaps;
+  parallel::NumberedRows course, pairs, contacts, dissipated, gaps;
   course.width = 4;
   pairs.width = 9;
-  contacts.width = cuts.width = 8;
+  contacts.width = 8;
   if (group.is_root()) {
     course.numbers = {0};
     course.values = {n_steps_, as_word(margin_), as_word(moved_), as_word(reach_)};
@@ -588,21 +590,10 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
   for (const auto& [one, contact] : known_) add(one, contact);
   for (std::size_t n = 0; n < dissipated_.size(); ++n)
     if (dissipated_[n] != 0) dissipated.add(part.layout.number[n], dissipated_[n]);
-  const auto& stiffness = std::as_const(*context_.body).residual_stiffness();
-  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
-    const auto t = index(stiffness.contacts()[i]);
-    if (part.owned[t] == 0) continue;
-    const mechanics::CutContact& cut = stiffness.cut_contact(i);
-    cuts.numbers.push_back(part.tetrahedron_number[t]);
-    cuts.values.insert(
-        cuts.values.end(),
-        {as_word(cut.closed_at), as_word(cut.slip[0]), as_word(cut.slip[1]), as_word(cut.slip[2]),
-         as_word(cut.friction), as_word(cut.dissipated), as_word(cut.opening_before),
-         (cut.rests ? 4 : 0) + (cut.is_apart ? 2 : 0) + (cut.is_open ? 1 : 0)});
-  }
   std::vector<parallel::NumberedRows> rows;
-  for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &cuts, &gaps})
+  for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &gaps})
     rows.push_back(parallel::gather_rows(group, *table));
+  rows.push_back(save_cuts(group, *context_.body));
   return rows;
 }
 
@@ -621,7 +612,7 @@ void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
   }
   known_.clear();
   known_gaps_.clear();
-  for (const std::int64_t one : rows[5].numbers) known_gaps_.emplace(one, rows[5].number_at(one));
+  for (const std::int64_t one : rows[4].numbers) known_gaps_.emplace(one, rows[4].number_at(one));
   is_connected_ = false;
   touches_ = !pairs_.empty();
   for (std::size_t n = 0; n < dissipated_.size(); ++n) {
@@ -636,21 +627,7 @@ void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
                                   as_number(v[6]),
                                   as_number(v[7])});
   }
-  mechanics::ResidualStiffness& stiffness = context_.body->residual_stiffness();
-  for (std::size_t i = 0; i < stiffness.contacts().size(); ++i) {
-    const auto v = rows[4].find(part.tetrahedron_number[index(stiffness.contacts()[i])]);
-    if (v.empty()) throw std::runtime_error("the checkpoint lacks a broken tetrahedron");
-    mechanics::CutContact& cut = stiffness.cut_contact(i);
-    cut.closed_at = as_number(v[0]);
-    cut.slip = {as_number(v[1]), as_number(v[2]), as_number(v[3])};
-    cut.friction = as_number(v[4]);
-    cut.dissipated = as_number(v[5]);
-    cut.opening_before = as_number(v[6]);
-    cut.is_open = (v[7] & 1) != 0;
-    cut.is_apart = (v[7] & 2) != 0;
-    cut.rests = (v[7] & 4) != 0;
-  }
-  stiffness.find_acting();
+  restore_cuts(rows[5], *context_.body);
 }
 
 }  // namespace crackle::dynamics

@@ -222,6 +222,7 @@ FirstBreakPrediction first_break(QuasiStaticLoading& loading, const mechanics::C
   const QuasiStaticEnd end = loading.advance(account, has_broken, look);
   outlook.breaks = has_broken() || end != QuasiStaticEnd::no_load;
   outlook.grows = !outlook.breaks && loading.grows();
+  outlook.has_contact = loading.has_contact();
   if (!outlook.breaks) return outlook;
   outlook.share = 1;
   outlook.load = loading.load();

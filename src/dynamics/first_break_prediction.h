@@ -46,13 +46,14 @@ inline constexpr double small_strain = 0.05;
 
 /// Static prediction of the first break under the loads.
 struct FirstBreakPrediction {
-  bool breaks = true;      ///< the loads break the body
-  bool grows = false;      ///< without a break: the loads grow without bound
-  double time = infinity;  ///< of the first break, from the start of loading; infinite without one [s]
-  double load = 0;         ///< of the machine at the first break, or its maximum without one [N]
-  double transit = 0;      ///< of a wave along the body, see wave_transit; 0: not known [s]
-  double share = 1;        ///< without a break: the largest ratio of stress to strength
-  double strained = 0;     ///< share of the volume strained beyond small_strain then
+  bool breaks = true;        ///< the loads break the body
+  bool grows = false;        ///< without a break: the loads grow without bound
+  double time = infinity;    ///< of the first break, from the start of loading; infinite without one [s]
+  double load = 0;           ///< of the machine at the first break, or its maximum without one [N]
+  double transit = 0;        ///< of a wave along the body, see wave_transit; 0: not known [s]
+  double share = 1;          ///< without a break: the largest ratio of stress to strength
+  bool has_contact = false;  ///< cuts have closed by then
+  double strained = 0;       ///< share of the volume strained beyond small_strain then
 };
 
 /// Loads an unbroken body up to its first break and through the equilibrium after it. Collective.

@@ -78,6 +78,7 @@ public:
     for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t)
       if (subdomain_.owned[index(t)] != 0 && !screening_.has_energy(t)) single_energies_.push_back(t);
     for (const auto t : context.body->changes()) refresh_screening(t);
+    n_contacts_ = context.body->residual_stiffness().contacts().size();
     substeps_.reserve(max_substeps);
     next_force_.reserve(max_substeps);
     next_update_.reserve(max_substeps);

@@ -58,7 +58,7 @@ private:
     for (const auto number : around_[node]) {
       if (!body_->residual_stiffness().carries(number)) continue;
       const auto& t = body_->operators().tetrahedra[index(number)];
-      const auto sigma = body_->residual_stiffness().stress(number, body_->initial_strain()[number]);
+      const auto sigma = body_->residual_stiffness().own_stress(number, body_->initial_strain()[number]);
       std::array<Vector, 4> forces{};
       for (std::size_t a = 0; a < 4; ++a) forces[a] = t.volume * mechanics::apply(sigma, t.gradient[a]);
       const auto corner = static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());

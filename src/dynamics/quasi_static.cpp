@@ -76,14 +76,16 @@ QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double pati
       unknowns_(terms_.unknowns()),
       unit_loads_(terms_.unit_loads()),
       held_(terms_.held_components(body_->subdomain())),
+      contact_(body_->has_contact() ? std::make_unique<ContactAtRest>(*group_, *body_) : nullptr),
       solver_(*group_, body_->subdomain(), body_->operators(), body_->elasticity(), body_->edges(),
-              body_->residual_stiffness(), held_),
+              contact_ ? contact_->tangent() : body_->residual_stiffness(), held_),
       displacement_(*group_, body_->subdomain().layout) {
   const geometry::Box box = mechanics::box_of_all(*group_, body_->subdomain());
   extent_ = std::ranges::max(box.upper - box.lower);
+  const std::vector<double> none(displacement_.local().size());
   if (!is_linear_) {
-    negligible_force_ = negligible_strain * extent_ * bar_stiffness(*group_, *body_);
-    negligible_work_ = negligible_energy_share * energy_at_strength(*group_, *body_, law_->strengths());
+    begin_increments();
+    if (contact_) contact_->start(none);
     group_->enter("static solve");
     find_equilibrium(time_);
     come_to_rest();
@@ -98,10 +100,50 @@ QuasiStaticLoading::QuasiStaticLoading(const MotionContext& context, double pati
     springs_.push_back(response);
   solver_.set_node_stiffness(springs_);
   group_->enter("static solve");
-  solve_unit_problems({});
+  try {
+    solve_unit_problems({});
+  } catch (const mechanics::NoEquilibrium&) {
+    if (!contact_) throw;
+    close_cuts(none);  // on every rank
+    group_->enter("quasi-static loading");
+    return;
+  }
   group_->enter("quasi-static loading");
   stiffness_ratio_ = std::make_unique<const StiffnessRatio>(*group_, *body_, unit_loads_, springs_, unit_);
   combine();
+  if (contact_ && contact_->closes(displacement_.local())) close_cuts(none);
+}
+
+void QuasiStaticLoading::begin_increments() {
+  is_linear_ = false;
+  unit_.clear();
+  negligible_force_ = negligible_strain * extent_ * bar_stiffness(*group_, *body_);
+  negligible_work_ = negligible_energy_share * energy_at_strength(*group_, *body_, law_->strengths());
+}
+
+void QuasiStaticLoading::close_cuts(std::span<const double> last) {
+  contact_->start(last);
+  begin_increments();
+  take(last, time_);
+  group_->enter("static solve");
+  find_equilibrium(time_);
+  group_->enter("quasi-static loading");
+  come_to_rest();
+}
+
+bool QuasiStaticLoading::closes_before(double until, std::span<const double> rate) const {
+  const auto strain_rate = [&](std::int32_t t) { return body_->strain_rate(t, rate); };
+  if (std::isinf(until)) return contact_->closes_in_the_end(strain_rate);
+  return contact_->closes([&](std::int32_t t) {
+    mechanics::Symmetric strain = body_->strain(t, displacement_.local());
+    const mechanics::Symmetric change = strain_rate(t);
+    for (std::size_t i = 0; i < strain.size(); ++i) strain[i] += (until - time_) * change[i];
+    return strain;
+  });
+}
+
+double QuasiStaticLoading::lost() const {
+  return terms_.dissipated() + (contact_ ? contact_->dissipated() : 0);
 }
 
 QuasiStaticLoading::~QuasiStaticLoading() = default;
@@ -126,7 +168,7 @@ void QuasiStaticLoading::solve_missing_problems(const mechanics::Accuracy& accur
 void QuasiStaticLoading::solve(std::span<const double> force, parallel::NodeField& displacement,
                                const mechanics::Accuracy& accuracy) {
   n_iterations_ += solver_.solve(force, displacement, accuracy);
-  residual_ = std::max(residual_, solver_.residual());
+  if (is_linear_) residual_ = std::max(residual_, solver_.residual());
   ++n_solves_;
 }
 
@@ -150,6 +192,7 @@ LoadState QuasiStaticLoading::measure(const parallel::NodeField& displacement, d
 
 void QuasiStaticLoading::come_to_rest() {
   for (const auto& term : terms_) term->rest_at(time_, displacement_);
+  if (has_contact()) contact_->settle(displacement_.local());
 }
 
 double QuasiStaticLoading::stored(const parallel::NodeField& displacement) const {
@@ -199,9 +242,10 @@ void QuasiStaticLoading::end_loads(const mechanics::NodesOfConditions& nodes) {
 bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   parallel::check_peers(*group_);
   law_->follow_cracks(*group_);
-  const auto changes = body_->changes();
-  solver_.release(changes.subspan(n_changes_solved_));
-  n_changes_solved_ = changes.size();
+  const auto changes = body_->changes().subspan(n_changes_solved_);
+  if (contact_) contact_->take_over(changes);
+  solver_.release(changes);
+  n_changes_solved_ += changes.size();
   if (may_separate) {
     const auto labels = fracture::piece_labels(*group_, *body_);
     if (ending_loads_ != nullptr) {
@@ -222,8 +266,18 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   } catch (const mechanics::NoEquilibrium&) {
     no_equilibrium = std::current_exception();  // on every rank
   }
+  if (is_linear_) {
+    combine();
+    if (contact_ && contact_->closes(displacement_.local())) {
+      no_equilibrium = nullptr;
+      try {
+        close_cuts(last);
+      } catch (const mechanics::NoEquilibrium&) {
+        no_equilibrium = std::current_exception();  // likewise
+      }
+    }
+  }
   group_->enter("quasi-static loading");
-  if (is_linear_) combine();
   // Under a force on a tool a body that no longer carries it gives way.
   const bool gives_way = no_equilibrium && !unknowns_.empty();
   if (gives_way || carries_nothing(!no_equilibrium)) {
@@ -244,7 +298,7 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   if (parallel::any_of_all(*group_, !is_known)) return false;
   // Without unit solutions the displacement tells.
   const double share = is_linear_ ? stiffness_ratio_->at(time_, unit_) : 0.5 * weak_share;
-  if (share < least_share || (share < weak_share && is_far(displacement_))) return true;
+  if (share < least_share || (share < weak_share && is_mechanism())) return true;
   // Without an equilibrium, hinges keep the body together but allow it to move.
   return !is_equilibrium && !loads_are_supported_by_faces(*group_, *body_, *loads_);
 }
@@ -254,6 +308,14 @@ bool QuasiStaticLoading::is_far(const parallel::NodeField& displacement) const {
   for (const double u : displacement.owned()) largest = std::max(largest, std::abs(u));
   parallel::check_peers(*group_);
   return parallel::largest_of_all(*group_, largest) > mechanism_displacement * extent_;
+}
+
+bool QuasiStaticLoading::is_mechanism() const {
+  if (!is_far(displacement_)) return false;
+  if (is_linear_) return stiffness_ratio_->at(time_, unit_) < weak_share;
+  if (!has_contact()) return true;
+  const double way = mechanism_displacement * extent_;
+  return stored(displacement_) < 0.5 * weak_share * bar_stiffness(*group_, *body_) * way * way;
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {
@@ -432,10 +494,11 @@ double QuasiStaticLoading::strained_share(double limit) const {
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
   // The initial loads, and the initial strain, are taken to have grown from zero.
   const LoadState state = measure(displacement_, time_);
+  lost_ = lost();
   if (is_linear_)
     account.add_static_work({.works = std::vector<Work>(state.works.size())}, state);
   else
-    account.add_phase(state.stored, 0);
+    account.add_phase(state.stored + lost_, lost_);
   load_ = machine_load(*loads_, state).force;
 }
 
@@ -459,13 +522,15 @@ void QuasiStaticLoading::refuse_overload() const {
 
 QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account, const std::function<bool()>& must_suspend,
                                            const OnEquilibrium& on_equilibrium) {
+  const auto suspends = [&] {
+    if (!must_suspend) return false;
+    const bool is_requested = must_suspend();
+    parallel::check_peers(*group_);
+    return parallel::any_of_all(*group_, is_requested);
+  };
   LoadState state = measure(displacement_, time_);
   for (;;) {
-    if (must_suspend) {
-      const bool is_requested = must_suspend();
-      parallel::check_peers(*group_);
-      if (parallel::any_of_all(*group_, is_requested)) return QuasiStaticEnd::suspended;
-    }
+    if (suspends()) return QuasiStaticEnd::suspended;
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
     load_ = machine_load(*loads_, state).force;
@@ -482,17 +547,18 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account, const std::fu
     }
     if (next.value > 1) ++n_overloads_;
     if (next.value < 1)
-      if (const auto end = raise_loads(account, on_equilibrium, state, next)) return *end;
+      if (const auto end = raise_loads(account, suspends, on_equilibrium, state, next)) return *end;
     load_ = machine_load(*loads_, state).force;
     if (!break_and_relax(account, next, state)) return QuasiStaticEnd::separated;
     // Without unit solutions the load tells that hardly anything carries it.
     largest_load_ = std::max(largest_load_, load_);
-    if (!is_linear_ && machine_load(*loads_, state).force < least_load_share * largest_load_)
+    if (!is_linear_ && std::abs(machine_load(*loads_, state).force) < least_load_share * largest_load_)
       return QuasiStaticEnd::separated;
   }
 }
 
 std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& account,
+                                                              const std::function<bool()>& suspends,
                                                               const OnEquilibrium& on_equilibrium,
                                                               LoadState& state, Critical& next) {
   if (on_equilibrium) on_equilibrium(state);
@@ -505,6 +571,11 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
     if (is_linear_) {
       superpose(rate, [this](const UnitLoad& load) { return load.rate(time_); });
       next = first_to_break(kink, rate);
+      if (contact_ && closes_before(next.number < 0 ? kink : time_ + next.value, rate)) {
+        if (next.number >= 0) increment_ = next.value;
+        close_cuts(last);
+        continue;
+      }
       if (next.number < 0 && (std::isinf(kink) || !grows())) return QuasiStaticEnd::no_load;
       time_ = next.number < 0 ? kink : time_ + next.value;
       combine();
@@ -512,9 +583,7 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
       if (!grows()) return QuasiStaticEnd::no_load;
       next = follow_path(kink);
     }
-    const bool may_be_mechanism = !is_linear_ || n_events_ > 0;
-    if (may_be_mechanism && is_far(displacement_) &&
-        (!is_linear_ || stiffness_ratio_->at(time_, unit_) < weak_share)) {
+    if ((!is_linear_ || n_events_ > 0) && is_mechanism()) {
       take(last, last_time);
       return n_events_ > 0 ? QuasiStaticEnd::separated : QuasiStaticEnd::no_load;
     }
@@ -522,15 +591,18 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
     LoadState reached = measure(displacement_, time_);
     account.add_static_work(state, reached);
     // Friction took its part on the way; breaks account for theirs.
-    const double lost = terms_.dissipated();
-    account.add_relaxation(lost - std::exchange(lost_by_terms_, lost));
+    const double lost = this->lost();
+    account.add_relaxation(lost - std::exchange(lost_, lost));
     state = std::move(reached);
     if (on_equilibrium) on_equilibrium(state);
     if (next.number >= 0) return {};
+    if (suspends()) return QuasiStaticEnd::suspended;
     const auto has_left = [&](const ToolState& tool) { return norm(tool.displacement) > tool_way * extent_; };
     const auto is_growing = [&](const UnitLoad& load) {
       return load.kind != UnitLoad::Kind::other && load.grows_after(time_);
     };
+    // What a stiff body carries at such strains is beyond the model.
+    if (has_contact() && std::isinf(kink) && is_far(displacement_)) return QuasiStaticEnd::no_load;
     if (std::ranges::any_of(state.tools, has_left) && std::ranges::none_of(unit_loads_, is_growing))
       return QuasiStaticEnd::no_load;
     if (!is_linear_) continue;
@@ -562,7 +634,7 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
       parallel::any_of_all(*group_, std::ssize(body_->bridge_releases()) > n_bridges);
   if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return false;
   account.add_relaxation(relaxation(before, unknowns_before));
-  lost_by_terms_ = terms_.dissipated();
+  lost_ = lost();
   LoadState relaxed = measure(displacement_, time_);
   // At constant load only the loads on fragments that have not come loose still do work.
   state = with_unknowns(unknowns_before, [&] { return measure(before, time_); });
@@ -573,6 +645,10 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
 
 bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::NodeField& displacement,
                                 EnergyAccount& account) {
+  if (contact_ && (has_contact() || contact_->closes(displacement.local()))) {
+    contact_->start();
+    if (is_linear_) begin_increments();
+  }
   // In motion the initial strain was constant.
   const LoadState held = measure(displacement, time);
   body_->set_time(time);
@@ -581,7 +657,7 @@ bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::Nod
   const std::vector<double> unknowns_before = unknowns();
   if (!update_after_breaks(true)) return false;
   account.add_relaxation(kinetic + relaxation(displacement, unknowns_before));
-  lost_by_terms_ = terms_.dissipated();
+  lost_ = lost();
   // Counts only loads that still act.
   const LoadState before = with_unknowns(unknowns_before, [&] { return measure(displacement, time); });
   account.add_static_work(before, measure(displacement_, time));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/real.h"
+#include "dynamics/contact_at_rest.h"
 #include "dynamics/energy_account.h"
 #include "dynamics/moving_body.h"
 #include "dynamics/terms.h"
@@ -28,14 +29,15 @@ enum class QuasiStaticEnd {
   unstable,   ///< a tetrahedron exceeds the limit at constant load: dynamics takes over
   no_load,    ///< no further loading breaks the body
   separated,  ///< the loads are no longer supported, or without stiffness: the body carries no load
-  suspended,  ///< stopped on request between two breaks
+  suspended,  ///< stopped on request between two breaks or increments
 };
 
 /// Event-driven quasi-static loading. Between breaks the equilibrium is linear in the loads: one unit
 /// solution per unit load of the terms, scaled by its factor. If a term is not linear, the loads grow in
 /// increments over which the body moves nearly straight, each to an equilibrium by Newton's method, and up to
-/// the break on the way. Under a slow ramp the Tuler-Butcher overshoot
-/// is negligible, so a tetrahedron breaks when its largest principal stress reaches the strength.
+/// the break on the way; so they do from where the first cut with contact closes. Under a slow ramp the
+/// Tuler-Butcher overshoot is negligible, so a tetrahedron breaks when its largest principal stress reaches
+/// the strength.
 class QuasiStaticLoading {
 public:
   /// Solves for the intact body. Collective. The context's members must outlive the object.
@@ -66,7 +68,7 @@ public:
   double strained_share(double limit) const;
 
   /// Continues loading until instability or the end of the curve. Collective.
-  /// @param must_suspend this rank's request, polled after each break; may be empty
+  /// @param must_suspend this rank's request, polled after each break or increment; may be empty
   /// @param on_equilibrium called on every rank with the loads before and after each increment, up to a break
   ///   or a kink of a load curve; may be empty
   using OnEquilibrium = std::function<void(const LoadState& loads)>;
@@ -87,6 +89,8 @@ public:
   double time() const { return time_; }
   /// True if a load, a motion or the initial strain changes from now on.
   bool grows() const;
+  /// True once cuts have closed.
+  bool has_contact() const { return contact_ && contact_->acts(); }
   /// The machine's load at the last event [N].
   double load() const { return load_; }
   /// The same at the first break; NaN if nothing has broken quasi-statically.
@@ -112,11 +116,13 @@ private:
   };
 
   /// Increases the loads, kink by kink of the load curves, until a tetrahedron reaches its limit. Collective.
+  /// @param suspends asked after each increment, equal on every rank
   /// @param state receives the loads reached
   /// @param next receives the tetrahedron
   /// @return the end of the loading, if it comes first
-  std::optional<QuasiStaticEnd> raise_loads(EnergyAccount& account, const OnEquilibrium& on_equilibrium,
-                                            LoadState& state, Critical& next);
+  std::optional<QuasiStaticEnd> raise_loads(EnergyAccount& account, const std::function<bool()>& suspends,
+                                            const OnEquilibrium& on_equilibrium, LoadState& state,
+                                            Critical& next);
   /// Breaks or softens all that fails with a tetrahedron and solves for the next equilibrium. Collective.
   /// @param state receives the loads in it
   /// @return false when the body no longer carries any load
@@ -140,8 +146,8 @@ private:
   template <class Function>
   auto with_unknowns(const std::vector<double>& values, const Function& function);
   /// A step of Newton's method. @param force the imbalance @param change receives it, and that of unknowns
-  void find_step(double time, std::span<const double> force, parallel::NodeField& change,
-                 std::vector<double>& of_unknowns);
+  void find_step(double time, std::span<const double> force, const mechanics::Accuracy& accuracy,
+                 parallel::NodeField& change, std::vector<double>& of_unknowns);
   /// Sliding friction changes with the pressure, which the stiffness leaves out, so that each step is a share
   /// of the one before: takes the sum of the series. @param before the step before at owned nodes; receives
   /// this one
@@ -163,6 +169,15 @@ private:
   /// Takes a displacement, as of current(), or without the unknowns, as that at a time.
   void take(std::span<const double> displacement, double time);
   void come_to_rest();
+  /// Leaves the linear equilibria. Collective.
+  void begin_increments();
+  /// Finds the equilibrium at time_ with contact, which acts from now on. Collective.
+  /// @param last displacement of the equilibrium before, 3 n_local
+  void close_cuts(std::span<const double> last);
+  /// True if a cut closes while the displacement changes at a rate, 3 n_local. Collective.
+  bool closes_before(double until, std::span<const double> rate) const;
+  /// Lost by terms and contact so far [J]. Collective.
+  double lost() const;
   double stored(const parallel::NodeField& displacement) const;
   /// The loads at a displacement, with the works of all terms.
   LoadState measure(const parallel::NodeField& displacement, double time) const;
@@ -180,6 +195,8 @@ private:
   bool carries_nothing(bool is_equilibrium) const;
   /// True if a displacement exceeds the range of linear elasticity. Collective.
   bool is_far(const parallel::NodeField& displacement) const;
+  /// True if that takes hardly any energy. Collective.
+  bool is_mechanism() const;
   /// The largest ratio of stress to strength; for averaged stress, the smaller of the tetrahedron's own ratio
   /// and its ball's; away from cracks, of its own and that of the largest mean around its corners.
   Critical most_loaded() const;
@@ -222,6 +239,7 @@ private:
   std::vector<double*> unknowns_;  // of the terms
   std::vector<UnitLoad> unit_loads_;
   mechanics::HeldComponents held_;
+  std::unique_ptr<ContactAtRest> contact_;  // nullptr: none
   mechanics::StaticSolver solver_;
   std::vector<mechanics::NodeStiffness> springs_;  // of the terms
   std::vector<parallel::NodeField> unit_;          // solution for each unit load
@@ -233,7 +251,7 @@ private:
   double extent_ = 0;                 // of the body, the largest along an axis [m]
   double negligible_force_ = 0;       // where a term is not linear [N]
   double negligible_work_ = 0;        // likewise, of an increment [J]
-  double lost_by_terms_ = 0;          // so far, as the energy account has it [J]
+  double lost_ = 0;                   // so far, as the energy account has it [J]
   double time_ = 0;
   double increment_ = 1;     // of the load time, to be tried next where a term is not linear [s]
   double load_ = 0;          // [N]

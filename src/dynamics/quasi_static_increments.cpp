@@ -23,10 +23,15 @@ namespace {
 /// Largest unbalanced force in equilibrium, relative to the forces.
 constexpr double equilibrium_tolerance = 1e-8;
 constexpr int max_newton_steps = 40;
+/// It is not found either where the unbalanced force has not halved in so many steps.
+constexpr int max_idle_steps = 20;
 /// The same where it hardly falls any more: by rounding, or as the terms' stiffness is not exact.
 constexpr double slow_tolerance = 1e-4;
-/// The same after so many steps.
+/// The same at the last step.
 constexpr double last_tolerance = 1e-3;
+/// A step of Newton's method is solved to the first of these accuracies, and later ones to a square of the
+/// last decrease, within limits: more would be lost where contacts change.
+constexpr double first_accuracy = 1e-3, coarsest_accuracy = 1e-2, finest_accuracy = 1e-10;
 /// A step of Newton's method is cut where the unbalanced force does at most this share of the work on it that
 /// it does at its start, or after so many trials.
 constexpr double step_accuracy = 0.5;
@@ -51,21 +56,29 @@ constexpr double least_growth = 1e-3;
 
 QuasiStaticLoading::Imbalance QuasiStaticLoading::find_imbalance(double time, std::vector<double>& force) {
   const std::size_t n_owned = displacement_.owned().size();
-  std::vector<double> loads(force.size()), of_terms(n_owned);
+  std::vector<double> loads(force.size()), of_strain(n_owned), of_terms(n_owned);
   for (const UnitLoad& load : unit_loads_) {
     const double factor = load.factor(time);
     if (!load.is_force() || factor == 0) continue;
     std::ranges::fill(force, 0.0);
     load.apply(force);
     for (std::size_t i = 0; i < n_owned; ++i) loads[i] += factor * force[i];
+    if (load.kind == UnitLoad::Kind::strain)
+      for (std::size_t i = 0; i < n_owned; ++i) of_strain[i] += factor * force[i];
   }
   springs_.clear();
   for (const NodeResponse& response : terms_.responses(time, displacement_.local())) {
     springs_.push_back(response);
     for (std::size_t i = 0; i < 3; ++i) of_terms[index(response.node, 0) + i] = response.force[i];
   }
-  const mechanics::InternalForce of_displacement(body_->operators(), body_->residual_stiffness());
-  of_displacement.evaluate(displacement_.local(), force);
+  if (has_contact() && !body_->initial_strain().is_none()) {
+    // Contact feels the elastic strain. The initial strain's share counts on the side of the loads.
+    body_->force().evaluate(displacement_.local(), force);
+    for (std::size_t i = 0; i < n_owned; ++i) force[i] += of_strain[i];
+  } else {
+    const mechanics::InternalForce of_displacement(body_->operators(), body_->residual_stiffness());
+    of_displacement.evaluate(displacement_.local(), force);
+  }
   const auto square = [&](std::span<const double> v) {
     return parallel::exact_dot(*group_, v.first(n_owned), v.first(n_owned));
   };
@@ -80,7 +93,8 @@ QuasiStaticLoading::Imbalance QuasiStaticLoading::find_imbalance(double time, st
   return {std::sqrt(unbalanced), std::max(std::sqrt(largest), negligible_force_)};
 }
 
-void QuasiStaticLoading::find_step(double time, std::span<const double> force, parallel::NodeField& change,
+void QuasiStaticLoading::find_step(double time, std::span<const double> force,
+                                   const mechanics::Accuracy& accuracy, parallel::NodeField& change,
                                    std::vector<double>& of_unknowns) {
   // Block elimination: the response of the body to each unknown, then the unknowns, then the body.
   const auto n = static_cast<Eigen::Index>(unknowns_.size());
@@ -93,9 +107,9 @@ void QuasiStaticLoading::find_step(double time, std::span<const double> force, p
     for (const auto& [node, pull] : one.coupling)
       for (std::size_t i = 0; i < 3; ++i)
         if (held_[index(node, 0) + i] == 0) coupling[index(node, 0) + i] += pull[i];
-    solve(coupling, of_each.emplace_back(*group_, body_->subdomain().layout), {});
+    solve(coupling, of_each.emplace_back(*group_, body_->subdomain().layout), accuracy);
   }
-  solve(force, change, {});
+  solve(force, change, accuracy);
   Eigen::MatrixXd matrix(n, n);
   Eigen::VectorXd balance(n);
   for (Eigen::Index a = 0; a < n; ++a) {
@@ -130,30 +144,41 @@ void QuasiStaticLoading::find_equilibrium(double time) {
   parallel::check_peers(*group_);
   displacement_.update_ghosts();
   take(displacement_.local(), time);
-  double last = infinity, forces = 0;
+  double last = infinity, halved = infinity, forces = 0;
+  int halved_at = 0;
   std::vector<double> before(u.size());
   for (int n = 0;; ++n) {
     const Imbalance now = find_imbalance(time, force);
     forces = std::max(forces, now.forces);  // where it ends without any, those on the way count
     const double residual = now.norm / forces;
     const bool is_slow = residual <= slow_tolerance && residual > 0.5 * last;
-    const bool is_last = n == max_newton_steps && residual <= last_tolerance;
-    if (residual <= equilibrium_tolerance || is_slow || is_last) {
+    if (residual < 0.5 * halved) {
+      halved = residual;
+      halved_at = n;
+    }
+    const bool is_last = n == max_newton_steps || n - halved_at == max_idle_steps;
+    if (residual <= equilibrium_tolerance || is_slow || (is_last && residual <= last_tolerance)) {
       residual_ = std::max(residual_, residual);
       return;
     }
-    if (n == max_newton_steps)
+    if (is_last)
       fail<mechanics::NoEquilibrium>(
           "no equilibrium at t = {:.6g} s: after {} steps of Newton's method the residual is still {:.1e} of "
           "the forces",
           time, n, residual);
+    const double decrease = residual / last;
+    const double enough = std::max(finest_accuracy, 0.1 * equilibrium_tolerance / residual);
+    const mechanics::Accuracy accuracy{
+        .of_loads =
+            std::max(enough, n == 0 ? first_accuracy : std::min(decrease * decrease, coarsest_accuracy))};
     last = residual;
     parallel::NodeField change(*group_, body_->subdomain().layout);
     solver_.set_node_stiffness(springs_);
+    if (has_contact()) solver_.release(contact_->linearize(displacement_.local()));
     std::exception_ptr no_equilibrium;
     std::vector<double> of_unknowns(unknowns_.size());
     try {
-      find_step(time, std::span<const double>(force).first(u.size()), change, of_unknowns);
+      find_step(time, std::span<const double>(force).first(u.size()), accuracy, change, of_unknowns);
     } catch (const mechanics::NoEquilibrium&) {
       no_equilibrium = std::current_exception();  // on every rank; how far the body moves may tell why
     }

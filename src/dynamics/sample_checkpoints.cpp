@@ -2,6 +2,7 @@
 #include "sample_checkpoints.h"
 
 #include "common/index.h"
+#include "dynamics/contact_at_rest.h"
 
 #include "loose_loads.h"
 
@@ -70,6 +71,7 @@ const Checkpoint& SampleCheckpoints::restore(const EndedPhase& phase, MotionStat
   }
   restore_ended_loads(setup_->group, layout, phase.ended_loads, setup_->loads);
   setup_->law.restore(from_->memory, setup_->subdomain);
+  restore_cuts(phase.cuts, setup_->body);
   add(phase);
   return *from_;
 }
@@ -91,7 +93,8 @@ EndedPhase SampleCheckpoints::gather(const PhaseResult& phase, double load_time,
           .releases = releases.gather(group),
           .displacement = gather_displacement(group, layout, state),
           .history = std::move(history),
-          .ended_loads = gather_ended_loads(group, layout, setup_->loads)};
+          .ended_loads = gather_ended_loads(group, layout, setup_->loads),
+          .cuts = save_cuts(group, setup_->body)};
 }
 
 void SampleCheckpoints::save(std::optional<RunningPhase> running, const std::vector<EnergyRow>& energy,

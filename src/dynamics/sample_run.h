@@ -54,10 +54,10 @@ double wave_transit(const Vector& size, const fracture::BodyWaves& waves);
 /// fracture, arrest. Collective over the group; a failure on one rank is thrown on all.
 ///
 /// If any rank is asked to, the sample is suspended within 32 steps of a dynamic phase, or between two
-/// quasi-static breaks. Continuing from a checkpoint, on any number of ranks, gives bitwise the same results
-/// as an uninterrupted run: quasi-static loading is recomputed, dynamic phases are not. With Engine::petsc
-/// this holds for the same number of ranks only. A checkpoint that does not match the sample is logged and
-/// ignored.
+/// quasi-static breaks or increments of the loads. Continuing from a checkpoint, on any number of ranks,
+/// gives bitwise the same results as an uninterrupted run: quasi-static loading is recomputed, dynamic phases
+/// are not. With Engine::petsc this holds for the same number of ranks only. A checkpoint that does not match
+/// the sample is logged and ignored.
 ///
 /// A sample that leaves the range of mixed precision is recomputed in double from its start; its later
 /// checkpoints are in double as well.

@@ -63,8 +63,7 @@ geometry::Realization make_sample_mesh(const geometry::Body& body, const geometr
 void complete_realization(const input::Model& model, const geometry::Body& body, std::uint64_t sample,
                           geometry::Realization& realization) {
   apply_material_map(model, body, sample, realization);
-  realization.pre_crack =
-      geometry::pre_crack_cuts(realization, geometry::pre_cracks(model, body, sample), body.bounds());
+  geometry::open_pre_cracks(geometry::pre_cracks(model, body, sample), body.bounds(), realization);
 }
 
 geometry::Realization make_sample_realization(const geometry::Body& body,

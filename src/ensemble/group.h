@@ -76,7 +76,7 @@ struct ShareHeader {
   std::int64_t n_nodes_global = 0;
   std::int64_t n_tetrahedra_global = 0;
   std::int64_t n_owned = 0;
-  std::array<std::uint64_t, 13> lengths{};  ///< lengths of the subdomain's arrays
+  std::array<std::uint64_t, 14> lengths{};  ///< lengths of the subdomain's arrays
 };
 
 /// Root: sends every other rank its part of a sample. Collective, with receive_header() and receive_share()

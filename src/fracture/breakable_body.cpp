@@ -120,9 +120,18 @@ void BreakableBody::open(std::int32_t tetrahedron, int cut, double remaining) {
   broken_[index] = 1;
   order_.push_back(tetrahedron);
   if (has_contact()) {
-    const Vector area = cut_areas(operators_.tetrahedra[index])[static_cast<std::size_t>(cut)];
-    residual_stiffness_.add_contact(tetrahedron, area / norm(area));
+    residual_stiffness_.add_contact(tetrahedron, contact_normal(tetrahedron, cut));
   }
+}
+
+/// Pre-cracks are smooth, however the tessellation crosses them.
+Vector BreakableBody::contact_normal(std::int32_t tetrahedron, int cut) const {
+  const auto t = static_cast<std::size_t>(tetrahedron);
+  if (const auto& normals = subdomain_->pre_crack_normal; !normals.empty())
+    if (const std::int32_t code = subdomain_->pre_crack[t]; code > 0)
+      return normals[index(geometry::PreCrackCut::from(code).crack)];
+  const Vector area = cut_areas(operators_.tetrahedra[t])[static_cast<std::size_t>(cut)];
+  return area / norm(area);
 }
 
 void BreakableBody::release_edges(std::int32_t tetrahedron, mechanics::EdgeSet edges) {

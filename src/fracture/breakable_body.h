@@ -99,8 +99,11 @@ public:
   }
   /// Its rate while the displacement changes at a rate, and the initial strain with time [Pa/s].
   mechanics::Symmetric stress_rate(std::int32_t tetrahedron, std::span<const double> velocity) const {
-    return intact_stress(tetrahedron,
-                         initial_strain_.elastic_rate(tetrahedron, total_strain(tetrahedron, velocity)));
+    return intact_stress(tetrahedron, strain_rate(tetrahedron, velocity));
+  }
+  /// Likewise, of the elastic strain [1/s].
+  mechanics::Symmetric strain_rate(std::int32_t tetrahedron, std::span<const double> velocity) const {
+    return initial_strain_.elastic_rate(tetrahedron, total_strain(tetrahedron, velocity));
   }
 
   /// Enables an initial strain, at its time 0.
@@ -164,6 +167,7 @@ private:
     std::optional<std::size_t> record;  // in records_, if this rank counts it
   };
   void open(std::int32_t tetrahedron, int cut, double remaining);
+  Vector contact_normal(std::int32_t tetrahedron, int cut) const;
   void release_edges(std::int32_t tetrahedron, mechanics::EdgeSet edges);
 
   const geometry::Subdomain* subdomain_;

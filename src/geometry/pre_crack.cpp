@@ -129,6 +129,13 @@ std::vector<std::int32_t> pre_crack_cuts(const Realization& realization,
   return cuts;
 }
 
+void open_pre_cracks(std::span<const plane::PreCrack> cracks, const Box& bounds, Realization& realization) {
+  realization.pre_crack = pre_crack_cuts(realization, cracks, bounds);
+  realization.pre_crack_normal.clear();
+  for (const plane::PreCrack& crack : cracks)
+    realization.pre_crack_normal.push_back(PreCrackFigure(crack, bounds).normal());
+}
+
 namespace {
 
 std::vector<CrackStart> starts_of(std::span<const plane::PreCrack> cracks, bool has_flaws,

@@ -39,6 +39,7 @@ public:
   /// Its border as a closed line of chords [m].
   const std::vector<Point>& border() const { return border_; }
   double height(const Point& p) const { return patch_.own(p)[2]; }  ///< above its plane [m]
+  const Vector& normal() const { return patch_.axes[2]; }           ///< unit vector
   /// True for a point of its plane within the figure.
   bool holds(const Point& p) const;
 
@@ -56,6 +57,9 @@ private:
 /// Realization::pre_crack: of several cracks through a tetrahedron the first one opens it.
 std::vector<std::int32_t> pre_crack_cuts(const Realization& realization,
                                          std::span<const plane::PreCrack> cracks, const Box& bounds);
+
+/// Gives a realization its pre-cracks.
+void open_pre_cracks(std::span<const plane::PreCrack> cracks, const Box& bounds, Realization& realization);
 
 /// Gives a complex the starts of its pre-cracks, crack-0 and so on, and one of all random flaws: after those
 /// of notches and holes. Along the fronts mesh.notch_spacing holds.

@@ -45,6 +45,7 @@ struct Realization {
   std::vector<float> map_factor = {};  ///< of each tetrahedron by the input's raster; empty without one
   /// Of each tetrahedron the pre-crack that opens it, see PreCrackCut; empty without any.
   std::vector<std::int32_t> pre_crack = {};
+  std::vector<Vector> pre_crack_normal = {};  ///< of each pre-crack's plane, unit vector
   RealizationReport report;
 };
 
@@ -58,6 +59,7 @@ void for_each_array(Mesh& mesh, const Work& work) {
   work(mesh.interface);
   work(mesh.map_factor);
   work(mesh.pre_crack);
+  work(mesh.pre_crack_normal);
 }
 
 /// Perturbs the base points, tessellates them (Delaunay, CGAL) and redraws points locally until the

@@ -195,6 +195,7 @@ std::vector<Subdomain> split(const Realization& realization, const Partition& pa
   std::vector<std::int32_t> local(realization.nodes.size(), -1);
   for (Subdomain& part : parts) {
     number_locally(realization, local, part);
+    part.pre_crack_normal = realization.pre_crack_normal;
     part.layout.first_owned = first_owned;
     for (std::size_t i = index(part.layout.n_owned); i < part.layout.number.size(); ++i) {
       const std::size_t node = index(part.layout.number[i]);

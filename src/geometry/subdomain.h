@@ -30,6 +30,7 @@ struct Subdomain {
   std::vector<std::uint8_t> interface = {};   ///< likewise
   std::vector<float> map_factor = {};         ///< likewise
   std::vector<std::int32_t> pre_crack = {};   ///< likewise
+  std::vector<Vector> pre_crack_normal = {};  ///< of all pre-cracks of the realization
 
   /// Local number of a tetrahedron of the realization, or -1.
   std::int32_t local_number(std::int64_t tetrahedron) const;

@@ -9,7 +9,9 @@ Table contact_table() {
   return {
       "contact",
       Occurrence::optional,
-      "contact of cracks that close and of surfaces that meet, in dynamic phases",
+      "contact of cracks that close and, in dynamic phases only, of surfaces that meet, such as sides of "
+      "cracks "
+      "farther apart than a spacing",
       {number_key(
            "friction",
            [](Parameters& parameters, std::size_t) -> double& { return parameters.contact->friction; },

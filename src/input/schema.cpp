@@ -305,8 +305,8 @@ Table fracture_table() {
        choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
                            {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
                            by_default("\"none\""),
-                           "of cracks that close and of surfaces that meet, in dynamic phases; with friction "
-                           "see [contact]")}};
+                           "of cracks that close and, in dynamic phases only, of surfaces that meet; with "
+                           "friction see [contact]")}};
 }
 
 Table variation_table() {

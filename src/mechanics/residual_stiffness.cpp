@@ -23,6 +23,17 @@ std::array<Vector, 4> corners(const TetrahedronOperator& t) {
   return x;
 }
 
+/// The strain that stretches only this edge, with d . eps . d = 1.
+Symmetric stretch_of(const TetrahedronOperator& t, std::size_t edge) {
+  const auto [i, j] = geometry::dual_facet_nodes[edge];
+  Symmetric stretch = symmetric_product(t.gradient[i], t.gradient[j]);
+  for (double& component : stretch) component = -component;
+  return stretch;
+}
+
+/// A cut that slips in equilibrium resists with at least this share of its shear modulus.
+constexpr double stabilizing_share = 1e-4;
+
 }  // namespace
 
 Symmetric CutContact::strain(const std::array<Vector, 4>& displacement) const {
@@ -40,9 +51,7 @@ EdgeStiffness edge_stiffness(const TetrahedronOperator& t, const IsotropicElasti
   for (std::size_t k = 0; k < 6; ++k) {
     const auto [i, j] = geometry::dual_facet_nodes[k];
     result.edge[k] = x[j] - x[i];
-    // The strain that stretches only this edge, with d . eps . d = 1.
-    stretch[k] = symmetric_product(t.gradient[i], t.gradient[j]);
-    for (double& component : stretch[k]) component = -component;
+    stretch[k] = stretch_of(t, k);
   }
   auto& k = result.k;
   for (std::size_t p = 0; p < 6; ++p) {
@@ -102,12 +111,16 @@ ResidualStiffness::ResidualStiffness(const PdsOperators& operators, const Elasti
       released_(operators.tetrahedra.size(), no_edge),
       place_(operators.tetrahedra.size(), -1) {}
 
+Symmetric ResidualStiffness::own_stress(std::int32_t tetrahedron, const Symmetric& strain) const {
+  if (is_intact(tetrahedron)) return (*elasticity_)[tetrahedron](strain);
+  return carries(tetrahedron) ? partial(tetrahedron).stress(strain) : Symmetric{};
+}
+
 Symmetric ResidualStiffness::stress(std::int32_t tetrahedron, const Symmetric& strain) const {
   if (is_intact(tetrahedron)) return (*elasticity_)[tetrahedron](strain);
-  Symmetric sigma{};
-  if (carries(tetrahedron)) sigma = partial(tetrahedron).stress(strain);
+  Symmetric sigma = own_stress(tetrahedron, strain);
   if (has_contact(tetrahedron)) {
-    const auto contact = contact_stress(static_cast<std::size_t>(contact_place_[index(tetrahedron)]), strain);
+    const auto contact = contact_stress(index(contact_number(tetrahedron)), strain);
     for (std::size_t i = 0; i < sigma.size(); ++i) sigma[i] += contact[i];
   }
   return sigma;
@@ -200,9 +213,57 @@ void ResidualStiffness::settle_contact(std::size_t i, const Symmetric& strain) {
 
 void ResidualStiffness::settle_new_contact(std::int32_t tetrahedron, const Symmetric& strain) {
   if (friction_ == 0 || !has_contact(tetrahedron)) return;
-  const auto i = index(contact_place_[index(tetrahedron)]);
+  const auto i = index(contact_number(tetrahedron));
   settle_contact(i, strain);
   cuts_[i].dissipated = 0;
+}
+
+CutTangent ResidualStiffness::cut_tangent(std::size_t i, const Symmetric& strain) const {
+  const CutContact& cut = cuts_[i];
+  CutTangent tangent;
+  if (!contacts_act_ || !cut.acts()) return tangent;
+  const CutState state = cut_state(i, strain);
+  tangent.is_closed = state.closing < 0 || (state.closing == 0 && !cut.is_open);
+  if (friction_ == 0 || !tangent.is_closed) return tangent;
+  tangent.along = tangent.on_its_way = cut.is_open ? stabilizing_share : 1;
+  if (!state.slips) return tangent;
+  const Vector way = state.shear - cut.slip;
+  const double length = norm(way);
+  tangent.way = way / length;
+  tangent.along =
+      std::max(stabilizing_share, norm(state.traction) / ((*elasticity_)[contacts_[i]].mu * length));
+  tangent.on_its_way = stabilizing_share;
+  return tangent;
+}
+
+void ResidualStiffness::linearize(std::int32_t tetrahedron, const ResidualStiffness& at,
+                                  const CutTangent& tangent) {
+  const auto t = index(tetrahedron);
+  released_[t] = at.released_[t];
+  if (!at.is_intact(tetrahedron) && at.carries(tetrahedron))
+    make_partial(tetrahedron) = at.partial(tetrahedron);
+  if (!tangent.is_closed) return;
+  if (!at.carries(tetrahedron)) {
+    make_partial(tetrahedron) = stiffness_without(tetrahedron, all_edges);
+    released_[t] = softened;
+  }
+  const CutContact& cut = at.cuts_[index(at.contact_number(tetrahedron))];
+  const IsotropicElasticity& material = (*elasticity_)[tetrahedron];
+  std::array<double, 6> closing{}, sliding{};
+  std::array<Vector, 6> shear{};
+  for (std::size_t p = 0; p < 6; ++p) {
+    const Vector stretch = mechanics::apply(stretch_of(cut.intact, p), cut.normal);
+    closing[p] = dot(cut.normal, stretch);
+    shear[p] = 2 * (stretch - closing[p] * cut.normal);
+    sliding[p] = dot(shear[p], tangent.way);
+  }
+  auto& k = make_partial(tetrahedron).k;
+  for (std::size_t p = 0; p < 6; ++p)
+    for (std::size_t q = 0; q < 6; ++q)
+      k[p][q] +=
+          cut.share * (material.youngs_modulus() * closing[p] * closing[q] +
+                       material.mu * (tangent.along * dot(shear[p], shear[q]) +
+                                      (tangent.on_its_way - tangent.along) * (sliding[p] * sliding[q])));
 }
 
 double ResidualStiffness::contact_energy(std::size_t i, const Symmetric& strain) const {
@@ -222,7 +283,7 @@ double ResidualStiffness::energy(std::int32_t tetrahedron, const Symmetric& stra
   };
   if (!has_contact(tetrahedron)) return energy_of(stress(tetrahedron, strain));
   return (carries(tetrahedron) ? energy_of(partial(tetrahedron).stress(strain)) : 0) +
-         contact_energy(index(contact_place_[index(tetrahedron)]), strain);
+         contact_energy(index(contact_number(tetrahedron)), strain);
 }
 
 void ResidualStiffness::release(std::int32_t tetrahedron, EdgeSet edges) {
@@ -248,7 +309,7 @@ void ResidualStiffness::begin_release(std::int32_t tetrahedron, EdgeSet edges) {
 void ResidualStiffness::reduce(std::int32_t tetrahedron, double share) {
   auto& reduction = reductions_.at(tetrahedron);
   reduction.share = share;
-  if (has_contact(tetrahedron)) cuts_[index(contact_place_[index(tetrahedron)])].share = 1 - share;
+  if (has_contact(tetrahedron)) cuts_[index(contact_number(tetrahedron))].share = 1 - share;
   if (share > 0) return interpolate(tetrahedron, reduction);
   const EdgeSet edges = reduction.edges;
   reductions_.erase(tetrahedron);

@@ -72,6 +72,16 @@ struct CutContact {
   Symmetric strain(const std::array<Vector, 4>& displacement) const;
 };
 
+/// How the contact of a cut resists small changes of an equilibrium: across the cut with all of its stiffness
+/// where it is closed, and by friction.
+struct CutTangent {
+  bool is_closed = false;
+  double along = 0;       ///< share of the shear modulus that resists sliding
+  double on_its_way = 0;  ///< likewise, along the way of a cut that slips
+  Vector way{};           ///< unit vector, if it slips
+  bool operator==(const CutTangent&) const = default;
+};
+
 /// The residual stiffness of each tetrahedron of a subdomain.
 class ResidualStiffness {
 public:
@@ -90,11 +100,15 @@ public:
   bool is_intact(std::int32_t tetrahedron) const { return released_[index(tetrahedron)] == no_edge; }
   /// True if any of its edges carries load, ignoring contact.
   bool carries(std::int32_t tetrahedron) const { return released(tetrahedron) != all_edges; }
-  bool has_contact(std::int32_t tetrahedron) const {
-    return !contact_place_.empty() && contact_place_[index(tetrahedron)] >= 0;
+  bool has_contact(std::int32_t tetrahedron) const { return contact_number(tetrahedron) >= 0; }
+  /// The number of its contact, see contacts(); -1: none.
+  std::int32_t contact_number(std::int32_t tetrahedron) const {
+    return contact_place_.empty() ? -1 : contact_place_[index(tetrahedron)];
   }
 
-  /// Stress carried at a strain, including contact [Pa].
+  /// Stress carried at a strain without contact [Pa].
+  Symmetric own_stress(std::int32_t tetrahedron, const Symmetric& strain) const;
+  /// The same including contact [Pa].
   Symmetric stress(std::int32_t tetrahedron, const Symmetric& strain) const;
   /// Strain energy [J].
   double energy(std::int32_t tetrahedron, const Symmetric& strain) const;
@@ -144,9 +158,15 @@ public:
   void settle_contact(std::size_t i, const Symmetric& strain);
   /// Likewise for a tetrahedron that breaks, without work.
   void settle_new_contact(std::int32_t tetrahedron, const Symmetric& strain);
+  /// The tangent of contact number i at a strain. Along the way of a cut that slips the force follows the
+  /// pressure, which a symmetric tangent leaves out.
+  CutTangent cut_tangent(std::size_t i, const Symmetric& strain) const;
+  /// Takes a tetrahedron's stiffness from another object, with the tangent of its contact, for a solver of
+  /// equilibria.
+  void linearize(std::int32_t tetrahedron, const ResidualStiffness& at, const CutTangent& tangent);
   /// @param friction Coulomb's coefficient
   void set_friction(double friction) { friction_ = friction; }
-  /// Contact acts unless it is told not to, as in equilibria.
+  /// Contact acts unless it is told not to, as in equilibria without closed cuts.
   void let_contacts_act(bool do_act) { contacts_act_ = do_act; }
   bool contacts_act() const { return contacts_act_; }
 

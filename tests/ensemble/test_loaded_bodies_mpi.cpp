@@ -146,6 +146,15 @@ input::Parameters pre_cracked_bar(input::Release release) {
   return parameters;
 }
 
+/// Pressed until cracks grow from an inclined one, whose sides slide with friction.
+input::Parameters closing_crack() {
+  auto parameters = pre_cracked_bar(input::Release::element);
+  parameters.boundaries[1].rate = {0, 0, -1e6};
+  parameters.specimen.cracks[0].normal = {0, 1, 1};
+  parameters.contact = input::SurfaceContact{.friction = 0.2};
+  return parameters;
+}
+
 /// The largest component of the load exerted by a condition.
 double load(const HistoryRow& row, std::size_t condition) {
   double largest = 0;
@@ -322,6 +331,7 @@ std::vector<Case> cases() {
            {4, 10, 15},
            expect_no_work_on_fragments},
           {"PreCracked", pre_cracked_bar(Release::element), {4, 8, 16}, expect_weakened},
+          {"ClosingCrack", closing_crack(), {3, 6, 12}, expect_weakened},
           {"PreCrackedByFacets", pre_cracked_bar(Release::facet), {4, 8, 16}, expect_weakened},
           {"StruckByBilateral4", struck_plate(Integrator::bilateral4), {2, 12, 16}, expect_struck},
           {"StruckByVerlet", struck_plate(Integrator::verlet), {2, 12, 16}, expect_struck},
@@ -341,7 +351,7 @@ TEST_P(LoadedBody, HasTheBitsOfOneRankAlsoAfterAnInterruption) {
   control.more_terms = terms;
   auto mesh = test::make_box(
       {.size = parameters.specimen.size, .cells = cells, .disturbance = 0.2, .removed = removed});
-  mesh.pre_crack = geometry::pre_crack_cuts(mesh, parameters.specimen.cracks, {{}, parameters.specimen.size});
+  geometry::open_pre_cracks(parameters.specimen.cracks, {{}, parameters.specimen.size}, mesh);
   const parallel::Communicator world(test::group()), self(MPI_COMM_SELF);
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
   const auto pieces = in_two_pieces(world, parameters, parameters.output, part, control);

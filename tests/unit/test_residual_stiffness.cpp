@@ -271,6 +271,37 @@ TEST(GradualRelease, ContactGrowsAsTheStiffnessFalls) {
   }
 }
 
+TEST(Contact, HasItsTangent) {
+  geometry::Subdomain subdomain;
+  subdomain.nodes.assign(some_corners.begin(), some_corners.end());
+  subdomain.tetrahedra = {{0, 1, 2, 3}};
+  const PdsOperators operators = make_operators(subdomain, 1);
+  const ElasticityField elasticity{IsotropicElasticity(test::epoxy())};
+  for (const EdgeSet released : {all_edges, EdgeSet{7}}) {
+    ResidualStiffness stiffness(operators, elasticity), tangent(operators, elasticity);
+    stiffness.release(0, released);
+    stiffness.set_friction(0.5);
+    stiffness.add_contact(0, {0, 0.6, 0.8});
+    const Symmetric closed{1e-4, -3e-4, -5e-4, 2e-5, -4e-5, 7e-5};
+    Symmetric open = closed;
+    for (double& component : open) component = -component;
+    for (const Symmetric& strain : {closed, open}) {
+      tangent.linearize(0, stiffness, stiffness.cut_tangent(0, strain));
+      const Symmetric found = tangent.own_stress(0, strain), exact = stiffness.stress(0, strain);
+      for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(found[i], exact[i], 1e-9 * 3300e6 * 5e-4) << i;
+    }
+    // A cut that slips resists across its way by its force's turning.
+    Symmetric slipping = closed;
+    slipping[5] = 1e-2;
+    const CutTangent slips = stiffness.cut_tangent(0, slipping);
+    EXPECT_TRUE(slips.is_closed);
+    EXPECT_LT(slips.on_its_way, 1e-3);
+    EXPECT_GT(slips.along, slips.on_its_way);
+    EXPECT_LT(slips.along, 1);
+    EXPECT_NEAR(norm(slips.way), 1, 1e-12);
+  }
+}
+
 TEST_F(FacetBody, CrackRightThroughCarriesNothing) {
   const auto is_upper = [](const auto& p) { return p[2] > 0.0043; };
   const auto u = random_displacement();  // neighbours choose different cuts

@@ -53,7 +53,7 @@ input::Parameters block(const Vector& size, const plane::Region& fine, double fi
 
 double strain_energy(const input::Parameters& parameters, std::uint64_t sample) {
   auto mesh = test::realization(parameters, sample);
-  mesh.pre_crack = geometry::pre_crack_cuts(mesh, parameters.specimen.cracks, {{}, parameters.specimen.size});
+  geometry::open_pre_cracks(parameters.specimen.cracks, {{}, parameters.specimen.size}, mesh);
   const auto subdomain = test::whole(mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
   fracture::BreakableBody body(subdomain, parameters.material());
@@ -190,7 +190,7 @@ TEST(PreCracks, MustLeaveTheBodyInOnePiece) {
   crack.line = {{{-1 * mm, 6.2 * mm}, {7 * mm, 6.2 * mm}}};
   auto mesh = test::make_box({.size = parameters.specimen.size, .cells = {4, 6, 12}, .disturbance = 0.2});
   parameters.specimen.cracks = {crack};
-  mesh.pre_crack = geometry::pre_crack_cuts(mesh, parameters.specimen.cracks, {{}, parameters.specimen.size});
+  geometry::open_pre_cracks(parameters.specimen.cracks, {{}, parameters.specimen.size}, mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
   try {
     run_sample(self, parameters, parameters.output, test::whole(mesh));
