@@ -202,10 +202,11 @@ private:
 
 double contact_gap(const Vector& node, const std::array<Vector, 3>& face, const Vector& normal,
                    double depth) {
-  // The node has to pass the face's plane, or its edges.
+  // The node has to enter the prism below the face.
   const double height = dot(normal, node - face[0]);
   double gap = std::max(height, -height - depth);
-  const geometry::Box box = box_of(face);
+  geometry::Box box = box_of(face);
+  for (const Vector& corner : face) box.include(corner - depth * normal);
   for (std::size_t i = 0; i < 3; ++i) {
     const double beyond = 2 * found_beyond * (box.upper[i] - box.lower[i]);
     gap = std::max({gap, box.lower[i] - node[i] - beyond, node[i] - box.upper[i] - beyond});

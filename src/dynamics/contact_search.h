@@ -38,7 +38,8 @@ inline constexpr double found_beyond = 0.01;
 double contact_gap(const Vector& node, const std::array<Vector, 3>& face, const Vector& normal, double depth);
 
 /// The pairs that may meet before nodes have moved by half of a margin, of all ranks, on every rank,
-/// ascending. The surface is that of the unbroken tetrahedra. Left out are pairs that were neighbours in the
+/// ascending: those whose gap is less than a
+/// margin. The surface is that of the unbroken tetrahedra. Left out are pairs that were neighbours in the
 /// surface before anything moved: the node not in front of the face. Collective; agrees before its messages.
 /// @param displacement of local nodes [m]
 /// @param margin [m]

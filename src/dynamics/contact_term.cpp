@@ -23,7 +23,7 @@ constexpr std::int64_t steps_per_look = 8;
 constexpr double least_at_rest = 0.01;
 constexpr double changes_at_rest = 4;
 /// Steps for which the pairs of a search are to last, at the current speed.
-constexpr double steps_per_search = 256;
+constexpr double steps_per_search = 512;
 /// Least and largest margin of a search [spacings].
 constexpr double least_margin = 0.02;
 constexpr double largest_margin = 0.5;
@@ -537,6 +537,7 @@ void ContactTerm::search(MovingNodes& nodes) {
   });
   pairs_ = find_contact_pairs(group, *context_.body, work_, margin_);
   connect();
+  touches_ = touches_ && !pairs_.empty();
 }
 
 void ContactTerm::add_dissipated(std::vector<double>& sum) const {

@@ -106,7 +106,7 @@ public:
     for (const input::Tool& tool : setup_.model.tools) {
       if (tool.displacement || tool.force) stress_ = infinity;
       const double speed = norm(tool.velocity.value_or(Vector{})) +
-                           norm(tool.spin.value_or(Vector{})) * norm(farthest_point(tool));
+                           norm(tool.angular_velocity.value_or(Vector{})) * norm(farthest_point(tool));
       add({{speed, speed}}, impedance_);
     }
   }
@@ -222,7 +222,7 @@ FirstBreakPrediction first_break(QuasiStaticLoading& loading, const mechanics::C
   const QuasiStaticEnd end = loading.advance(account, has_broken, look);
   outlook.breaks = has_broken() || end != QuasiStaticEnd::no_load;
   outlook.grows = !outlook.breaks && loading.grows();
-  outlook.has_contact = loading.has_contact();
+  outlook.has_contact = loading.cuts_are_closed();
   if (!outlook.breaks) return outlook;
   outlook.share = 1;
   outlook.load = loading.load();

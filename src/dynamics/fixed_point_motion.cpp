@@ -79,6 +79,7 @@ public:
       if (subdomain_.owned[index(t)] != 0 && !screening_.has_energy(t)) single_energies_.push_back(t);
     for (const auto t : context.body->changes()) refresh_screening(t);
     n_contacts_ = context.body->residual_stiffness().contacts().size();
+    cuts_.reserve(n_contacts_);
     substeps_.reserve(max_substeps);
     next_force_.reserve(max_substeps);
     next_update_.reserve(max_substeps);
@@ -175,6 +176,7 @@ public:
     });
     if (force_is_current_) add_contacts(n_contacts_);
     n_contacts_ = context_.body->residual_stiffness().contacts().size();
+    cuts_.reserve(n_contacts_);
   }
 
   void update_strengths(std::span<const std::int32_t> tetrahedra) override {
@@ -495,7 +497,6 @@ private:
         residual_stiffness.acting_version())
       return;
     cuts_.clear();
-    cuts_.reserve(residual_stiffness.contacts().size());
     for (const std::int32_t contact : residual_stiffness.acting()) {
       Cut cut{contact, force_.n_blocks(), -1, false};
       for (const std::int32_t node : residual_stiffness.cut_contact(index(contact)).corners) {
@@ -641,7 +642,7 @@ private:
     std::int32_t first_block, last_block;  // of its owned nodes
     bool has_ghosts;
   };
-  std::vector<Cut> cuts_;           // by their first blocks
+  std::vector<Cut> cuts_;           // by their first blocks; with room for all contacts
   std::int64_t cuts_version_ = -1;  // of the acting contacts
   std::int32_t sent_blocks_ = 1;    // one past the last block with nodes that are ghosts elsewhere
   std::vector<std::uint8_t> frozen_, has_frozen_;  // of local nodes and of blocks; empty if none is

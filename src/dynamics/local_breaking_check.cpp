@@ -52,8 +52,9 @@ std::span<const std::int32_t> LocalBreakingCheck::end_step(std::int64_t) {
 void LocalBreakingCheck::find_candidates() {
   // What was now is a step before, except for means over those that have broken.
   for (auto* const caches : {&stresses_, &of_nodes_}) {
+    if (caches->empty()) continue;
     std::ranges::rotate(*caches, caches->end() - 1);
-    if (!caches->empty()) caches->front().clear();
+    caches->front().clear();
   }
   for (auto& means : of_nodes_)
     for (const auto t : breaking_)

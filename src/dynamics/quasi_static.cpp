@@ -286,7 +286,6 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
     return false;
   }
   if (no_equilibrium) std::rethrow_exception(no_equilibrium);
-  come_to_rest();
   return true;
 }
 
@@ -313,7 +312,7 @@ bool QuasiStaticLoading::is_far(const parallel::NodeField& displacement) const {
 bool QuasiStaticLoading::is_mechanism() const {
   if (!is_far(displacement_)) return false;
   if (is_linear_) return stiffness_ratio_->at(time_, unit_) < weak_share;
-  if (!has_contact()) return true;
+  if (!cuts_are_closed()) return true;
   const double way = mechanism_displacement * extent_;
   return stored(displacement_) < 0.5 * weak_share * bar_stiffness(*group_, *body_) * way * way;
 }
@@ -602,7 +601,7 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
       return load.kind != UnitLoad::Kind::other && load.grows_after(time_);
     };
     // What a stiff body carries at such strains is beyond the model.
-    if (has_contact() && std::isinf(kink) && is_far(displacement_)) return QuasiStaticEnd::no_load;
+    if (std::isinf(kink) && cuts_are_closed() && is_far(displacement_)) return QuasiStaticEnd::no_load;
     if (std::ranges::any_of(state.tools, has_left) && std::ranges::none_of(unit_loads_, is_growing))
       return QuasiStaticEnd::no_load;
     if (!is_linear_) continue;
@@ -634,10 +633,12 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
       parallel::any_of_all(*group_, std::ssize(body_->bridge_releases()) > n_bridges);
   if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return false;
   account.add_relaxation(relaxation(before, unknowns_before));
-  lost_ = lost();
-  LoadState relaxed = measure(displacement_, time_);
   // At constant load only the loads on fragments that have not come loose still do work.
   state = with_unknowns(unknowns_before, [&] { return measure(before, time_); });
+  // What friction holds slips only after the state before has been measured.
+  come_to_rest();
+  lost_ = lost();
+  LoadState relaxed = measure(displacement_, time_);
   account.add_static_work(state, relaxed);
   state = std::move(relaxed);
   return true;
@@ -657,9 +658,10 @@ bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::Nod
   const std::vector<double> unknowns_before = unknowns();
   if (!update_after_breaks(true)) return false;
   account.add_relaxation(kinetic + relaxation(displacement, unknowns_before));
-  lost_ = lost();
   // Counts only loads that still act.
   const LoadState before = with_unknowns(unknowns_before, [&] { return measure(displacement, time); });
+  come_to_rest();
+  lost_ = lost();
   account.add_static_work(before, measure(displacement_, time));
   return true;
 }

@@ -89,8 +89,10 @@ public:
   double time() const { return time_; }
   /// True if a load, a motion or the initial strain changes from now on.
   bool grows() const;
-  /// True once cuts have closed.
+  /// True once contact of cuts acts, see ContactAtRest.
   bool has_contact() const { return contact_ && contact_->acts(); }
+  /// True if some are closed. Collective.
+  bool cuts_are_closed() const { return has_contact() && contact_->closes(displacement_.local()); }
   /// The machine's load at the last event [N].
   double load() const { return load_; }
   /// The same at the first break; NaN if nothing has broken quasi-statically.
@@ -249,11 +251,11 @@ private:
   mutable std::vector<mechanics::Symmetric> means_;  // stresses around nodes there; empty: not computed yet
   std::size_t n_changes_solved_ = 0;  // number of the body's local changes included in the solver
   double extent_ = 0;                 // of the body, the largest along an axis [m]
-  double negligible_force_ = 0;       // where a term is not linear [N]
+  double negligible_force_ = 0;       // in increments [N]
   double negligible_work_ = 0;        // likewise, of an increment [J]
   double lost_ = 0;                   // so far, as the energy account has it [J]
   double time_ = 0;
-  double increment_ = 1;     // of the load time, to be tried next where a term is not linear [s]
+  double increment_ = 1;     // of the load time, to be tried next in increments [s]
   double load_ = 0;          // [N]
   double largest_load_ = 0;  // so far [N]
   double load_at_first_break_ = not_a_number;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loading in increments, where a term is not linear: Newton's method and the path between two breaks.
+// Loading in increments, where a term is not linear or cuts are closed: Newton's method and the path between
+// two breaks.
 #include "common/failure.h"
 #include "common/index.h"
 #include "dynamics/quasi_static.h"
@@ -254,7 +255,8 @@ void QuasiStaticLoading::take(std::span<const double> displacement, double time)
 
 QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
   std::vector<double> start = current(), end, between(start.size()), change(start.size());
-  double from = time_, to = std::min(until, from + increment_);
+  const double least = least_growth * break_tolerance * time_;
+  double from = time_, to = std::min(until, from + std::max(increment_, least));
   group_->enter("static solve");
   for (int n = 0;; ++n) {
     bool is_straight = false;
@@ -298,8 +300,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::follow_path(double until) {
     find_equilibrium(time_);
     const double share = most_loaded().value;
     if (std::abs(share - 1) <= break_tolerance || n == max_refinements) {
-      increment_ =
-          std::max({2 * (time_ - from), least_growth * increment_, least_growth * break_tolerance * time_});
+      increment_ = std::max({2 * (time_ - from), least_growth * increment_, least});
       return next;
     }
     (share < 1 ? start : end) = current();

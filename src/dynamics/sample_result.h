@@ -51,9 +51,9 @@ struct ToolState {
   Vector velocity{};      ///< [m/s]
   /// Quaternion (w, x, y, z) that turns the tool from its place at the start.
   std::array<double, 4> orientation{1, 0, 0, 0};
-  Vector spin{};             ///< angular velocity [rad/s]
-  Vector reaction{};         ///< force on the body [N]
-  double friction_work = 0;  ///< lost by friction so far [J]
+  Vector angular_velocity{};  ///< [rad/s]
+  Vector reaction{};          ///< force on the body [N]
+  double friction_work = 0;   ///< lost by friction so far [J]
   bool operator==(const ToolState&) const = default;
 };
 

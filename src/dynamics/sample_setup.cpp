@@ -82,7 +82,7 @@ SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Model
           {.ends = parallel::agree(ranks, [&] { return crack_ends(input); })}) {
   refuse_overdamping(input.damping_rate(), grid);
   fracture::refuse_short_releases(ranks, part, body.release_law().time(), grid.step);
-  // Equilibria are without contact, which a dynamic phase turns on.
+  // Contact acts from where the first cut closes, or from the start of a dynamic phase.
   body.residual_stiffness().let_contacts_act(false);
   // After the stable step, which depends on the stiffness alone.
   body.set_initial_strain(fracture::make_initial_strain(input, body.elasticity(), fracture::span_of(part)));

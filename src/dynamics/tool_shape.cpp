@@ -123,9 +123,9 @@ Eigen::Matrix3d moment_of_inertia(const input::Tool& tool) {
       constexpr double pi = std::numbers::pi;
       const double c = tool.radius - r, flat = 0.5 * tool.size[0] - r;
       const auto [volume, along] = moments_along(flat, r, pi * c * c, 2 * pi * c);
-      const double across =
-          pi * (flat * std::pow(tool.radius, 4) + r * std::pow(c, 4) + pi * r * r * std::pow(c, 3) +
-                4 * std::pow(r, 3) * c * c + 3 * pi / 4 * std::pow(r, 4) * c + 8.0 / 15 * std::pow(r, 5));
+      const double s = tool.radius * tool.radius, cc = c * c, rr = r * r;
+      const double across = pi * (flat * s * s + r * cc * cc + pi * rr * cc * c + 4 * r * rr * cc +
+                                  3 * pi / 4 * rr * rr * c + 8.0 / 15 * rr * rr * r);
       const double axial = tool.mass * across / volume;
       const double transverse = tool.mass * (0.5 * across + along) / volume;
       const Eigen::Vector3d axis = direction_of(tool);

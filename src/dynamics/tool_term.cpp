@@ -30,7 +30,7 @@ constexpr double least_room = 8;
 /// Searches reach at least so many spacings, or steps.
 constexpr double search_spacings = 1, search_steps = 64;
 /// The nodes that a tool touches may raise the squared frequency of its mass to this share of ContactScale's.
-constexpr double mass_share = 0.5;
+constexpr double mass_share = 0.25;
 /// In equilibrium, nodes that a tool almost touches resist with this share of the stiffness of contact.
 constexpr double stabilizing_share = 1e-4;
 
@@ -78,7 +78,7 @@ ToolTerm::ToolTerm(const MotionContext& context, const std::vector<input::Tool>&
     if (tools[t].has_mass()) moving_[t].velocity = tools[t].velocity.value_or(Vector{});
     if (tools[t].turns())
       moving_[t].turning.emplace(moment_of_inertia(tools[t]), tools[t].turning(),
-                                 tools[t].spin.value_or(Vector{}));
+                                 tools[t].angular_velocity.value_or(Vector{}));
   }
   soften_light_tools();
   find_offsets();
@@ -584,7 +584,7 @@ void ToolTerm::measure(double time, const parallel::NodeField& displacement, con
     if (pose.orientation) {
       const Eigen::Quaterniond& turn = *pose.orientation;
       tool.orientation = {turn.w(), turn.x(), turn.y(), turn.z()};
-      tool.spin = moving_[t].turning->spin();
+      tool.angular_velocity = moving_[t].turning->spin();
     }
     tool.reaction = {sums[4 * t], sums[4 * t + 1], sums[4 * t + 2]};
     tool.friction_work = sums[4 * t + 3];

@@ -124,10 +124,11 @@ void BreakableBody::open(std::int32_t tetrahedron, int cut, double remaining) {
   }
 }
 
-/// Pre-cracks are smooth, however the tessellation crosses them.
+/// Pre-cracks are smooth, however the tessellation crosses them. What a tetrahedron keeps goes with its cut.
 Vector BreakableBody::contact_normal(std::int32_t tetrahedron, int cut) const {
   const auto t = static_cast<std::size_t>(tetrahedron);
-  if (const auto& normals = subdomain_->pre_crack_normal; !normals.empty())
+  const bool keeps_nothing = release_->edges(cut) == mechanics::all_edges;
+  if (const auto& normals = subdomain_->pre_crack_normal; keeps_nothing && !normals.empty())
     if (const std::int32_t code = subdomain_->pre_crack[t]; code > 0)
       return normals[index(geometry::PreCrackCut::from(code).crack)];
   const Vector area = cut_areas(operators_.tetrahedra[t])[static_cast<std::size_t>(cut)];

@@ -10,8 +10,7 @@ Table contact_table() {
       "contact",
       Occurrence::optional,
       "contact of cracks that close and, in dynamic phases only, of surfaces that meet, such as sides of "
-      "cracks "
-      "farther apart than a spacing",
+      "cracks farther apart than a spacing",
       {number_key(
            "friction",
            [](Parameters& parameters, std::size_t) -> double& { return parameters.contact->friction; },

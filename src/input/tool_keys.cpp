@@ -100,8 +100,7 @@ Key free_key() {
           optional("x, y and z"),
           distinct_freedoms,
           "axes along which a tool with a mass can move; \"turn x\": it turns about x, with the inertia of a "
-          "homogeneous "
-          "body, in dynamic phases only",
+          "homogeneous body, in dynamic phases only",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             const auto ways = read_words(source, tool_freedoms, distinct_freedoms);
             if (source.value.kind == ValueKind::array && source.value.elements.empty())
@@ -114,9 +113,9 @@ Key free_key() {
           }};
 }
 
-Key spin_key() {
+Key angular_velocity_key() {
   const Dimension& dimension = angular_velocity_dimension;
-  return {"spin",
+  return {"angular_velocity",
           name_without_article(dimension),
           optional("none"),
           components_form(dimension),
@@ -126,11 +125,11 @@ Key spin_key() {
             Vector spin{};
             for (std::size_t axis = 0; elements && axis < 3; ++axis)
               spin[axis] = read_angular_velocity((*elements)[axis]).value_or(0);
-            tool(parameters, i).spin = spin;
+            tool(parameters, i).angular_velocity = spin;
           },
           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            if (!tool(parameters, i).spin) return {};
-            return show_components(*tool(parameters, i).spin, dimension);
+            if (!tool(parameters, i).angular_velocity) return {};
+            return show_components(*tool(parameters, i).angular_velocity, dimension);
           }};
 }
 
@@ -193,17 +192,18 @@ void check_motion(const Tool& tool, const std::string& table, const Time& time, 
     if (tool.displacement)
       findings.report(path("displacement"),
                       "a tool with a mass moves by the forces on it; leave one of the two out");
-    for (const char* const key : {"velocity", "spin"})
+    for (const char* const key : {"velocity", "angular_velocity"})
       if (findings.given(path(key)) && !starts_at_rest && !may_rest)
         findings.report(path(key),
                         "the {} of a tool with a mass is that at the start, which requires time.start = "
                         "\"rest\"; leave it out, or leave out its mass",
                         key);
-    if (tool.spin && !findings.faulty(path("free")) && !findings.faulty(path("spin")))
+    if (tool.angular_velocity && !findings.faulty(path("free")) && !findings.faulty(path("angular_velocity")))
       for (std::size_t axis = 0; axis < 3; ++axis)
-        if ((*tool.spin)[axis] != 0 && !tool.turning()[axis])
-          findings.report(path("spin"), "the tool cannot turn about {}; add \"turn {}\" to free",
-                          axis_names[axis], axis_names[axis]);
+        if ((*tool.angular_velocity)[axis] != 0 && !tool.turning()[axis])
+          findings.report(path("angular_velocity"), "the tool cannot turn about {}; {}\"turn {}\"{}",
+                          axis_names[axis], tool.free ? "add " : "give free = [\"x\", \"y\", \"z\", ",
+                          axis_names[axis], tool.free ? " to free" : "]");
   } else {
     int n = 0;
     for (const auto* value : {&tool.displacement, &tool.velocity, &tool.force}) n += value->has_value();
@@ -211,7 +211,7 @@ void check_motion(const Tool& tool, const std::string& table, const Time& time, 
       findings.report(table, "prescribes more than one of displacement, velocity and force; give one");
     if (tool.force && starts_at_rest && !may_rest)
       findings.report(path("force"), "moves a tool only if that has a mass; give its mass, such as \"5 g\"");
-    for (const char* const key : {"free", "spin"})
+    for (const char* const key : {"free", "angular_velocity"})
       if (findings.given(path(key)))
         findings.report(path(key), "belongs to a tool with a mass; leave it out");
   }
@@ -280,7 +280,7 @@ Table tool_table() {
        motion_key(BoundaryKind::displacement, &Tool::displacement, "none", "prescribed").also_called({"u"}),
        motion_key(BoundaryKind::velocity, &Tool::velocity, "none", "prescribed; of a mass that at the start")
            .also_called({"v", "speed"}),
-       spin_key(),
+       angular_velocity_key(),
        motion_key(BoundaryKind::force, &Tool::force, "none",
                   "on the tool; without a mass it keeps its place in dynamic phases")
            .also_called({"F", "load"}),

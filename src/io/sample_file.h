@@ -57,7 +57,7 @@
 /// | attributes of /tools/NAME | | shape, at, axis, radius, size, rounding, mass [SI] |
 /// | /history/tools/NAME/position, displacement, velocity, reaction, friction_work | h x 3, h | see
 /// dynamics::ToolState |
-/// | /history/tools/NAME/orientation, spin | h x 4, h x 3 | likewise, of a tool that can turn |
+/// | /history/tools/NAME/orientation, angular_velocity | h x 4, h x 3 | likewise, of a tool that can turn |
 /// | attribute rayleigh_speed [m/s] of /history | | of the material in which the cracks ran |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |

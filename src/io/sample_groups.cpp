@@ -117,9 +117,10 @@ void write_tools(hid_t history, const std::vector<input::Tool>& tools, const std
       write("orientation", &ToolState::orientation, "1",
             "unit quaternion that turns the tool from its place at the start (w, x, y, z); 1, 0, 0, 0 in "
             "equilibrium");
-      write("spin", &ToolState::spin, "rad/s", "angular velocity (x, y, z); 0 in equilibrium");
+      write("angular_velocity", &ToolState::angular_velocity, "rad/s",
+            "angular velocity (x, y, z); 0 in equilibrium");
       label_as(group, {"orientation"}, {"moment", "quaternion"});
-      label_as(group, {"spin"}, {"moment", "component"});
+      label_as(group, {"angular_velocity"}, {"moment", "component"});
     }
     write("friction_work", &ToolState::friction_work, "J",
           "energy lost by friction so far, in dynamic phases since the start of the phase");

@@ -135,9 +135,9 @@ public:
 
   /// Makes a broken tetrahedron resist closing its cut: from now on it carries E e_n n (x) n while its strain
   /// e_n along the normal n is negative, and by friction the shear t (x) n + n (x) t: t = G (g - slip) for a
-  /// shear strain g along the cut, up to Coulomb's limit. These moduli are the largest that never add energy
-  /// beyond that of the unbroken tetrahedron. While the tetrahedron is being released, contact grows as the
-  /// stiffness decreases.
+  /// shear strain g along the cut, up to Coulomb's limit. For a tetrahedron that keeps no stiffness these
+  /// moduli are the largest that never add energy beyond that of the unbroken one. While it is being
+  /// released, contact grows as the stiffness decreases.
   /// @param normal unit vector
   void add_contact(std::int32_t tetrahedron, const Vector& normal);
   /// Tetrahedra with contact, in the order in which they were added.

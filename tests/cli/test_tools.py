@@ -71,11 +71,11 @@ DAMAGE = {
     "rate": ['["1e17 mm/s", "0 mm/s", "0 mm/s"]', '["0 N/s", "0 N/s", "1 N/s"]', "1"],
     "history": ["[]", '[["1 us", 1]]', '[["0 us", 1], ["0 us", 2]]', '[["0 us", nan]]', '[["0 us", 1e30], ["1 us", -1e30]]'],
     "free": ["[]", '["w"]', '["x", "x"]', '["turn x"]', '["z", "turn"]', '["x", "y", "z", "turn x", "turn y", "turn z"]'],
-    "spin": ['["1 rad/s", "0 rad/s"]', '["1e12 rad/s", "0 rad/s", "0 rad/s"]', '["1e6 rad/s", "1e6 rad/s", "1e6 rad/s"]', '["nan rad/s", "0 rad/s", "0 rad/s"]', '["0 rad/s", "1 Hz", "0 rad/s"]'],
+    "angular_velocity": ['["1 rad/s", "0 rad/s"]', '["1e12 rad/s", "0 rad/s", "0 rad/s"]', '["1e6 rad/s", "1e6 rad/s", "1e6 rad/s"]', '["nan rad/s", "0 rad/s", "0 rad/s"]', '["0 rad/s", "1 Hz", "0 rad/s"]'],
     "friction": ["-1", "11", "nan", '"0.3"'],
     "name": ['""', "3", '"a/b"', '"."', '"one"']}
 NEW = ['weight = "3 g"', 'mass = "1 g"', 'velocity = ["0 m/s", "0 m/s", "1 m/s"]', 'displacement = ["0 mm", "0 mm", "-0.01 mm"]', 'force = ["0 N", "0 N", "-1 N"]',
-       'radius = "1 mm"', "axis = [0, 0, 1]", 'size = ["1 mm"]', 'rounding = "0.1 mm"', 'free = ["z"]', 'free = ["x", "turn x"]', 'spin = ["0 rpm", "0 rpm", "3000 rpm"]', 'rate = ["0 mm/s", "0 mm/s", "1 mm/s"]', 'history = [["0 s", 0], ["1 s", 1]]']
+       'radius = "1 mm"', "axis = [0, 0, 1]", 'size = ["1 mm"]', 'rounding = "0.1 mm"', 'free = ["z"]', 'free = ["x", "turn x"]', 'angular_velocity = ["0 rpm", "0 rpm", "3000 rpm"]', 'rate = ["0 mm/s", "0 mm/s", "1 mm/s"]', 'history = [["0 s", 0], ["1 s", 1]]']
 
 
 def lengths(values: list[float], unit: str = "mm") -> str:
@@ -133,7 +133,7 @@ def motion(draw: random.Random, start: str, inward: list[float], can_turn: bool)
             spins = lengths([draw.choice((0, 1e2, 1e4)) * (axis in about) for axis in "xyz"], "rad/s")
             lines.append("free = [" + ", ".join(f'"{way}"' for way in along_axes + [f"turn {axis}" for axis in about]) + "]")
             if about and draw.random() < 0.5:
-                lines.append(f"spin = {spins}")
+                lines.append(f"angular_velocity = {spins}")
         return lines
     if kind == "velocity":
         return [f'velocity = {along(draw.choice((0.1, 5, 20)) if start == "rest" else 1e-3, "m/s")}']
@@ -190,8 +190,8 @@ def make(number: int) -> tuple[str, bool]:
 def energy_at_start(tool: dict, history: dict) -> float:
     """Of a tool that moves by forces, roughly [J]."""
     speed = np.linalg.norm(history["velocity"][0])
-    if "spin" in history:
-        speed = np.hypot(speed, np.linalg.norm(history["spin"][0]) * 0.6 * max(tool["radius"], 0.5 * np.linalg.norm(tool.get("size", 0))))
+    if "angular_velocity" in history:
+        speed = np.hypot(speed, np.linalg.norm(history["angular_velocity"][0]) * 0.6 * max(tool["radius"], 0.5 * np.linalg.norm(tool.get("size", 0))))
     return 0.5 * tool["mass"] * speed ** 2
 
 

@@ -224,7 +224,7 @@ input::Parameters struck_plate(input::Integrator integrator) {
   ball.velocity = Vector{-20, 5, 0};
   ball.friction = 0.2;
   ball.free = {true, true, true, true, false, true};
-  ball.spin = Vector{1e3, 0, 2e4};
+  ball.angular_velocity = Vector{1e3, 0, 2e4};
   parameters.tools = {ball};
   return parameters;
 }
@@ -236,8 +236,8 @@ void expect_struck(const SampleResult& result) {
   EXPECT_GT(result.breaks.size(), 10U);
   EXPECT_GT(ball.velocity[0], -19);
   EXPECT_GT(ball.friction_work, 0);
-  EXPECT_NE(ball.spin[0], 1e3);
-  EXPECT_EQ(ball.spin[1], 0) << "it cannot turn about y";
+  EXPECT_NE(ball.angular_velocity[0], 1e3);
+  EXPECT_EQ(ball.angular_velocity[1], 0) << "it cannot turn about y";
   EXPECT_LT(result.energy_error, 0.02);
 }
 

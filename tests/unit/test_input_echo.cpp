@@ -238,7 +238,7 @@ std::vector<std::vector<InputTable>> loads() {
                      {"radius", R"("2 mm")"},
                      {"mass", R"("5 g")"},
                      {"free", R"(["z", "turn y"])"},
-                     {"spin", R"(["0 rad/s", "60 rpm", "0 rad/s"])"}}});
+                     {"angular_velocity", R"(["0 rad/s", "60 rpm", "0 rad/s"])"}}});
   still.push_back({"[[load]]",
                    {{"acceleration", R"(["0 m/s^2", "0 m/s^2", "-9.81 m/s^2"])"},
                     {"rate", R"(["0 m/s^3", "0 m/s^3", "-100 m/s^3"])"}}});
@@ -438,7 +438,7 @@ fracture: sample strength toughness fracture_toughness length exponent impulse a
 fracture.variation: sample of distribution modulus reference_volume coefficient_of_variation correlation_length
 boundary: place on; points region.x region.y region.z; sample fix force traction velocity displacement pressure absorbing rate history factor.along factor.table name
 load: sample acceleration body_force angular_velocity axis point velocity velocity_gradient center rate history
-tool: sample name; points shape at axis radius; sample size rounding mass displacement velocity spin force rate history free friction
+tool: sample name; points shape at axis radius; sample size rounding mass displacement velocity angular_velocity force rate history free friction
 initial.stress: sample along surface profile components temperature expansion material history
 time: sample start step mass_scaling duration integrator engine precision arrest after_separation
 damping: sample mass bulk

@@ -2,6 +2,7 @@
 // Contact. A bar is broken in two and pushed together again: the crack carries compression, and nothing else.
 // Waves pass a closed crack; blocks that fly meet, rebound and slide; rubble makes no energy.
 #include "common/index.h"
+#include "dynamics/contact_search.h"
 #include "dynamics/explicit_phase.h"
 #include "dynamics/sample_run.h"
 #include "dynamics/stable_step.h"
@@ -466,6 +467,25 @@ TEST(Contact, StiffnessKeepsTheStableStep) {
               1e9 * with_tools);
   EXPECT_LT(with_tools, free);
   EXPECT_GT(with_tools, 0.999 * free / std::sqrt(1 + tool_factor * share));
+}
+
+/// The gap between a node and a face is what a motion of both together must overcome: none for a node in the
+/// prism below the face, however the face is turned.
+TEST(ContactGap, IsZeroBelowAFaceAndTheDistanceOutside) {
+  const double depth = 0.3;
+  for (const Vector& way : {Vector{0, 0, 1}, Vector{0.6, 0, 0.8}, Vector{0.36, 0.48, 0.8}}) {
+    const Vector across =
+        std::abs(way[0]) < 0.1 ? Vector{1, 0, 0} : cross(way, {0, 1, 0}) / norm(cross(way, {0, 1, 0}));
+    const Vector beside = cross(way, across);
+    const std::array<Vector, 3> face{Vector{}, across, beside};
+    const Vector middle = (face[0] + face[1] + face[2]) / 3.0;
+    for (const double below : {0.0, 0.1, 0.29})
+      EXPECT_LE(contact_gap(middle - below * way, face, way, depth), 1e-12);
+    EXPECT_NEAR(contact_gap(middle + 0.1 * way, face, way, depth), 0.1, 1e-12);
+    EXPECT_NEAR(contact_gap(middle - 0.5 * way, face, way, depth), 0.2, 1e-12);
+  }
+  const std::array<Vector, 3> level{Vector{}, {1, 0, 0}, {0, 1, 0}};
+  EXPECT_NEAR(contact_gap({1.5, 0.1, -0.1}, level, {0, 0, 1}, depth), 0.5 - 2 * found_beyond, 1e-12);
 }
 
 }  // namespace CRACKLE_TEST_FILE

@@ -248,7 +248,7 @@ double moment_about(const Tool& tool, int axis) {
 /// The energy of a tool's motion [J].
 double kinetic_energy(const Tool& tool, const ToolState& now) {
   const auto& [w, x, y, z] = now.orientation;
-  const Vector spin = turned(Eigen::Quaterniond(w, -x, -y, -z), now.spin);
+  const Vector spin = turned(Eigen::Quaterniond(w, -x, -y, -z), now.angular_velocity);
   const Eigen::Vector3d own(spin.data());
   return 0.5 * tool.mass * dot(now.velocity, now.velocity) + 0.5 * own.dot(moment_of_inertia(tool) * own);
 }
@@ -306,7 +306,7 @@ SpinErrors errors_of_spin(const Vector& start, double step) {
   const Vector size{0.006, 0.004, 0.002};
   auto box = box_of({size[0], size[1], size[2]}, 1e-3);
   box.at = {0.1, 0, 0};
-  box.spin = start;
+  box.angular_velocity = start;
   auto parameters = strong_bar({0.002, 0.002, 0.002});
   parameters.time.start = input::Start::rest;
   parameters.time.duration = 5e-4;
@@ -329,7 +329,7 @@ SpinErrors errors_of_spin(const Vector& start, double step) {
     const ToolState& now = row.tools.at(0);
     const auto& [w, x, y, z] = now.orientation;
     const Eigen::Quaterniond orientation(w, x, y, z);
-    const Vector spin = turned(orientation.conjugate(), now.spin);
+    const Vector spin = turned(orientation.conjugate(), now.angular_velocity);
     double cosine = 0, delta = 0;
     const double sine = boost::math::jacobi_elliptic(errors.modulus, rate * row.load_time, &cosine, &delta);
     Vector exact{0, std::sqrt(across / (b * (c - b))) * sine, 0};
@@ -404,10 +404,10 @@ TEST(Tools, RollDownASlopeUntilFrictionFails) {
     std::printf(
         "friction %.2f %s: %.4f m/s, exactly %.4f; turns at %.4f m/s, exactly %.4f; energy %.1e, of the body "
         "%.1e\n",
-        friction, slips ? "slips" : "rolls", now.velocity[1], speed, -radius * now.spin[0], turning, error,
-        result.energy_error);
+        friction, slips ? "slips" : "rolls", now.velocity[1], speed, -radius * now.angular_velocity[0],
+        turning, error, result.energy_error);
     EXPECT_NEAR(now.velocity[1] / speed, 1, 0.02);
-    EXPECT_NEAR(-radius * now.spin[0] / turning, 1, 0.05);
+    EXPECT_NEAR(-radius * now.angular_velocity[0] / turning, 1, 0.05);
     EXPECT_LT(std::abs(error), 3e-3);
     EXPECT_LT(result.energy_error, 0.01);
   }
@@ -437,10 +437,10 @@ TEST(Tools, HitOffTheirCentreAsRigidBodiesDo) {
     const double energy = kinetic_energy(box, now) / (0.5 * box.mass * speed * speed);
     std::printf(
         "%s: velocity %.5f m/s, exactly %.5f; spin %.4f rad/s, exactly %.4f; energy left %.5f; error %.1e\n",
-        turns ? "turns" : "does not turn", now.velocity[2], velocity, now.spin[0], spin, energy,
+        turns ? "turns" : "does not turn", now.velocity[2], velocity, now.angular_velocity[0], spin, energy,
         result.energy_error);
     EXPECT_NEAR(now.velocity[2], velocity, 0.02 * speed);
-    EXPECT_NEAR(now.spin[0], spin, 0.02 * impulse * distance / inertia);
+    EXPECT_NEAR(now.angular_velocity[0], spin, 0.02 * impulse * distance / inertia);
     EXPECT_NEAR(energy, 1, 0.01);
     EXPECT_EQ(now.reaction, Vector{});
   }

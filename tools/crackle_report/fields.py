@@ -8,7 +8,7 @@ from typing import Optional
 
 import numpy as np
 from scipy.spatial import ConvexHull
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,12 @@ class Tool:
     def _turned(self, ways: np.ndarray, time: float) -> np.ndarray:
         if self.orientation is None:
             return ways
-        w, x, y, z = (np.interp(time, self.time, part) for part in self.orientation.T)
-        return Rotation.from_quat((x, y, z, w)).apply(ways)
+        turns = Rotation.from_quat(np.roll(self.orientation, -1, axis=1))
+        after = min(int(np.searchsorted(self.time, time)), len(self.time) - 1)
+        before = max(after - 1, 0)
+        if not self.time[before] < time < self.time[after]:
+            return turns[after].apply(ways)
+        return Slerp(self.time[[before, after]], turns[[before, after]])(time).apply(ways)
 
     def outline(self, time: float) -> np.ndarray:
         """Corners of its projection along x, y and z [m]; a line of a plane, none of one across x."""
