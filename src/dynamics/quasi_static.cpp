@@ -302,15 +302,15 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   return !is_equilibrium && !loads_are_supported_by_faces(*group_, *body_, *loads_);
 }
 
-bool QuasiStaticLoading::is_far(const parallel::NodeField& displacement) const {
+bool QuasiStaticLoading::is_farther(const parallel::NodeField& displacement, double extents) const {
   double largest = 0;
   for (const double u : displacement.owned()) largest = std::max(largest, std::abs(u));
   parallel::check_peers(*group_);
-  return parallel::largest_of_all(*group_, largest) > mechanism_displacement * extent_;
+  return parallel::largest_of_all(*group_, largest) > extents * extent_;
 }
 
 bool QuasiStaticLoading::is_mechanism() const {
-  if (!is_far(displacement_)) return false;
+  if (!is_farther(displacement_, mechanism_displacement)) return false;
   if (is_linear_) return stiffness_ratio_->at(time_, unit_) < weak_share;
   if (!cuts_are_closed()) return true;
   const double way = mechanism_displacement * extent_;
@@ -601,7 +601,8 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
       return load.kind != UnitLoad::Kind::other && load.grows_after(time_);
     };
     // What a stiff body carries at such strains is beyond the model.
-    if (std::isinf(kink) && cuts_are_closed() && is_far(displacement_)) return QuasiStaticEnd::no_load;
+    if (std::isinf(kink) && cuts_are_closed() && is_farther(displacement_, mechanism_displacement))
+      return QuasiStaticEnd::no_load;
     if (std::ranges::any_of(state.tools, has_left) && std::ranges::none_of(unit_loads_, is_growing))
       return QuasiStaticEnd::no_load;
     if (!is_linear_) continue;

@@ -195,9 +195,9 @@ private:
   bool update_after_breaks(bool may_separate);
   /// Decided from the unit solutions, converged or not. Collective.
   bool carries_nothing(bool is_equilibrium) const;
-  /// True if a displacement exceeds the range of linear elasticity. Collective.
-  bool is_far(const parallel::NodeField& displacement) const;
-  /// True if that takes hardly any energy. Collective.
+  /// True if a displacement exceeds so many extents of the body. Collective.
+  bool is_farther(const parallel::NodeField& displacement, double extents) const;
+  /// True if displacements beyond linear elasticity take hardly any energy. Collective.
   bool is_mechanism() const;
   /// The largest ratio of stress to strength; for averaged stress, the smaller of the tetrahedron's own ratio
   /// and its ball's; away from cracks, of its own and that of the largest mean around its corners.

@@ -26,6 +26,8 @@ constexpr double equilibrium_tolerance = 1e-8;
 constexpr int max_newton_steps = 40;
 /// It is not found either where the unbalanced force has not halved in so many steps.
 constexpr int max_idle_steps = 20;
+/// Nor where the body is so many of its extents away.
+constexpr double farthest_iterate = 1e3;
 /// The same where it hardly falls any more: by rounding, or as the terms' stiffness is not exact.
 constexpr double slow_tolerance = 1e-4;
 /// The same at the last step.
@@ -162,7 +164,8 @@ void QuasiStaticLoading::find_equilibrium(double time) {
       residual_ = std::max(residual_, residual);
       return;
     }
-    if (is_last)
+    // A mechanism moves without bound, until its forces leave the range of the solver's numbers.
+    if (is_last || !std::isfinite(residual) || is_farther(displacement_, farthest_iterate))
       fail<mechanics::NoEquilibrium>(
           "no equilibrium at t = {:.6g} s: after {} steps of Newton's method the residual is still {:.1e} of "
           "the forces",

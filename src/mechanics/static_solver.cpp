@@ -28,6 +28,8 @@ constexpr double drift_allowance = 3;
 /// After this many runs the residual is compared with rounding_allowance.
 constexpr int max_runs = 20;
 constexpr int max_iterations = 4000;
+/// Of a component, where a run ends out of range, in units of the largest residual's.
+constexpr float largest_correction = 1e30F;
 /// The coarse matrix is rebuilt when a run needs this many times the iterations of the first run with it.
 constexpr double wear_limit = 1.5;
 
@@ -155,15 +157,28 @@ public:
             residual / reference, iterations);
       }
       using Start = ConjugateGradients<Problem>::Start;
-      const auto [has_converged, n] =
-          gradients_.solve(residual_, correction_, std::max(tolerance, reduction_per_run * residual) / unit_,
-                           max_iterations, run == 0 ? Start::afresh : Start::beside_the_last);
-      iterations += n;
       const auto result = displacement.owned();
       std::ranges::copy(result, last_.begin());
-      for (std::size_t i = 0; i < result.size(); ++i)
-        result[i] += unit_ * static_cast<double>(correction_[i]);
-      displacement.update_ghosts();
+      const auto correct = [&] {
+        for (std::size_t i = 0; i < result.size(); ++i)
+          result[i] += unit_ * static_cast<double>(correction_[i]);
+        displacement.update_ghosts();
+      };
+      bool has_converged = false;
+      try {
+        const auto outcome = gradients_.solve(
+            residual_, correction_, std::max(tolerance, reduction_per_run * residual) / unit_, max_iterations,
+            run == 0 ? Start::afresh : Start::beside_the_last);
+        has_converged = outcome.has_converged;
+        iterations += outcome.n_iterations;
+      } catch (const std::runtime_error& error) {  // thrown on every rank
+        // A mechanism moves until the numbers end, which the displacement is to show.
+        for (float& one : correction_)
+          one = std::isnan(one) ? 0 : std::clamp(one, -largest_correction, largest_correction);
+        correct();
+        fail<NoEquilibrium>("static equilibrium: {}", error.what());
+      }
+      correct();
       const double last_residual = std::exchange(residual, find_residual(force, displacement));
       if (!has_converged) {
         // A run with too tight a tolerance may end in rounding errors; its initial state is then the better

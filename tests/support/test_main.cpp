@@ -23,16 +23,19 @@ class RankFailures : public testing::EmptyTestEventListener {
 public:
   explicit RankFailures(int rank) : rank_(rank) {}
 
+  void OnTestStart(const testing::TestInfo& test) override {
+    test_ = std::string(test.test_suite_name()) + "." + test.name();
+  }
   void OnTestPartResult(const testing::TestPartResult& part) override {
     if (!part.failed()) return;
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    std::fprintf(stderr, "rank %d: %s.%s: %s:%d\n%s\n", rank_, test ? test->test_suite_name() : "",
-                 test ? test->name() : "", part.file_name() ? part.file_name() : "", part.line_number(),
-                 part.message());
+    // GoogleTest holds a lock here: to ask it for the current test would wait for ever.
+    std::fprintf(stderr, "rank %d: %s: %s:%d\n%s\n", rank_, test_.c_str(),
+                 part.file_name() ? part.file_name() : "", part.line_number(), part.message());
   }
 
 private:
   int rank_;
+  std::string test_;
 };
 
 /// The numbers of ranks of --groups=1,2,3, which is taken out of the arguments; all ranks where it is
