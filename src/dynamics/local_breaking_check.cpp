@@ -50,7 +50,7 @@ std::span<const std::int32_t> LocalBreakingCheck::end_step(std::int64_t) {
 
 /// A tetrahedron whose stress has dropped was above the strength for part of the step.
 void LocalBreakingCheck::find_candidates() {
-  // What was now is a step before, except for means over those that have broken.
+  // The last step's stresses are those of a step before, except for means over tetrahedra that have broken.
   for (auto* const caches : {&stresses_, &of_nodes_}) {
     if (caches->empty()) continue;
     std::ranges::rotate(*caches, caches->end() - 1);

@@ -40,7 +40,7 @@ private:
   std::vector<Claim> find_shared_means();
   void take_over(std::span<const Claim> claims);
   bool breaks(std::size_t candidate);
-  // Of the means around the corners that this rank owns:
+  // Both take the means around the corners that this rank owns.
   bool mean_exceeds(std::int32_t tetrahedron, std::size_t n_steps, double strength);
   double largest_mean(std::int32_t tetrahedron, std::size_t n_steps);
   /// Or nullptr if another rank owns the corner. Valid until the next call.

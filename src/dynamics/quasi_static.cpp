@@ -600,7 +600,7 @@ std::optional<QuasiStaticEnd> QuasiStaticLoading::raise_loads(EnergyAccount& acc
     const auto is_growing = [&](const UnitLoad& load) {
       return load.kind != UnitLoad::Kind::other && load.grows_after(time_);
     };
-    // What a stiff body carries at such strains is beyond the model.
+    // At such strains, whatever a stiff body carries is beyond the model.
     if (std::isinf(kink) && cuts_are_closed() && is_farther(displacement_, mechanism_displacement))
       return QuasiStaticEnd::no_load;
     if (std::ranges::any_of(state.tools, has_left) && std::ranges::none_of(unit_loads_, is_growing))
@@ -636,7 +636,7 @@ bool QuasiStaticLoading::break_and_relax(EnergyAccount& account, const Critical&
   account.add_relaxation(relaxation(before, unknowns_before));
   // At constant load only the loads on fragments that have not come loose still do work.
   state = with_unknowns(unknowns_before, [&] { return measure(before, time_); });
-  // What friction holds slips only after the state before has been measured.
+  // Friction lets go only after the state before has been measured.
   come_to_rest();
   lost_ = lost();
   LoadState relaxed = measure(displacement_, time_);

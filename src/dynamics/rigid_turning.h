@@ -19,7 +19,7 @@ public:
   RigidTurning(const Eigen::Matrix3d& inertia, const std::array<bool, 3>& free, const Vector& spin);
 
   const Vector& spin() const { return spin_; }  ///< angular velocity [rad/s]
-  /// What turns the body from its place at the start, once it has gone on at its spin [s].
+  /// The rotation from the place at the start, once the body has gone on at its spin. @param duration [s]
   Eigen::Quaterniond orientation_after(double duration) const;
 
   /// One step of the midpoint rule: reversible, of second order, free of drift in energy.

@@ -25,7 +25,7 @@ double largest_section(const input::Tool& tool);
 /// the tool's frame [m].
 Vector farthest_point(const input::Tool& tool);
 
-/// Of a tool that turns, with its mass evenly in its volume, about its middle [kg m^2].
+/// The inertia of a tool that turns, with its mass evenly in its volume, about its middle [kg m^2].
 Eigen::Matrix3d moment_of_inertia(const input::Tool& tool);
 
 /// The impulse on a point of the surface of a tool with a mass over the velocity that it gives this point, at

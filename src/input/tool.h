@@ -29,12 +29,12 @@ struct Tool {
   double mass = 0;           ///< [kg]; 0: it moves as prescribed
   /// At the start with a mass, otherwise prescribed [m/s].
   std::optional<Vector> velocity = {};
-  std::optional<Vector> angular_velocity = {};  ///< angular velocity at the start, with a mass [rad/s]
+  std::optional<Vector> angular_velocity = {};  ///< at the start, with a mass [rad/s]
   std::optional<Vector> displacement = {};      ///< prescribed [m]
   std::optional<Vector> force = {};             ///< on the tool [N]
   Vector rate{};                                ///< of what is prescribed, per time
   FactorTable history = {};                     ///< of what is prescribed, as of a Boundary
-  /// Of tool_freedoms, with a mass; empty: it moves along all axes.
+  /// The tool_freedoms that it has, with a mass; empty: it moves along all axes.
   std::optional<std::array<bool, 6>> free = {};
   std::optional<double> friction = {};  ///< coefficient
 

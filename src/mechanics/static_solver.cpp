@@ -28,7 +28,7 @@ constexpr double drift_allowance = 3;
 /// After this many runs the residual is compared with rounding_allowance.
 constexpr int max_runs = 20;
 constexpr int max_iterations = 4000;
-/// Of a component, where a run ends out of range, in units of the largest residual's.
+/// A component's limit where a run ends out of range, in units of the largest residual's.
 constexpr float largest_correction = 1e30F;
 /// The coarse matrix is rebuilt when a run needs this many times the iterations of the first run with it.
 constexpr double wear_limit = 1.5;
