@@ -31,6 +31,7 @@ public:
 
   /// @return the smallest member of the joined set
   std::size_t join(std::size_t a, std::size_t b) {
+    if (parent_[a] == parent_[b]) return smallest(a);
     const std::size_t one = smallest(a), other = smallest(b);
     if (one == other) return one;
     const auto [low, high] = std::minmax(one, other);

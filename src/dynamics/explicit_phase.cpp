@@ -166,7 +166,10 @@ private:
   void release_breaking() {
     const auto changes = break_release_.apply(breaking_, phase_time(), failure_);
     if (changes.empty()) return;
-    if (load_watch_) failure_.guard([&] { load_watch_->note(changes, step_); });
+    failure_.guard([&] {
+      if (load_watch_) load_watch_->note(changes, step_);
+      end_.note(changes);
+    });
     last_break_ = step_;
   }
 
@@ -230,10 +233,11 @@ private:
   void end_invalid(const std::string& reason) {
     const EnergyRow& last = result_.energy.back();
     // All data since the last output are invalid, and a body that was intact then has no fragments.
-    if (!options_.ends_out_of_range || last.broken == 0 || !is_separated(group_, body_, *context_.loads))
+    if (!options_.ends_out_of_range || last.broken == 0 ||
+        !is_separated(group_, body_, *context_.loads, pieces()))
       throw NumberRangeExceeded(reason);
     result_.separated = true;
-    if (is_unloaded(group_, body_, *context_.loads)) result_.separated_at = last.time;
+    if (is_unloaded(group_, body_, *context_.loads, pieces())) result_.separated_at = last.time;
     result_.note = fmt::format("the phase ended early, after the body had separated: {}", reason);
     result_.end_time = last.time;
     output_.write_last_fragments();
@@ -250,7 +254,8 @@ private:
 
   void check_end() {
     if (end_.must_check_separation(step_, last_break_)) {
-      end_.check_separation(step_, last_break_, pieces());
+      end_.check_separation(
+          step_, last_break_, [this]() -> const auto& { return pieces(); });
       begin_steps();
     }
     result_.arrested = end_.is_arrested(step_, last_break_);

@@ -2,6 +2,8 @@
 #include "phase_end.h"
 
 #include "dynamics/separation.h"
+#include "parallel/agreement.h"
+#include "parallel/collectives.h"
 
 namespace crackle::dynamics {
 
@@ -15,7 +17,8 @@ constexpr std::int64_t checks_for_separation = 100;
 PhaseEnd::PhaseEnd(const MotionContext& context, const PhaseOptions& options)
     : context_(context),
       options_(&options),
-      last_step_(options.arrest_window ? max_phase_durations * options.grid.n_steps : options.grid.n_steps) {}
+      last_step_(options.arrest_window ? max_phase_durations * options.grid.n_steps : options.grid.n_steps),
+      watch_(*context.group, *context.body, *context.loads) {}
 
 bool PhaseEnd::is_arrested(std::int64_t step, std::int64_t last_break) const {
   if (!options_->arrest_window) return false;
@@ -33,13 +36,15 @@ bool PhaseEnd::must_check_separation(std::int64_t step, std::int64_t last_break)
 }
 
 void PhaseEnd::check_separation(std::int64_t step, std::int64_t last_break,
-                                const std::vector<std::int64_t>& labels) {
+                                const std::function<const std::vector<std::int64_t>&()>& labels) {
   const parallel::Communicator& group = *context_.group;
   separation_.checked_at = step;
-  if (!separation_.found && is_separated(group, *context_.body, *context_.loads, labels))
+  const bool may_have_parted = parallel::agree(group, [&] { return watch_.may_have_parted(); });
+  if (!separation_.found && !parallel::any_of_all(group, may_have_parted)) return;
+  if (!separation_.found && is_separated(group, *context_.body, *context_.loads, labels()))
     separation_.found = step;
   // Conditions separated by edges are also separated by faces.
-  if (!separation_.unloaded && is_unloaded(group, *context_.body, *context_.loads))
+  if (!separation_.unloaded && is_unloaded(group, *context_.body, *context_.loads, labels()))
     separation_.unloaded = last_break;
 }
 

@@ -2,8 +2,11 @@
 #pragma once
 
 #include "dynamics/explicit_phase.h"
+#include "dynamics/parting_watch.h"
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -24,9 +27,13 @@ public:
 
   /// True if a check for separation is due: they are rare, and only after new breaks.
   bool must_check_separation(std::int64_t step, std::int64_t last_break) const;
-  /// Collective; does not call check_peers() after.
-  /// @param labels of the pieces, see fracture::piece_labels()
-  void check_separation(std::int64_t step, std::int64_t last_break, const std::vector<std::int64_t>& labels);
+  /// Notes local tetrahedra whose stiffness has changed. Local.
+  void note(std::span<const std::int32_t> changed) { watch_.note(changed); }
+  /// Looks at the pieces only if the changes since the last check may have parted what matters. Collective;
+  /// does not call check_peers() after.
+  /// @param labels of the pieces, see fracture::piece_labels(); collective
+  void check_separation(std::int64_t step, std::int64_t last_break,
+                        const std::function<const std::vector<std::int64_t>&()>& labels);
 
   /// True if the phase ends after this step.
   bool is_reached(std::int64_t step, std::int64_t last_break) const;
@@ -39,6 +46,7 @@ private:
   const PhaseOptions* options_;
   std::int64_t last_step_;
   Separation separation_;
+  PartingWatch watch_;
 };
 
 }  // namespace crackle::dynamics

@@ -183,14 +183,13 @@ bool has_come_off(const mechanics::Conditions& loads, const std::vector<Pieces>&
 }  // namespace
 
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                 const mechanics::Conditions& loads) {
+                 const mechanics::Conditions& loads, const std::vector<std::int64_t>& labels) {
   std::set<int> acting;
   for (const auto& pattern : loads.forces)
     if (!pattern.is_body_force) acting.insert(pattern.condition);
   for (const auto& motion : loads.motions) acting.insert(motion.condition);
-  if (acting.size() < 2) return is_separated(group, body, loads);
+  if (acting.size() < 2) return is_separated(group, body, loads, labels);
   if (act_apart(loads, face_pieces_of_conditions(group, body, loads))) return true;
-  const auto labels = fracture::piece_labels(group, body);
   return has_come_off(loads, pieces_of_conditions(group, loads, labels),
                       largest_pieces(group, body, labels).main);
 }

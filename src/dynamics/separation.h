@@ -19,8 +19,9 @@ inline constexpr double separated_share = 0.01;
 /// True if two loads or motions act on no common face-connected piece: only hinges could transfer a load
 /// between them; or if none acts on the largest piece, as below. With fewer than two of them, as
 /// is_separated. Equal on every rank. Collective.
+/// @param labels of the pieces, see fracture::piece_labels()
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                 const mechanics::Conditions& loads);
+                 const mechanics::Conditions& loads, const std::vector<std::int64_t>& labels);
 
 /// True if the body has separated: two loads or motions act on no common piece, or there is a second piece of
 /// at least separated_share of the volume, or the largest piece has come off the prescribed motions, of which

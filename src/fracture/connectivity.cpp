@@ -98,26 +98,28 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
   return label;
 }
 
+bool is_connected_across(const BreakableBody& body, std::int32_t tetrahedron, std::size_t corner) {
+  const auto& neighbours = body.face_neighbours();
+  const std::int32_t other = neighbours[index(tetrahedron)][corner];
+  if (other < 0 || !carries_face(body.residual_stiffness().released(tetrahedron), corner)) return false;
+  const mechanics::EdgeSet released = body.residual_stiffness().released(other);
+  if (released == mechanics::no_edge) return true;
+  const auto& back = neighbours[index(other)];
+  return carries_face(released, index(std::ranges::find(back, tetrahedron) - back.begin()));
+}
+
 std::vector<std::int64_t> face_piece_labels(const parallel::Communicator& group, const BreakableBody& body) {
   const auto& subdomain = body.subdomain();
   const auto& stiffness = body.residual_stiffness();
   std::vector<std::int64_t> label = parallel::agree(group, [&] {
     const auto& neighbours = body.face_neighbours();
     DisjointSets pieces(neighbours.size());
-    const auto carries = [&](std::size_t t, std::size_t corner) {
-      return carries_face(stiffness.released(static_cast<std::int32_t>(t)), corner);
-    };
-    for (std::size_t t = 0; t < neighbours.size(); ++t) {
-      for (std::size_t corner = 0; corner < 4; ++corner) {
-        const std::int32_t other = neighbours[t][corner];
-        if (other < 0 || index(other) < t || !carries(t, corner)) continue;
-        const auto& back = neighbours[index(other)];
-        if (stiffness.released(other) == mechanics::no_edge ||
-            carries(index(other), static_cast<std::size_t>(
-                                      std::ranges::find(back, static_cast<std::int32_t>(t)) - back.begin())))
+    for (std::size_t t = 0; t < neighbours.size(); ++t)
+      for (std::size_t corner = 0; corner < 4; ++corner)
+        if (const std::int32_t other = neighbours[t][corner];
+            other > static_cast<std::int32_t>(t) &&
+            is_connected_across(body, static_cast<std::int32_t>(t), corner))
           pieces.join(t, index(other));
-      }
-    }
     std::vector<std::int64_t> labels;
     labels.reserve(neighbours.size());
     for (std::size_t t = 0; t < neighbours.size(); ++t)
