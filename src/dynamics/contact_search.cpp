@@ -34,6 +34,7 @@ struct SurfaceFace {
   ContactPair pair;                // without a node
   std::array<Vector, 3> at_start;  // places of its corners
   std::array<Vector, 3> now;
+  bool is_fast;  // any of them
 
   double longest_edge() const {  // at the start
     double longest = 0;
@@ -84,7 +85,8 @@ std::vector<std::uint8_t> open_faces(const fracture::BreakableBody& body) {
   return open;
 }
 
-Surface find_surface(const fracture::BreakableBody& body, std::span<const Vector> displacement) {
+Surface find_surface(const fracture::BreakableBody& body, std::span<const Vector> displacement,
+                     std::span<const std::uint8_t> is_fast) {
   const geometry::Subdomain& part = body.subdomain();
   Surface surface{{}, std::vector<std::uint8_t>(part.nodes.size(), 0)};
   const auto all_open = open_faces(body);
@@ -116,6 +118,7 @@ Surface find_surface(const fracture::BreakableBody& body, std::span<const Vector
                    0,
                    0};
       for (std::size_t a = 0; a < 3; ++a) {
+        face.is_fast = face.is_fast || is_fast[index(nodes[a])] != 0;
         face.at_start[a] = part.nodes[index(nodes[a])];
         face.now[a] = face.at_start[a] + displacement[index(nodes[a])];
       }
@@ -198,6 +201,54 @@ private:
   std::vector<Entry> entries_;      // by buckets
 };
 
+/// Nodes of the surface, of one rank.
+struct SurfaceNodes {
+  std::vector<std::int32_t> local;
+  std::vector<Vector> now;
+};
+
+/// Those that are fast, or the others.
+SurfaceNodes find_nodes(const geometry::Subdomain& part, const Surface& surface,
+                        std::span<const Vector> displacement, std::span<const std::uint8_t> is_fast,
+                        bool fast) {
+  SurfaceNodes nodes;
+  for (std::int32_t n = 0; n < part.layout.n_owned; ++n) {
+    if (surface.is_on[index(n)] == 0 || (is_fast[index(n)] != 0) != fast) continue;
+    nodes.local.push_back(n);
+    nodes.now.push_back(part.nodes[index(n)] + displacement[index(n)]);
+  }
+  return nodes;
+}
+
+/// @param margin_of a face, with these nodes [m]
+void add_pairs(const geometry::Subdomain& part, const SurfaceNodes& nodes, std::span<const SurfaceFace> faces,
+               const auto& margin_of, std::vector<ContactPair>& found) {
+  if (nodes.local.empty() || faces.empty()) return;
+  double sum = 0;
+  for (const SurfaceFace& face : faces) {
+    const geometry::Box box = face.box(margin_of(face));
+    sum += std::ranges::max(box.upper - box.lower);
+  }
+  // Larger cells hold more points, smaller ones are more to look into.
+  const PointGrid grid(nodes.now, 0.8 * sum / static_cast<double>(faces.size()));
+  for (const SurfaceFace& face : faces) {
+    const Vector normal = normal_of(face.now), normal_at_start = normal_of(face.at_start);
+    const double longest = face.longest_edge(), margin = margin_of(face);
+    grid.for_points(face.box(margin), [&](std::size_t point) {
+      const auto node = index(nodes.local[point]);
+      const std::int64_t number = part.layout.number[node];
+      if (std::ranges::find(face.pair.corners, number) != face.pair.corners.end()) return;
+      const Vector off = part.nodes[node] - face.at_start[0];
+      if (norm(off) < neighbourhood * longest && dot(normal_at_start, off) <= in_front * longest) return;
+      ContactPair pair = face.pair;
+      pair.node = number;
+      pair.gap = contact_gap(nodes.now[point], face.now, normal, face.pair.depth);
+      // Also false for a face without an area.
+      if (pair.gap < margin) found.push_back(pair);
+    });
+  }
+}
+
 }  // namespace
 
 double contact_gap(const Vector& node, const std::array<Vector, 3>& face, const Vector& normal,
@@ -216,44 +267,20 @@ double contact_gap(const Vector& node, const std::array<Vector, 3>& face, const 
 
 std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
                                             const fracture::BreakableBody& body,
-                                            std::span<const Vector> displacement, double margin) {
+                                            std::span<const Vector> displacement,
+                                            const ContactMargins& margins) {
   const geometry::Subdomain& part = body.subdomain();
-  Surface mine = parallel::agree(group, [&] { return find_surface(body, displacement); });
+  Surface mine = parallel::agree(group, [&] { return find_surface(body, displacement, margins.is_fast); });
   auto faces =
       group.size() > 1 ? parallel::gather_all<SurfaceFace>(group, mine.faces) : std::move(mine.faces);
   const auto pairs = parallel::agree(group, [&] {
     complete(faces);
-    std::vector<std::int32_t> nodes;
-    std::vector<Vector> places;
-    for (std::int32_t n = 0; n < part.layout.n_owned; ++n) {
-      if (mine.is_on[index(n)] == 0) continue;
-      nodes.push_back(n);
-      places.push_back(part.nodes[index(n)] + displacement[index(n)]);
-    }
-    double sum = 0;
-    for (const SurfaceFace& face : faces) {
-      const geometry::Box box = face.box(margin);
-      sum += std::ranges::max(box.upper - box.lower);
-    }
-    // Larger cells hold more points, smaller ones are more to look into.
-    const PointGrid grid(places, faces.empty() ? 1 : 0.8 * sum / static_cast<double>(faces.size()));
     std::vector<ContactPair> found;
-    for (const SurfaceFace& face : faces) {
-      const Vector normal = normal_of(face.now), normal_at_start = normal_of(face.at_start);
-      const double longest = face.longest_edge();
-      grid.for_points(face.box(margin), [&](std::size_t point) {
-        const Vector &start = part.nodes[index(nodes[point])], &now = places[point];
-        const std::int64_t number = part.layout.number[index(nodes[point])];
-        if (std::ranges::find(face.pair.corners, number) != face.pair.corners.end()) return;
-        const Vector off = start - face.at_start[0];
-        if (norm(off) < neighbourhood * longest && dot(normal_at_start, off) <= in_front * longest) return;
-        ContactPair pair = face.pair;
-        pair.node = number;
-        pair.gap = contact_gap(now, face.now, normal, face.pair.depth);
-        // Also false for a face without an area.
-        if (pair.gap < margin) found.push_back(pair);
-      });
-    }
+    const auto margin = [&](bool fast) { return fast ? margins.of_fast : margins.of_most; };
+    for (const bool fast : {false, true})
+      add_pairs(
+          part, find_nodes(part, mine, displacement, margins.is_fast, fast), faces,
+          [&](const SurfaceFace& face) { return 0.5 * (margin(fast) + margin(face.is_fast)); }, found);
     return found;
   });
   auto all = parallel::gather_all<ContactPair>(group, pairs);

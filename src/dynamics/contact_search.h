@@ -37,14 +37,21 @@ inline constexpr double found_beyond = 0.01;
 /// @param normal unit vector out of the face
 double contact_gap(const Vector& node, const std::array<Vector, 3>& face, const Vector& normal, double depth);
 
-/// The pairs that may meet before nodes have moved by half of a margin, of all ranks, on every rank,
-/// ascending: those whose gap is less than a
-/// margin. The surface is that of the unbroken tetrahedra. Left out are pairs that were neighbours in the
-/// surface before anything moved: the node not in front of the face. Collective; agrees before its messages.
+/// Twice the way of nodes that a search looks ahead [m].
+struct ContactMargins {
+  double of_most;
+  double of_fast;
+  std::span<const std::uint8_t> is_fast;  ///< 1 for each local node that is
+};
+
+/// The pairs that may meet before nodes have moved by half of their margins, of all ranks, on every rank,
+/// ascending: those whose gap is less than the mean of the margins of node and face. The surface is that of
+/// the unbroken tetrahedra. Left out are pairs that were neighbours in the surface before anything moved: the
+/// node not in front of the face. Collective; agrees before its messages.
 /// @param displacement of local nodes [m]
-/// @param margin [m]
 std::vector<ContactPair> find_contact_pairs(const parallel::Communicator& group,
                                             const fracture::BreakableBody& body,
-                                            std::span<const Vector> displacement, double margin);
+                                            std::span<const Vector> displacement,
+                                            const ContactMargins& margins);
 
 }  // namespace crackle::dynamics

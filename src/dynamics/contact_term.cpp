@@ -27,6 +27,10 @@ constexpr double steps_per_search = 512;
 /// Least and largest margin of a search [spacings].
 constexpr double least_margin = 0.02;
 constexpr double largest_margin = 0.5;
+/// Nodes are fast if they move by more than this share of the farthest movement, and are a smaller share of
+/// all than that.
+constexpr double share_of_fast = 0.25;
+constexpr double largest_share_of_nodes = 1.0 / 256;
 /// Nodes may move this many times faster from one look to the next than at the look.
 constexpr double largest_speedup = 2;
 /// A node keeps its face up to this far beyond the edges, see found_beyond.
@@ -50,7 +54,8 @@ ContactTerm::ContactTerm(const MotionContext& context)
       scale_(context.contact),
       cuts_acted_before_(context.body->residual_stiffness().contacts_act()),
       dissipated_(index(context.body->subdomain().layout.n_owned), 0.0),
-      work_(context.body->subdomain().nodes.size()) {}
+      work_(context.body->subdomain().nodes.size()),
+      is_fast_(work_.size()) {}
 
 ContactTerm::~ContactTerm() {
   context_.body->residual_stiffness().let_contacts_act(cuts_acted_before_);
@@ -175,6 +180,8 @@ void ContactTerm::add_meeting(std::span<const ContactPair> pairs, const auto& no
   const Node& node = node_of(pairs.front().node);
   Meeting& meeting = meetings_.emplace_back();
   meeting.node = place_of(node.number);
+  const auto is_fast = [this](std::int64_t one) { return std::ranges::binary_search(fast_, one); };
+  meeting.is_fast = is_fast(node.number);
   meeting.contact = node.contact;
   meeting.first = candidates_.size();
   const auto gap = known_gaps_.find(node.number);
@@ -189,7 +196,9 @@ void ContactTerm::add_meeting(std::span<const ContactPair> pairs, const auto& no
     double lightest = node.mass;
     for (std::size_t a = 0; a < 4; ++a) {
       candidate.corners[a] = place_of(pair.corners[a]);
-      if (a < 3) lightest = std::min(lightest, node_of(pair.corners[a]).mass);
+      if (a == 3) continue;
+      lightest = std::min(lightest, node_of(pair.corners[a]).mass);
+      meeting.meets_fast = meeting.meets_fast || is_fast(pair.corners[a]);
     }
     candidate.stiffness = scale_.rate * lightest / springs_of_contact;
     candidates_.push_back(candidate);
@@ -268,7 +277,8 @@ void ContactTerm::connect() {
 
 /// True if a node has contact, or may get it before the next look.
 bool ContactTerm::is_awake(const Meeting& meeting) const {
-  return meeting.contact.face >= 0 || meeting.gap <= reach_;
+  return meeting.contact.face >= 0 ||
+         meeting.gap <= paces_[meeting.is_fast ? 1 : 0].reach + paces_[meeting.meets_fast ? 1 : 0].reach;
 }
 
 /// Finds the meetings that are awake, and their nodes.
@@ -310,7 +320,9 @@ void ContactTerm::find_gaps(const MovingNodes& nodes) {
   for (const std::size_t corner : awake_corners_) place(corner, nodes);
   for (const std::size_t m : awake_) {
     Meeting& meeting = meetings_[m];
-    if (meeting.contact.face < 0) meeting.gap = std::max(meeting.gap, gap(meeting) + 2 * moved_);
+    if (meeting.contact.face < 0)
+      meeting.gap = std::max(meeting.gap, gap(meeting) + paces_[meeting.is_fast ? 1 : 0].moved +
+                                              paces_[meeting.meets_fast ? 1 : 0].moved);
   }
   find_awake();
 }
@@ -510,24 +522,66 @@ void ContactTerm::end_step(const mechanics::StepSpan&, MovingNodes& nodes, const
   if (n_steps_ % steps_per_look == 1) search(nodes);
 }
 
+/// Sets how far nodes move, from their movements. Collective.
+void ContactTerm::find_farthest() {
+  std::array<double, 2> farthest{};
+  for (std::size_t n = 0; n < dissipated_.size(); ++n)
+    farthest[is_fast_[n]] = std::max(farthest[is_fast_[n]], dot(work_[n], work_[n]));
+  parallel::all_reduce(*context_.group, farthest, MPI_MAX);
+  for (std::size_t p = 0; p < paces_.size(); ++p) paces_[p].farthest = std::sqrt(farthest[p]);
+}
+
+/// Finds the fast nodes, so that the pairs of all others need not last for their ways. Collective.
+void ContactTerm::find_fast() {
+  const parallel::Communicator& group = *context_.group;
+  const parallel::NodeLayout& layout = context_.body->subdomain().layout;
+  const double limit = share_of_fast * std::max(paces_[0].farthest, paces_[1].farthest);
+  const auto is_fast = [&](std::size_t n) { return dot(work_[n], work_[n]) > limit * limit; };
+  std::int64_t n_fast = 0;
+  for (std::size_t n = 0; n < dissipated_.size(); ++n) n_fast += is_fast(n) ? 1 : 0;
+  n_fast = parallel::all_reduce(group, n_fast, MPI_SUM);
+  const bool are_few =
+      static_cast<double>(n_fast) < largest_share_of_nodes * static_cast<double>(layout.n_global);
+  const auto mine = parallel::agree(group, [&] {
+    std::vector<std::int64_t> numbers;
+    for (std::size_t n = 0; are_few && n < dissipated_.size(); ++n)
+      if (is_fast(n)) numbers.push_back(layout.number[n]);
+    return numbers;
+  });
+  fast_ = parallel::gather_all<std::int64_t>(group, mine);
+  std::ranges::sort(fast_);
+  mark_fast();
+  find_farthest();
+}
+
+void ContactTerm::mark_fast() {
+  const auto& number = context_.body->subdomain().layout.number;
+  for (std::size_t n = 0; n < is_fast_.size(); ++n)
+    is_fast_[n] = std::ranges::binary_search(fast_, number[n]) ? 1 : 0;
+}
+
 /// Finds the pairs again if nodes have moved so far that others may meet. Collective.
 void ContactTerm::search(MovingNodes& nodes) {
   const parallel::Communicator& group = *context_.group;
-  const std::size_t n_owned = dissipated_.size();
   nodes.movements(work_);
-  double farthest = 0;
-  for (std::size_t n = 0; n < n_owned; ++n) farthest = std::max(farthest, dot(work_[n], work_[n]));
-  farthest = std::sqrt(parallel::largest_of_all(group, farthest));
-  moved_ += steps_per_look * farthest;
-  const bool are_found = n_steps_ > 1 && 2 * moved_ < margin_;
-  if (!are_found) moved_ = 0;
-  reach_ = 2 * (moved_ + largest_speedup * steps_per_look * farthest);
+  find_farthest();
+  bool are_found = n_steps_ > 1;
+  for (Pace& pace : paces_) {
+    pace.moved += steps_per_look * pace.farthest;
+    are_found = are_found && 2 * pace.moved < pace.margin;
+  }
+  if (!are_found) {
+    find_fast();
+    for (Pace& pace : paces_) pace.moved = 0;
+  }
+  for (Pace& pace : paces_) pace.reach = pace.moved + largest_speedup * steps_per_look * pace.farthest;
   if (are_found) {
     find_gaps(nodes);
     return;
   }
-  margin_ =
-      std::clamp(steps_per_search * farthest, least_margin * scale_.spacing, largest_margin * scale_.spacing);
+  for (Pace& pace : paces_)
+    pace.margin = std::clamp(steps_per_search * pace.farthest, least_margin * scale_.spacing,
+                             largest_margin * scale_.spacing);
   for (std::size_t n = 0; n < work_.size(); ++n)
     work_[n] = nodes.whole_displacement(static_cast<std::int32_t>(n));
   parallel::agree(group, [&] {
@@ -535,7 +589,7 @@ void ContactTerm::search(MovingNodes& nodes) {
       if (meeting.contact.face >= 0 && is_mine(meeting))
         known_.emplace(corners_[meeting.node].number, meeting.contact);
   });
-  pairs_ = find_contact_pairs(group, *context_.body, work_, margin_);
+  pairs_ = find_contact_pairs(group, *context_.body, work_, {paces_[0].margin, paces_[1].margin, is_fast_});
   connect();
   touches_ = touches_ && !pairs_.empty();
 }
@@ -560,13 +614,17 @@ void ContactTerm::add_lost_at_rest(const parallel::NodeField& displacement, std:
 std::vector<parallel::NumberedRows> ContactTerm::save() const {
   const parallel::Communicator& group = *context_.group;
   const geometry::Subdomain& part = context_.body->subdomain();
-  parallel::NumberedRows course, pairs, contacts, dissipated, gaps;
-  course.width = 4;
+  parallel::NumberedRows course, pairs, contacts, dissipated, gaps, fast;
+  course.width = 7;
   pairs.width = 9;
   contacts.width = 8;
   if (group.is_root()) {
     course.numbers = {0};
-    course.values = {n_steps_, as_word(margin_), as_word(moved_), as_word(reach_)};
+    course.values = {n_steps_};
+    for (const Pace& pace : paces_)
+      course.values.insert(course.values.end(),
+                           {as_word(pace.margin), as_word(pace.moved), as_word(pace.reach)});
+    for (const std::int64_t one : fast_) fast.add(one, std::int64_t{1});
     for (const auto& [one, gap] : known_gaps_) gaps.add(one, gap);
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
       const ContactPair& pair = pairs_[p];
@@ -592,7 +650,7 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
   for (std::size_t n = 0; n < dissipated_.size(); ++n)
     if (dissipated_[n] != 0) dissipated.add(part.layout.number[n], dissipated_[n]);
   std::vector<parallel::NumberedRows> rows;
-  for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &gaps})
+  for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &gaps, &fast})
     rows.push_back(parallel::gather_rows(group, *table));
   rows.push_back(save_cuts(group, *context_.body));
   return rows;
@@ -600,12 +658,15 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
 
 void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
   const geometry::Subdomain& part = context_.body->subdomain();
-  if (rows.size() != 6 || rows[0].values.size() != 4)
+  if (rows.size() != 7 || rows[0].values.size() != 7)
     throw std::runtime_error("the checkpoint has another kind of contact");
   n_steps_ = rows[0].values[0];
-  margin_ = as_number(rows[0].values[1]);
-  moved_ = as_number(rows[0].values[2]);
-  reach_ = as_number(rows[0].values[3]);
+  for (std::size_t p = 0; p < paces_.size(); ++p) {
+    const auto v = std::span(rows[0].values).subspan(1 + 3 * p, 3);
+    paces_[p] = {as_number(v[0]), as_number(v[1]), as_number(v[2])};
+  }
+  fast_ = rows[5].numbers;
+  mark_fast();
   pairs_.clear();
   for (std::size_t p = 0; p < rows[1].numbers.size(); ++p) {
     const auto v = std::span(rows[1].values).subspan(9 * p, 9);
@@ -628,7 +689,7 @@ void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
                                   as_number(v[6]),
                                   as_number(v[7])});
   }
-  restore_cuts(rows[5], *context_.body);
+  restore_cuts(rows[6], *context_.body);
 }
 
 }  // namespace crackle::dynamics

@@ -84,6 +84,8 @@ private:
     std::size_t node;           // place in corners_
     std::size_t first, last;    // of its candidates
     double gap = 0;             // by which all must move between the search and a contact, at least [m]
+    bool is_fast = false;       // the node
+    bool meets_fast = false;    // any face
     std::size_t candidate = 0;  // of its contact
     Contact contact;
   };
@@ -122,6 +124,9 @@ private:
   double gap(const Meeting& meeting) const;
   void find_gaps(const MovingNodes& nodes);
   void search(MovingNodes& nodes);
+  void find_farthest();
+  void find_fast();
+  void mark_fast();
   Position position(const Meeting& meeting, const Candidate& candidate) const;
   /// The barycentric coordinates of a point in the plane of a face. @param on_face any position relative to
   /// it
@@ -151,12 +156,19 @@ private:
   std::vector<Meeting> meetings_;
   std::optional<parallel::GhostExchange<std::array<double, 3>>> exchange_;
   std::int64_t n_steps_ = 0;
-  double margin_ = 0;
-  double reach_ = 0;                // meetings of at most this gap may get contact before the next look [m]
-  std::vector<std::size_t> awake_;  // their places in meetings_, ascending
+  /// How far nodes get: most of them, or the few that are much faster, such as splinters.
+  struct Pace {
+    double margin = 0;    // of the search [m]
+    double moved = 0;     // since the search, at most, as far as is known [m]
+    double reach = 0;     // from there until the next look [m]
+    double farthest = 0;  // in the last step, of all ranks [m]
+  };
+  std::array<Pace, 2> paces_{};             // of most nodes and of the fast ones
+  std::vector<std::int64_t> fast_;          // the latter, of all ranks, ascending
+  std::vector<std::uint8_t> is_fast_;       // each local node
+  std::vector<std::size_t> awake_;          // their places in meetings_, ascending
   std::vector<std::size_t> awake_corners_;  // the places of their nodes in corners_
   std::vector<std::uint8_t> is_awake_;      // of each corner
-  double moved_ = 0;                        // by any node since the search, at most, as far as is known
 };
 
 }  // namespace crackle::dynamics
