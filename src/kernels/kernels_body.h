@@ -381,10 +381,7 @@ void check(const TetrahedronGroup<Real>* groups, const std::uint32_t* due, std::
       const R share = margin > 0 ? margin / sensitivity : R{};
       least = share < least ? share : least;
     }
-    Real smallest = least[0];
-    for (int k = 1; k < N; ++k)
-      if (least[k] < smallest) smallest = least[k];
-    room[i] = shortened * smallest;
+    room[i] = shortened * smallest(least);
   }
 }
 

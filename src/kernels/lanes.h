@@ -119,6 +119,21 @@ inline Vector8 square_root(Vector8 v) {
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
+/// The minimum of all lanes, none of which may be NaN.
+template <class Vector>
+inline auto smallest(Vector v) {
+  if constexpr (sizeof v / sizeof v[0] == 8) {
+    const Vector halves = __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3);
+    v = v < halves ? v : halves;
+    const Vector quarters = __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5);
+    v = v < quarters ? v : quarters;
+  } else {
+    const Vector halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
+    v = v < halves ? v : halves;
+  }
+  return v[0] < v[1] ? v[0] : v[1];
+}
+
 /// Maximum per lane; neither number may be NaN.
 template <class Vector>
 inline Vector larger(Vector a, Vector b) {

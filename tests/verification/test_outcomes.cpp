@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Outcomes of samples, their first break and their onset.
 #include "common/index.h"
+#include "dynamics/parting_watch.h"
 #include "dynamics/sample_run.h"
 #include "dynamics/separation.h"
+#include "fracture/connectivity.h"
 #include "parallel/agreement.h"
 
 #include "support/box_mesh.h"
@@ -352,6 +354,58 @@ TEST(Separation, CountsPiecesByTheirVolume) {
   };
   EXPECT_FALSE(cut_at(-1)) << "nothing is cut";
   EXPECT_TRUE(cut_at(0.0062)) << "only one end is loaded, but half of the body came off";
+}
+
+TEST(Separation, IsSoughtOnlyAfterBreaksThatMayHavePartedTheBody) {
+  input::Parameters parameters;
+  parameters.materials[0] = test::epoxy();
+  parameters.specimen.size = {0.006, 0.006, 0.012};
+  for (const Face face : {Face::z_min, Face::z_max})
+    parameters.boundaries.push_back(test::boundary(face, BoundaryKind::traction, {}, {0, 0, 1}));
+  const auto mesh =
+      test::make_box({.size = parameters.specimen.size, .cells = {9, 9, 18}, .disturbance = 0.2});
+  const auto subdomain = test::whole(mesh);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
+  struct Break {
+    double order;
+    std::int32_t tetrahedron;
+  };
+  std::vector<Break> as_crack, scattered;
+  for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
+    double low = 1, high = 0, x = 0;
+    for (const auto node : subdomain.tetrahedra[index(t)]) {
+      low = std::min(low, subdomain.nodes[index(node)][2]);
+      high = std::max(high, subdomain.nodes[index(node)][2]);
+      x += subdomain.nodes[index(node)][0] / 4;
+    }
+    if (low < 0.0062 && high > 0.0062) as_crack.push_back({x, t});
+    if (low > 0.004 && high < 0.008) scattered.push_back({std::fmod(0.618034 * t, 1), t});
+  }
+  for (auto* const breaks : {&as_crack, &scattered}) {
+    std::ranges::sort(*breaks, {}, &Break::order);
+    fracture::BreakableBody body(subdomain, parameters.material());
+    PartingWatch watch(self, body, loads);
+    EXPECT_TRUE(watch.may_have_parted()) << "nothing is known before";
+    bool is_apart = false;
+    double n = 0, n_certain = 0;
+    for (const Break& next : *breaks) {
+      body.release(next.tetrahedron, {1e-3, 0, 0, 0, 0, 0}, 0, 0);
+      watch.note(std::array{next.tetrahedron});
+      const bool may_have_parted = watch.may_have_parted();
+      const auto labels = fracture::piece_labels(self, body);
+      is_apart = is_separated(self, body, loads, labels) || is_unloaded(self, body, loads, labels);
+      if (is_apart) {
+        EXPECT_TRUE(may_have_parted);
+        break;
+      }
+      ++n;
+      n_certain += may_have_parted ? 0 : 1;
+    }
+    EXPECT_TRUE(is_apart);
+    RecordProperty(breaks == &as_crack ? "crack" : "scattered", std::to_string(n_certain / n));
+    EXPECT_GT(n_certain, 0.8 * n) << n;
+  }
 }
 
 }  // namespace CRACKLE_TEST_FILE
