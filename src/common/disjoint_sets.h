@@ -29,14 +29,12 @@ public:
     return i;
   }
 
-  /// @return the smallest member of the joined set
-  std::size_t join(std::size_t a, std::size_t b) {
-    if (parent_[a] == parent_[b]) return smallest(a);
+  void join(std::size_t a, std::size_t b) {
+    // Nearly always they are together already.
+    if (parent_[a] == parent_[b]) return;
     const std::size_t one = smallest(a), other = smallest(b);
-    if (one == other) return one;
     const auto [low, high] = std::minmax(one, other);
     parent_[high] = static_cast<std::uint32_t>(low);
-    return low;
   }
 
 private:

@@ -116,7 +116,9 @@ public:
     const std::int32_t start = latest == i ? own_start : start_of(latest);
     start_[i] = start;
     for (const std::size_t j : touched) {
-      if (start_of(j) == -1 || start_of(j) == start) start_[cracks_.join(i, j)] = start;
+      if (start_of(j) != -1 && start_of(j) != start) continue;
+      cracks_.join(i, j);
+      start_[crack_of(i)] = start;
     }
   }
 
