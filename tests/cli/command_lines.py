@@ -69,6 +69,11 @@ def _server() -> Server:
     return server
 
 
+def with_server() -> dict[str, str]:
+    """The environment variable with which the program finds Python's server."""
+    return {"PATH": f"{_server().path}:{os.environ['PATH']}"}
+
+
 _drivers: dict[Path, _Driver] = {}
 _one_at_a_time = threading.Lock()
 
@@ -85,7 +90,7 @@ def crackle(program: os.PathLike | str, *words: object, cwd: os.PathLike | str |
         if driver is None or driver.process.poll() is not None:
             driver = _drivers[program] = _Driver(program)
         if _is_in_python(texts):
-            variables = {"PATH": f"{_server().path}:{os.environ['PATH']}", **variables}
+            variables = {**with_server(), **variables}
         status = driver.answer(texts, Path(cwd or Path.cwd()).resolve(), variables, timeout)
         out, err = ((driver.folder / name).read_text(errors=errors) for name in ("out", "err"))
     return subprocess.CompletedProcess([str(program), *texts], status, out, err)
