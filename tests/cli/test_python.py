@@ -379,7 +379,7 @@ class Package(unittest.TestCase):
     def test_the_figures_of_the_paper_are_told(self):
         with tempfile.TemporaryDirectory() as name:
             done = subprocess.run(["/usr/bin/python3", "-B", str(ROOT / "jobs" / "figures.py"), str(self.folder)], capture_output=True,
-                                  text=True, check=False, cwd=name, env={**os.environ, "CRACKLE": str(PROGRAM)})
+                                  text=True, check=False, cwd=name, env={**os.environ, "PYTHONPATH": str(ROOT / "tools"), "CRACKLE": str(PROGRAM)})
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("work_of_fracture", done.stdout)
 
