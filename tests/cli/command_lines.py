@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Command lines of the program without a start of the program for each: one process runs them one after the other.
 
-It is the driver of command_lines.cpp, which lies beside the program. Tests of signals, of several ranks, of limits on a process
+It is the driver of command_lines.cpp, which lies beside the program; what a command does in Python is done by a copy of another
+process. Tests of signals, of several ranks, of limits on a process
 and of what MPI does when it starts need the program itself.
 """
 from __future__ import annotations
 
 import atexit
+import functools
 import json
 import os
 import select
@@ -20,6 +22,7 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).resolve().parents[2] / "tools"))
 
 from crackle_launch import environment  # noqa: E402
+from python_server import Server  # noqa: E402
 
 TIMEOUT = 300  # seconds
 
@@ -55,6 +58,22 @@ class _Driver:
         return int(answer) if (answer := self.process.stdout.readline()) else self.end()
 
 
+def _is_in_python(words: list[str]) -> bool:
+    return words[:1] in (["calibrate"], ["compare"], ["match"]) or "--from-ensemble" in words
+
+
+@functools.cache
+def _server() -> Server:
+    server = Server(environment())
+    atexit.register(server.end)
+    return server
+
+
+def with_server() -> dict[str, str]:
+    """The environment variable with which the program finds Python's server."""
+    return {"PATH": f"{_server().path}:{os.environ['PATH']}"}
+
+
 _drivers: dict[Path, _Driver] = {}
 _one_at_a_time = threading.Lock()
 
@@ -70,6 +89,8 @@ def crackle(program: os.PathLike | str, *words: object, cwd: os.PathLike | str |
         driver = _drivers.get(program)
         if driver is None or driver.process.poll() is not None:
             driver = _drivers[program] = _Driver(program)
+        if _is_in_python(texts):
+            variables = {**with_server(), **variables}
         status = driver.answer(texts, Path(cwd or Path.cwd()).resolve(), variables, timeout)
         out, err = ((driver.folder / name).read_text(errors=errors) for name in ("out", "err"))
     return subprocess.CompletedProcess([str(program), *texts], status, out, err)

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Sequence
 from unittest import mock
 
 import matplotlib
@@ -37,9 +37,9 @@ def call(main: Callable[[], int], *arguments: object) -> subprocess.CompletedPro
     return subprocess.CompletedProcess(words, status or 0, out.getvalue(), err.getvalue())
 
 
-def report(*arguments: object, kind: str | None = None) -> subprocess.CompletedProcess:
-    """crackle-report, for tests of what it says: the files of its pictures stay empty, except those of `kind` ("png" or "svg"), which are
-    drawn coarsely."""
+def report(*arguments: object, kind: str | None = None, sections: Sequence[Callable] | None = None) -> subprocess.CompletedProcess:
+    """crackle-report, for tests of what it says: it makes pictures of these sections of a plate (default: of all), and their files stay empty,
+    except those of `kind` ("png" or "svg"), which are drawn coarsely."""
     apply, save = style.apply, matplotlib.figure.Figure.savefig
 
     def apply_coarsely() -> None:
@@ -51,5 +51,6 @@ def report(*arguments: object, kind: str | None = None) -> subprocess.CompletedP
             save(figure, file, **options)
 
     with matplotlib.rc_context(), mock.patch.object(style, "apply", apply_coarsely), \
+            mock.patch.object(command, "SECTIONS", command.SECTIONS if sections is None else tuple(sections)), \
             mock.patch.object(matplotlib.figure.Figure, "savefig", save_once):
         return call(command.main, *arguments)

@@ -108,7 +108,6 @@ class Calibrate(unittest.TestCase):
         text = self.crackle("calibrate", "out", "experiments.toml").stdout
         for part in ("fracture.strength", "All together", "prediction", "coverage of", "Effective size", "standard deviations apart", "even scatter, p"):
             self.assertIn(part, text)
-        self.assertEqual(text, self.crackle("calibrate", "out", "experiments.toml").stdout)
 
     def test_the_posterior_is_an_input(self):
         found = json.loads(self.crackle("calibrate", "out", "experiments.toml", "--output", "posterior.toml", "--discrepancy", "--json").stdout)

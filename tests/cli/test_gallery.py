@@ -34,13 +34,16 @@ ACCEPTED = {  # what a coarse run may find of each figure; forks of so few sampl
     "uncertain-strip": [(-1.9, -1.2), (0.25, 0.75), (0.25, 0.75), (0.75, 1.25)]}
 
 
-# Their meshes take a second or more, that of the corridor a minute: read here, meshed by Runs.
+# Their meshes take half a second or more, that of the corridor a minute: read here, meshed by Runs.
 FINE = tuple(ROOT / "jobs" / name for name in (
     "paper.toml", "paper/clock-from-zero.toml", "paper/corridor.toml", "paper/release-in-time.toml", "paper/round-slots.toml",
     "uncertain/plate.toml", "thin-plate.toml",
     "verification/glass-plate.toml", "verification/blunt-notch.toml", "verification/disk.toml", "verification/pmma-strip.toml",
     "sweeps/heterogeneity.toml", "sweeps/notches.toml", "sweeps/spacing-in-time.toml", "gallery/bend-bar.toml", "gallery/layered-plate.toml",
-    "gallery/compact-tension.toml", "gallery/grains.toml", "gallery/projectile.toml"))
+    "gallery/compact-tension.toml", "gallery/grains.toml", "gallery/projectile.toml", "gallery/stiff-disc.toml", "gallery/blunt-notches.toml",
+    "gallery/offset-notch.toml", "gallery/star.toml", "gallery/inclined-crack.toml", "verification/inclined-slot.toml",
+    "gallery/uncertain-strip.toml", "gallery/radial-cracks.toml", "gallery/plate-with-hole.toml", "gallery/slotted-hole.toml",
+    "gallery/semicircular-bend.toml"))
 
 
 def crackle(*arguments: object) -> subprocess.CompletedProcess:

@@ -51,10 +51,9 @@ class Installed(unittest.TestCase):
 
     def test_the_jobs_find_the_tools(self):
         share = self.prefix / "share" / "crackle"
-        for job in ("gallery/gallery", "verification/verify"):
-            text = self.call(share / "jobs" / job, "--help")
-            self.assertNotIn(str(ROOT), text)
-        self.assertIn(str(self.folder), "".join(self.call(share / "jobs" / "gallery" / "gallery", "--help").split()))
+        texts = [self.call(share / "jobs" / job, "--help") for job in ("gallery/gallery", "verification/verify")]
+        self.assertNotIn(str(ROOT), "".join(texts))
+        self.assertIn(str(self.folder), "".join(texts[0].split()))
         for name in ("ensemble.sbatch", "array.sbatch", "demo.toml", "figures.py", "gallery/ring.toml"):
             self.assertTrue((share / "jobs" / name).is_file(), name)
         self.assertTrue(os.access(share / "jobs" / "figures.py", os.X_OK))

@@ -193,7 +193,7 @@ class Readme(unittest.TestCase):
             with h5py.File(folder / "samples" / "0001.h5") as root:
                 groups = re.findall(r"(?m)^\| `/(\w+)` \|", text)
                 self.assertEqual(set(root), {*groups, "timing", "provenance"})
-            report = subprocess.run([ROOT / "tools" / "crackle-report", folder, "--no-animation"], capture_output=True, text=True,
+            report = subprocess.run([ROOT / "tools" / "crackle-report", folder, "--no-animation", "--no-fringes"], capture_output=True, text=True,
                                     env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}, check=False)
             self.assertEqual((report.returncode, report.stderr), (0, ""))
             self.assertIn("2 of 2", (folder / "report.html").read_text(encoding="utf-8"))

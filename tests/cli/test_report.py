@@ -29,7 +29,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 from crackle_report import choosing, command, drawing, figures, reading, style, tables  # noqa: E402
-from crackle_report.figures import convergence, crack_paths, crossings, growth  # noqa: E402
+from crackle_report.figures import comparison, convergence, crack_paths, crossings, growth, material  # noqa: E402
 from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
@@ -73,8 +73,8 @@ class Ensembles(unittest.TestCase):
         self.addCleanup(self._folder.cleanup)
         self.folder = Path(self._folder.name) / "demo"
 
-    def run_report(self, *arguments: str, kind: str | None = None) -> subprocess.CompletedProcess:
-        return in_process.report(*arguments, "--no-animation", "--no-fringes", kind=kind)
+    def run_report(self, *arguments: str, **options: object) -> subprocess.CompletedProcess:
+        return in_process.report(*arguments, "--no-animation", "--no-fringes", **options)
 
 
 class Report(Ensembles):
@@ -113,6 +113,8 @@ class Report(Ensembles):
         self.assertNotIn("not finished", page)
 
         # The same results give the same files, in a process of its own too, which has another seed of hashes.
+        if not repetitions(False, True):
+            return
         result = subprocess.run([REPORT, self.folder], capture_output=True, check=False, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual({file.name: file.read_bytes() for file in (self.folder / "report").iterdir()}, files)
@@ -122,7 +124,7 @@ class Report(Ensembles):
         write_ensemble(self.folder, 5, failed=(3,))
         with h5py.File(self.folder / "ensemble.h5", "r+") as root:
             root["samples/error"][3] = "quality 0.1 < 0.2 & no way out"
-        self.assertEqual(in_process.report(self.folder, "--no-animation", "--no-fringes", kind="svg").returncode, 0)
+        self.assertEqual(self.run_report(self.folder, kind="svg", sections=(crack_paths.typical, crack_paths.every)).returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("quality 0.1 &lt; 0.2 &amp; no way out", page)
         self.assertIn("4 of 5", page)
@@ -148,7 +150,7 @@ class Report(Ensembles):
 
     def test_leading_and_following_cracks_are_distinguished(self):
         write_ensemble(self.folder, 8, failed=(3,))
-        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        self.assertEqual(self.run_report(str(self.folder), sections=()).returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         for words in ("samples led by some notches: notch 1 as if notch 0 did", ">leading<", ">following<",
                       "all of notch 1, leading and following", "one set of mother points"):
@@ -156,7 +158,7 @@ class Report(Ensembles):
         write_ensemble(self.folder, 8, failed=(3,), leading=[0, 1] * 4)
         ensemble = reading.read_ensemble(self.folder)
         self.assertEqual(ensemble.leading.tolist(), [0, 1, 0, -1, 0, 1, 0, 1])
-        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        self.assertEqual(self.run_report(str(self.folder), sections=()).returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("notch 0 in 4, notch 1 in 3.", page)
 
@@ -224,7 +226,7 @@ class Report(Ensembles):
             file["samples/onset_force"][:] *= 1.1 + 0.01 * np.sin(np.arange(12))
         same = self.folder.with_name("same")
         write_ensemble(same, 8)
-        result = self.run_report(str(self.folder), "--compare", str(other), "--compare", str(same), kind="png")
+        result = self.run_report(str(self.folder), "--compare", str(other), "--compare", str(same), kind="png", sections=(comparison.section,))
         self.assertEqual(result.returncode, 0, result.stderr)
         page = (self.folder / "report.html").read_text()
         self.assertIn("Compared with other ensembles", page)
@@ -266,7 +268,7 @@ class Report(Ensembles):
         ensemble = reading.read_ensemble(self.folder)
         self.assertEqual((len(ensemble.samples), ensemble.finished), (6, True))
         self.assertEqual(ensemble.statistics.running_mean.shape[0], 6)
-        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        self.assertEqual(self.run_report(str(self.folder), sections=()).returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("6 of 6", page)
         self.assertIn("these suffice, 12 were planned", page)
@@ -274,13 +276,13 @@ class Report(Ensembles):
 
     def test_a_varying_strength_is_shown(self):
         write_ensemble(self.folder, 2)
-        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        self.assertEqual(self.run_report(str(self.folder), sections=(material.section,)).returncode, 0)
         self.assertNotIn("<h2>Material</h2>", (self.folder / "report.html").read_text(encoding="utf-8"))
         for file in (self.folder / "samples").iterdir():
             with changed(file) as root:
                 n = len(root["mesh/tetrahedra"])
                 root["mesh/strength_factor"] = np.linspace(0.5, 1.5, n)
-        result = self.run_report(str(self.folder), kind="png")
+        result = self.run_report(str(self.folder), kind="png", sections=(material.section,))
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("<h2>Material</h2>", page)
@@ -290,7 +292,7 @@ class Report(Ensembles):
     def test_samples_and_times_can_be_chosen(self):
         write_ensemble(self.folder, 4, failed=(2,))
         result = in_process.report(self.folder, "--sample", "3", "--times", "0,40", "--field", "light", "--reverse", "--form",
-                                   "integrated", "--wavelength", "600", "--no-animation", kind="svg")
+                                   "integrated", "--wavelength", "600", "--no-animation", kind="svg", sections=(growth.section,))
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertEqual(sorted(file.name for file in (self.folder / "report").glob("growth*")),
                          ["growth-0003.png", "growth-0003.svg"])
@@ -301,14 +303,14 @@ class Report(Ensembles):
         self.assertIn("t = t₀ + 40 µs", drawn)
         for arguments, message in ((("--sample", "2"), "sample 2 is not done; done are 0, 1, 3"),
                                    (("--times", "x"), "not a list of times")):
-            result = self.run_report(str(self.folder), *arguments)
+            result = self.run_report(str(self.folder), *arguments, sections=())
             self.assertNotEqual(result.returncode, 0)
             self.assertIn(message, result.stderr)
 
     def test_the_verdict_says_how_many_samples_it_takes(self):
-        write_ensemble(self.folder, 40)
+        write_ensemble(self.folder, 12)
         ensemble = reading.read_ensemble(self.folder)
-        self.assertRegex(convergence._verdict(ensemble), "^Were 40 samples enough[?] (Yes|No): ")
+        self.assertRegex(convergence._verdict(ensemble), "^Were 12 samples enough[?] (Yes|No): ")
         ensemble.precision = {"half_width": 0.226e-3, "row": 0, "section": 2, "half_width_wanted": 0.1e-3,
                               "is_of_the_input": True, "n_samples_needed": 196.5}
         self.assertIn("No: the mean position of the leading crack is known to ±0.23 mm at its least certain "
@@ -342,7 +344,7 @@ class Report(Ensembles):
 class Pictures(Ensembles):
     def test_labels_do_not_overlap(self):
         style.apply()
-        for n_samples in repetitions((1, 31), (1, 6, 31)):
+        for n_samples in repetitions((13,), (1, 6, 31)):
             folder = self.folder.with_name(f"of-{n_samples}")
             write_ensemble(folder, n_samples, failed=(1,) if n_samples > 2 else ())
             ensemble = reading.read_ensemble(folder)

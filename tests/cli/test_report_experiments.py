@@ -100,7 +100,8 @@ class Experiments(unittest.TestCase):
 
     def test_report(self):
         def report(of: str = "experiments.toml", kind: str | None = None) -> subprocess.CompletedProcess:
-            return in_process.report(self.out, "--program", PROGRAM, "--no-animation", "--experiments", self.folder / of, kind=kind)
+            return in_process.report(self.out, "--program", PROGRAM, "--no-animation", "--experiments", self.folder / of, kind=kind,
+                                     sections=(experiments.section,))
 
         done = report(kind="png")
         self.assertEqual((done.returncode, done.stderr), (0, ""))

@@ -62,7 +62,7 @@ class Headlines(Ensembles):
         write_ensemble(self.folder, 6)
         with h5py.File(self.folder / "ensemble.h5", "r+") as root:
             root["samples/crack_speed_ratio"][:] = [0.5, 1.5, 0.5, 1.7, 1.9, 2.5]
-        self.assertEqual(in_process.report(self.folder, "--no-animation", "--no-fringes").returncode, 0)
+        self.assertEqual(self.run_report(self.folder, sections=()).returncode, 0)
         found = re.findall('<p class="notice">(.*?)</p>', (self.folder / "report.html").read_text(encoding="utf-8"))
         self.assertEqual([text.split(" times")[0] for text in found], ["In 4 samples a crack runs at more than 0.85"])
 

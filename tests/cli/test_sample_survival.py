@@ -18,7 +18,7 @@ from survival_fixture import SMALL, TRIALS, SurvivalCase, environment
 
 
 class SampleSurvival(SurvivalCase):
-    SLOW_SECONDS = 4
+    SLOW_SECONDS = 2
 
     def sample(self, *arguments):
         return ("sample", self.slow, "--sample", 1, "-o", self.out, "--checkpoint-interval", "0.05s", *arguments)
@@ -47,7 +47,7 @@ class SampleSurvival(SurvivalCase):
 
     def suspended_at_a_time_limit(self, n_ranks):
         """A run that has run for a while before its time limit came."""
-        for limit in (2, 4, 8, 16, 32):  # a busy machine or a sanitizer may take seconds to start
+        for limit in (1, 2, 4, 8, 16, 32):  # a busy machine or a sanitizer may take seconds to start
             result = self.call(*self.sample("--resume", "--time-limit", f"{limit}s"), n_ranks=n_ranks)
             self.assertIn(f"the time limit of {limit} s: stopping", result.stdout)
             self.assert_suspended(result)

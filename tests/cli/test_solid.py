@@ -20,6 +20,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery")]
 import command_lines  # noqa: E402
 import crackle  # noqa: E402
 import in_process  # noqa: E402
+from effort import repetitions  # noqa: E402
 import solid  # noqa: E402
 import solid_files  # noqa: E402
 from crackle_launch import environment  # noqa: E402
@@ -353,7 +354,7 @@ branch_length = "3 mm"
             for one in forks:
                 self.assertTrue(one.x.between(0, 1.2e-3).all() and one.y.between(4e-3, 16e-3).all() and one.length.gt(1e-3).all(), one)
                 self.assertTrue(one.in_space.all() and not one.in_projection.any() and one.share.isna().all(), one)
-            if has_forks:
+            if has_forks and repetitions(False, True):
                 there = self.folder / "on two ranks"
                 self.input.write_text(self.input.read_text().replace("[ensemble]", "[ensemble]\nranks_per_sample = 2"))
                 command = [*shlex.split(OPTIONS.mpirun), "-n", "3", os.path.abspath(OPTIONS.program), "run", self.input, "-o", there]

@@ -20,6 +20,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 import small_input  # noqa: E402
+from command_lines import with_server  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 
 PROGRAM, MPIRUN = Path(), ""
@@ -59,7 +60,7 @@ class WithoutMpi(unittest.TestCase):
         (cls.root / "loads.toml").write_text('loads = "loads.csv"\n')
 
     def call(self, *arguments, launcher=(), **settings) -> subprocess.CompletedProcess:
-        return subprocess.run([*launcher, PROGRAM, *map(str, arguments)], cwd=self.root, env=environment(**settings),
+        return subprocess.run([*launcher, PROGRAM, *map(str, arguments)], cwd=self.root, env=environment(**with_server(), **settings),
                               capture_output=True, text=True, check=False, timeout=300)
 
     def test_they_print_what_several_ranks_do(self):

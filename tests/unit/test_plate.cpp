@@ -308,7 +308,7 @@ TEST(PlateBody, RealizationsConform) {
 
 TEST(PlateFamily, EveryPlateConformsOrIsRefusedForATrueReason) {
   const auto n_plates =
-      static_cast<std::uint64_t>(test::from_environment("CRACKLE_FAMILY", test::repetitions(20, 80)));
+      static_cast<std::uint64_t>(test::from_environment("CRACKLE_FAMILY", test::repetitions(10, 80)));
   const double max_points = test::from_environment("CRACKLE_FAMILY_POINTS", 8000);
   std::map<std::string, int> refused;
   int n_conforming = 0;

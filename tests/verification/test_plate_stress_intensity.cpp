@@ -3,6 +3,7 @@
 // integral.
 #include "parallel/exact_sum.h"
 
+#include "support/effort.h"
 #include "support/loaded_plate.h"
 
 #include <gtest/gtest.h>
@@ -70,14 +71,15 @@ TEST(PlateStressIntensity, OfACompactTensionSpecimenIsSrawleys) {
     expected += k * k / youngs_modulus * thickness * (longer - shorter) / n;
   }
   std::vector<double> found;
-  for (const double spacing : {0.4e-3, 0.2e-3, 0.1e-3}) {
+  const std::vector<double> coarse{0.4e-3, 0.2e-3}, all{0.4e-3, 0.2e-3, 0.1e-3};
+  for (const double spacing : test::is_full() ? all : coarse) {
     const double gain =
         energy_of_compact_tension(spacing, longer) - energy_of_compact_tension(spacing, shorter);
     found.push_back(std::sqrt(gain / expected));
     std::printf("compact tension, spacing %.2f mm at the tip: K over Srawley's %.4f\n", 1e3 * spacing,
                 found.back());
   }
-  const double at_zero = 2 * found[2] - found[1];
+  const double at_zero = 2 * found.back() - found[found.size() - 2];
   std::printf("compact tension, extrapolated to spacing zero: K over Srawley's %.4f\n", at_zero);
   EXPECT_NEAR(at_zero, 1, 0.01);
   EXPECT_NEAR(found[0], 1, 0.02);

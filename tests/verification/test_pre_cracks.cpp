@@ -17,6 +17,7 @@
 #include <cstdio>
 #include <numbers>
 #include <string>
+#include <vector>
 
 namespace crackle::dynamics {
 namespace CRACKLE_TEST_FILE {
@@ -123,7 +124,8 @@ double newman_raju(double a, double c, double t, double b, double angle) {
 
 TEST(PreCracks, HalfEllipsesHaveTheStressIntensityOfNewmanAndRaju) {
   const double t = 6 * mm, b = 20 * mm, shape = 0.6, growth = 1.25;
-  for (const double depth : {0.25, 0.4, 0.55}) {
+  const std::vector<double> usual{0.4}, all{0.25, 0.4, 0.55};
+  for (const double depth : test::is_full() ? all : usual) {
     const double a = depth * t;
     auto parameters =
         block({t, 2 * b, 40 * mm}, {{{0, 5 * mm}, {b - 7 * mm, b + 7 * mm}, {19 * mm, 21 * mm}}}, 0.4 * mm);
