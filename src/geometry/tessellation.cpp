@@ -62,7 +62,8 @@ void sort4(Tetrahedron& t) {
 /// neighbours anew.
 class HoleFilling {
 public:
-  /// @return false, with nothing changed, for vertices of the convex hull, for those with many neighbours, and
+  /// @return false, with nothing changed, for vertices of the convex hull, for those with many neighbours,
+  /// and
   ///   where the cells do not close the hole
   bool remove(Delaunay& delaunay, VertexHandle vertex, std::vector<CellHandle>& made) {
     hole_.clear();
