@@ -7,6 +7,7 @@
 #include "common/text_table.h"
 #include "dynamics/stable_step.h"
 #include "ensemble/base_points.h"
+#include "ensemble/point_crew.h"
 #include "ensemble/realization_queue.h"
 #include "ensemble/sample_plan.h"
 #include "fracture/variation.h"
@@ -130,7 +131,7 @@ std::vector<NamedValue> mesh_table(const input::Parameters& parameters, std::uin
 }
 
 /// Makes the realization, prints its table and writes the files.
-void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
+void make_mesh(const input::Parameters& ensemble, const MeshOptions& options, ensemble::PointCrew& crew) {
   input::Parameters parameters = uncertainty::sample_parameters(ensemble, options.sample);
   if (options.undisturbed) parameters.mesh.perturbation = 0;
   MeshTimes times{};
@@ -138,8 +139,8 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   geometry::MotherPoints base;
   const auto make_base = [&](int attempt) {
     const Stopwatch base_clock;
-    base =
-        ensemble::make_base_points(*body, parameters.mesh, parameters.seed, notify, options.sample, attempt);
+    base = ensemble::make_base_points(*body, parameters.mesh, parameters.seed, notify, options.sample,
+                                      attempt, crew.for_task({options.sample, attempt}));
     times.base += base_clock.seconds();
   };
   const bool is_own = parameters.mesh.base == input::Base::own;
@@ -180,10 +181,17 @@ void refuse_other_file(const std::filesystem::path& file) {
 int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
   const input::Parameters parameters = read_given_input(world, options.input);
   refuse_sweep(parameters, options.input);
-  parallel::agree_on_root(world, [&] {
+  ensemble::PointCrew crew(world);
+  const auto make = [&] {
     ensemble::require_sample(parameters.ensemble, options.sample);
     for (const auto& file : {options.output, options.dual_output}) refuse_other_file(file);
-    make_mesh(parameters, options);
+    make_mesh(parameters, options, crew);
+  };
+  crew.agree_on_root(make, [&](const ensemble::PointTask& task, std::vector<input::MeshRegion> regions) {
+    const input::Parameters own = uncertainty::sample_parameters(parameters, task.subject);
+    input::Mesh mesh = own.mesh;
+    mesh.regions = std::move(regions);
+    geometry::help_mother_points(*geometry::make_body(own), mesh, own.seed, task.subject, task.attempt, crew);
   });
   return success;
 }

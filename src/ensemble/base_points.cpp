@@ -20,20 +20,21 @@ namespace crackle::ensemble {
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Mesh& mesh,
                                         std::uint64_t seed,
                                         const std::function<void(const std::string&)>& say,
-                                        std::uint64_t sample, int attempt) {
+                                        std::uint64_t sample, int attempt, geometry::Crew* crew) {
   Heartbeat heartbeat(say);
   const auto expects = [&](double n_points) {
     heartbeat.begin(fmt::format("generating about {:.0f} mother points", n_points));
   };
   heartbeat.begin("counting the mother points");
-  auto points = geometry::make_mother_points(body, mesh, seed, expects, sample, attempt);
+  auto points = geometry::make_mother_points(body, mesh, seed, expects, sample, attempt, crew);
   release_freed_memory();
   return points;
 }
 
 geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Mesh& mesh,
                                           std::uint64_t seed,
-                                          const std::function<void(const std::string&)>& say) {
+                                          const std::function<void(const std::string&)>& say,
+                                          geometry::Crew* crew) {
   if (mesh.base == input::Base::own) {
     const double n_points = [&] {
       Heartbeat heartbeat(say);
@@ -43,7 +44,7 @@ geometry::MotherPoints make_shared_points(const geometry::Body& body, const inpu
     if (say) say(fmt::format("base mesh: one for each sample, about {:.0f} mother points", n_points));
     return {};
   }
-  geometry::MotherPoints points = make_base_points(body, mesh, seed, say);
+  geometry::MotherPoints points = make_base_points(body, mesh, seed, say, 0, 0, crew);
   if (say) say(fmt::format("base mesh: {} mother points", points.size()));
   return points;
 }

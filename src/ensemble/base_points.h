@@ -16,19 +16,23 @@ namespace crackle::ensemble {
 /// collective.
 /// @param say told every few seconds what is done
 /// @param attempt at the sample's mesh, from 0; counts with mesh.base = "own"
+/// @param crew as of geometry::make_mother_points
 /// @throws std::runtime_error as geometry::make_mother_points
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Mesh& mesh,
                                         std::uint64_t seed,
                                         const std::function<void(const std::string&)>& say = {},
-                                        std::uint64_t sample = 0, int attempt = 0);
+                                        std::uint64_t sample = 0, int attempt = 0,
+                                        geometry::Crew* crew = nullptr);
 
 /// The base mother points shared by all samples of an ensemble. With mesh.base = "own" there are none; only
 /// the expected number per sample is checked. Not collective.
 /// @param say receives the number of points, with mesh.base = "own" the expected one
+/// @param crew as of geometry::make_mother_points
 /// @throws std::runtime_error as geometry::make_mother_points
 geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Mesh& mesh,
                                           std::uint64_t seed,
-                                          const std::function<void(const std::string&)>& say = {});
+                                          const std::function<void(const std::string&)>& say = {},
+                                          geometry::Crew* crew = nullptr);
 
 /// The mesh of a sample, from the shared points or, with mesh.base = "own", from newly generated ones. Not
 /// collective.

@@ -32,6 +32,7 @@ constexpr double pushed = 75;         // additional, with each body force: weigh
 constexpr double viscous = 85;        // additional, with bulk viscosity: coefficients, forces, remainders
 constexpr double kept = 30;           // per tetrahedron of a realization
 constexpr double made = 180;          // per tetrahedron of a realization being made or partitioned
+constexpr double placed = 240;        // per mother point that a rank helps to place
 constexpr double frame_kept = 24;     // per node of a frame
 constexpr double frame_written = 66;  // the same while the file is written, after the computation
 constexpr double tetrahedra_per_node = 5.5;  // of a Delaunay tessellation, including its surface
@@ -105,7 +106,7 @@ double making(const std::optional<input::MaterialMap>& map, double n_tetrahedra)
 double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
   if (rank == 0) return demand.master;
   const int group = layout.group_of(rank);
-  if (group < 0) return libraries;
+  if (group < 0) return demand.idle;
   return rank == layout.root_of(group) ? demand.root : demand.member;
 }
 
@@ -123,7 +124,9 @@ MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_t
       std::min(static_cast<double>(most_bytes_ahead), (layout.n_groups + 1) * kept * n_tetrahedra);
   const double start = libraries;
   MemoryDemand demand{};
-  demand.member = start + part;
+  const bool is_placed = study.mesh.base == input::Base::shared && !study.mesh.points;
+  demand.idle = start + (is_placed ? placed * n_nodes : 0);
+  demand.member = std::max(start + part, demand.idle);
   demand.root = start + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
   if (study.ensemble.meshes != input::MeshMakers::master)
     demand.root = std::max(demand.root, start + making(study.map, n_tetrahedra));

@@ -18,6 +18,7 @@ struct MemoryDemand {
   double master;  ///< makes realizations; with a shared layout it also computes
   double root;    ///< of a group
   double member;  ///< of a group, not its root
+  double idle;    ///< of no group; helps to place shared mother points
 };
 
 /// Accurate to 25 % for bodies that need more memory than the program itself.

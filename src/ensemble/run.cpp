@@ -7,6 +7,7 @@
 #include "ensemble/base_points.h"
 #include "ensemble/material_map.h"
 #include "ensemble/memory.h"
+#include "ensemble/point_crew.h"
 #include "ensemble/results.h"
 #include "ensemble/sample_schedule.h"
 #include "ensemble/sweep_table.h"
@@ -193,7 +194,14 @@ void Run::begin_case(std::size_t i) {
 }
 
 void Run::begin() {
-  parallel::agree_on_root(world_, [&] {
+  PointCrew crew(world_);
+  const auto help = [&](const PointTask& task, std::vector<input::MeshRegion> regions) {
+    const Case& one = cases_[task.subject];
+    input::Mesh mesh = one.parameters().mesh;
+    mesh.regions = std::move(regions);
+    geometry::help_mother_points(one.body(), mesh, one.parameters().seed, 0, 0, crew);
+  };
+  const auto prepare = [&] {
     if (!is_single()) say(describe(layout_));
     if (const auto notice = input::bits_notice(parameters_.time.engine); !notice.empty()) say(notice);
     for (const auto& warning : input::sweep_warnings(given_)) say("warning: " + warning);
@@ -203,8 +211,9 @@ void Run::begin() {
       const Case& one = cases_[i];
       geometry::MotherPoints& base = *bases_[mesh_settings(one.parameters(), false)];
       if (base.size() == 0 && !one.plan().to_do.empty())
-        base = make_shared_points(one.body(), one.parameters().mesh, one.parameters().seed,
-                                  [this](const auto& line) { say(line); });
+        base = make_shared_points(
+            one.body(), one.parameters().mesh, one.parameters().seed, [this](const auto& line) { say(line); },
+            crew.for_task({.subject = i}));
     }
     for (Case& one : cases_) one.lock();
     for (std::size_t i = 0; i < cases_.size(); ++i) begin_case(i);
@@ -214,7 +223,8 @@ void Run::begin() {
         io::write_text_file(solid_copy(options_.folder, solid->extension), solid->content);
     }
     std::ranges::sort(to_do_);
-  });
+  };
+  crew.agree_on_root(prepare, help);
   if (parameters_.ensemble.meshes != input::MeshMakers::master)
     for (auto& [settings, base] : bases_) share_base(world_, layout_, *base);
   for (Case& one : cases_) one.share_mark(world_);

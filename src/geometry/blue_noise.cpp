@@ -32,11 +32,38 @@ constexpr double force_of_fixed = 0.85;
 /// approach each other unlisted would end as close pairs.
 constexpr std::array<int, 5> n_steps{3, 4, 6, 7, 8};
 
+/// Fewer points than these are moved faster alone than together.
+constexpr std::size_t few_points = 2000;
+
+/// The pairs of a batch that are within reach.
+struct NearPair {
+  Vector gap;
+  std::int32_t other;
+};
+struct NearBatch {
+  static constexpr std::size_t few = 512;  ///< pairs, which the cache holds
+
+  std::size_t n = 0;
+  std::vector<NearPair> pairs;  ///< these lists are longer
+  std::vector<double> range, squared, factor;
+
+  void make_room(std::size_t n_more) {
+    if (pairs.size() >= n + n_more) return;
+    const std::size_t size = std::max(2 * few, n + n_more);
+    pairs.resize(size);
+    for (auto* each : {&range, &squared, &factor}) each->resize(size);
+  }
+};
+
 class Relaxation {
 public:
   Relaxation(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
-             const SpacedPoints& points)
-      : spacing_(spacing), patch_(patch), room_(room), n_(points.position.size()) {
+             const SpacedPoints& points, Crew* crew)
+      : spacing_(spacing),
+        patch_(patch),
+        room_(room),
+        crew_(points.position.size() < few_points ? nullptr : crew),
+        n_(points.position.size()) {
     const std::size_t n_all = n_ + fixed.position.size();
     place_.reserve(n_all);
     local_.reserve(n_all);
@@ -47,6 +74,17 @@ public:
     velocity_.assign(n_, Vector{});
     headroom_.assign(n_, 0);
     force_.resize(n_all);
+    // Fixed points have about half as many pairs.
+    const std::size_t n_workers = crew_ ? crew_->size() : 1;
+    for (std::size_t worker = 0; worker <= n_workers; ++worker) {
+      const std::size_t share = (n_ + n_all) * worker / n_workers;
+      const std::size_t first = share <= 2 * n_ ? share / 2 : share - n_;
+      first_of_.push_back(std::min(first, n_));
+      if (!crew_ || worker == crew_->rank()) begin_ = first;
+      if (crew_ && worker == crew_->rank() + 1) end_ = first;
+    }
+    if (!crew_) begin_ = 0, end_ = n_all;
+    movable_end_ = std::min(end_, n_);
   }
 
   void run() {
@@ -54,10 +92,12 @@ public:
     std::vector<double> radius(place_.size());
     for (const int n : n_steps) {
       for (std::size_t i = 0; i < place_.size(); ++i) radius[i] = (reach + skin) * local_[i];
-      const NearPairs pairs = near_pairs(place_, radius, n_);
+      const NearPairs pairs = near_pairs(place_, radius, n_, begin_, end_);
+      exchange_pairs(pairs);
       for (int step = 0; step < n; ++step) {
         sum_forces(pairs, reach);
-        for (std::size_t i = 0; i < n_; ++i) move(i);
+        for (std::size_t i = begin_; i < movable_end_; ++i) move(i);
+        share_places();
       }
       update_spacing();
     }
@@ -70,8 +110,9 @@ public:
       for (std::size_t axis = 0; axis < 3; ++axis)
         if (patch_.domain.upper[axis] > patch_.domain.lower[axis])
           shift[axis] = stream.uniform(-last_shift, last_shift) * local_[i];
-      if (has_room(i, place_[i] + shift)) place_[i] = place_[i] + shift;
+      if (is_own(i) && has_room(i, place_[i] + shift)) place_[i] = place_[i] + shift;
     }
+    share_places();
     update_spacing();
   }
 
@@ -83,6 +124,8 @@ public:
   }
 
 private:
+  using Pair = std::array<std::int32_t, 2>;
+
   /// Own coordinates, exactly in the patch.
   Point own(const Point& p) const {
     Point result = patch_.own(p);
@@ -91,32 +134,124 @@ private:
     return result;
   }
 
-  void update_spacing() {
-    for (std::size_t i = 0; i < n_; ++i) local_[i] = spacing_(patch_.at(place_[i]));
+  bool is_own(std::size_t i) const { return begin_ <= i && i < end_; }
+
+  void share_places() {
+    if (!crew_) return;
+    std::vector<std::size_t> first = first_of_;
+    for (std::size_t& each : first) each *= 3;
+    crew_->share({place_.data()->data(), 3 * n_}, first);
   }
 
+  void update_spacing() {
+    for (std::size_t i = begin_; i < movable_end_; ++i) local_[i] = spacing_(patch_.at(place_[i]));
+    if (crew_) crew_->share({local_.data(), n_}, first_of_);
+  }
+
+  /// Finds the pairs of own points that others list.
+  void exchange_pairs(const NearPairs& pairs) {
+    if (!crew_) return;
+    std::vector<Pair> listed;
+    for (std::size_t i = begin_; i < end_; ++i)
+      for (std::size_t k = pairs.first[i - begin_]; k < pairs.first[i - begin_ + 1]; ++k)
+        if (const std::int32_t j = pairs.other[k]; index(j) < n_ && !is_own(index(j)))
+          listed.push_back({static_cast<std::int32_t>(i), j});
+    before_.clear();
+    after_.clear();
+    for (const Pair& pair : crew_->gather(listed))
+      if (is_own(index(pair[1]))) (index(pair[0]) < begin_ ? before_ : after_).push_back(pair);
+  }
+
+  /// Sums the forces on own points; those on others are not complete. The order of the sum is that of the
+  /// points that list the pairs, whoever computes it.
   void sum_forces(const NearPairs& pairs, double reach) {
-    std::fill(force_.begin(), force_.end(), Vector{});
-    for (std::size_t i = 0; i < place_.size(); ++i) {
-      Vector sum = force_[i];
-      for (std::size_t k = pairs.first[i]; k < pairs.first[i + 1]; ++k) {
-        const std::size_t j = index(pairs.other[k]);
-        const Vector gap = place_[i] - place_[j];
-        const double range = reach * (local_[i] + local_[j]) / 2;
-        const double squared = dot(gap, gap);
-        if (squared >= range * range || squared == 0) continue;
-        const double distance = std::sqrt(squared);
-        const double strength = i < n_ && j < n_ ? 1 : force_of_fixed;
-        const double overlap = 1 - distance / range;
-        // In proportion to the square of the spacing: then the pressure is the same everywhere, and fine
-        // parts do not expand into coarse ones. Stiffer at short distances, or else two points could remain
-        // together in the cage of their neighbours.
-        const Vector force =
-            strength * range * range * overlap * (1 + 4 * overlap * overlap) / distance * gap;
+    const auto begin = force_.begin();
+    std::fill(begin + static_cast<std::ptrdiff_t>(begin_), begin + static_cast<std::ptrdiff_t>(end_),
+              Vector{});
+    add_listed_by_others(before_, reach);
+    for (std::size_t i = begin_; i < end_;) i = add_batch(pairs, i, reach);
+    add_listed_by_others(after_, reach);
+  }
+
+  /// Adds the forces of the pairs that points from `first` on list. @return the first of the next batch
+  std::size_t add_batch(const NearPairs& pairs, std::size_t first, double reach) {
+    const std::size_t* const list = &pairs.first[first - begin_];
+    std::array<std::size_t, NearBatch::few> n_until{};
+    std::size_t n_points = 0;
+    batch_.n = 0;
+    while (first + n_points < end_ && n_points < n_until.size() && batch_.n < NearBatch::few) {
+      batch_.make_room(list[n_points + 1] - list[n_points]);
+      consider(first + n_points,
+               std::span(pairs.other).subspan(list[n_points], list[n_points + 1] - list[n_points]), reach);
+      n_until[n_points++] = batch_.n;
+    }
+    compute_factors();
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < n_points; ++i) {
+      Vector sum = force_[first + i];
+      for (; k < n_until[i]; ++k) {
+        const Vector force = batch_.factor[k] * batch_.pairs[k].gap;
+        Vector& opposite = force_[index(batch_.pairs[k].other)];
         sum = sum + force;
-        force_[j] = force_[j] - force;
+        opposite = opposite - force;
       }
-      force_[i] = sum;
+      force_[first + i] = sum;
+    }
+    return first + n_points;
+  }
+
+  void add_listed_by_others(std::span<const Pair> pairs, double reach) {
+    for (std::size_t begin = 0; begin < pairs.size(); begin += NearBatch::few) {
+      const auto part = pairs.subspan(begin, std::min(NearBatch::few, pairs.size() - begin));
+      batch_.n = 0;
+      batch_.make_room(part.size());
+      for (const Pair& pair : part) consider(index(pair[0]), {&pair[1], 1}, reach);
+      compute_factors();
+      for (std::size_t k = 0; k < batch_.n; ++k) {
+        Vector& opposite = force_[index(batch_.pairs[k].other)];
+        opposite = opposite - batch_.factor[k] * batch_.pairs[k].gap;
+      }
+    }
+  }
+
+  /// Adds the pairs within reach to the batch; without branches, which would be hard to predict.
+  void consider(std::size_t i, std::span<const std::int32_t> others, double reach) {
+    const Point* const place = place_.data();
+    const double* const local = local_.data();
+    NearPair* const pairs = batch_.pairs.data();
+    double* const ranges = batch_.range.data();
+    double* const squares = batch_.squared.data();
+    double* const factors = batch_.factor.data();
+    const Point here = place[i];
+    const double own = local[i];
+    const std::size_t n_strong = i < n_ ? n_ : 0;
+    constexpr std::array<double, 2> strengths{force_of_fixed, 1};
+    std::size_t n = batch_.n;
+    for (const std::int32_t j : others) {
+      const Vector gap = here - place[j];
+      const double range = reach * (own + local[j]) / 2;
+      const double squared = dot(gap, gap);
+      pairs[n] = {gap, j};
+      ranges[n] = range;
+      squares[n] = squared;
+      factors[n] = strengths[index(j) < n_strong] * range * range;
+      n += static_cast<std::size_t>((squared < range * range) & (squared != 0));
+    }
+    batch_.n = n;
+  }
+
+  /// Factors of the gaps, which give the forces: in a loop of its own, which compilers make vector code of.
+  void compute_factors() {
+    const double* const __restrict range = batch_.range.data();
+    const double* const __restrict squared = batch_.squared.data();
+    double* const __restrict factor = batch_.factor.data();
+    for (std::size_t k = 0; k < batch_.n; ++k) {
+      const double distance = std::sqrt(squared[k]);
+      const double overlap = 1 - distance / range[k];
+      // In proportion to the square of the spacing: then the pressure is the same everywhere, and fine
+      // parts do not expand into coarse ones. Stiffer at short distances, or else two points could remain
+      // together in the cage of their neighbours.
+      factor[k] = factor[k] * overlap * (1 + 4 * overlap * overlap) / distance;
     }
   }
 
@@ -155,12 +290,18 @@ private:
   const SpacingField& spacing_;
   const Patch& patch_;
   const Room& room_;
-  std::size_t n_;              ///< movable points, followed by the fixed ones
-  std::vector<Point> place_;   ///< in own coordinates of the patch [m]
-  std::vector<double> local_;  ///< spacing at the point [m]
+  Crew* crew_;                         ///< null where this process alone moves the points
+  std::size_t n_;                      ///< movable points, followed by the fixed ones
+  std::size_t begin_, end_;            ///< own points: those whose pairs are listed here
+  std::size_t movable_end_;            ///< of the own points
+  std::vector<std::size_t> first_of_;  ///< first movable point of each worker, and n_
+  std::vector<Point> place_;           ///< in own coordinates of the patch [m]
+  std::vector<double> local_;          ///< spacing at the point [m]
   std::vector<Vector> velocity_;
   std::vector<double> headroom_;  ///< how far a point may move before its clearance is computed again [m]
   std::vector<Vector> force_;
+  std::vector<Pair> before_, after_;  ///< pairs of own points listed by others with smaller, larger numbers
+  NearBatch batch_;
 };
 
 constexpr double candidates_per_point = 3;
@@ -239,17 +380,17 @@ bool is_flat(const Box& region) {
 }
 
 void repel(const SpacingField& spacing, const Patch& patch, const Room& room, const SpacedPoints& fixed,
-           SpacedPoints& points, RandomStream& stream) {
-  Relaxation relaxation(spacing, patch, room, fixed, points);
+           SpacedPoints& points, RandomStream& stream, Crew* crew) {
+  Relaxation relaxation(spacing, patch, room, fixed, points, crew);
   relaxation.run();
   relaxation.shake(stream);
   points = relaxation.result();
 }
 
 std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch, const Room& room,
-                              const SpacedPoints& fixed, RandomStream stream) {
+                              const SpacedPoints& fixed, RandomStream stream, Crew* crew) {
   SpacedPoints points = start(spacing, patch, room, stream);
-  repel(spacing, patch, room, fixed, points, stream);
+  repel(spacing, patch, room, fixed, points, stream, crew);
   return std::move(points.position);
 }
 

@@ -176,7 +176,7 @@ Room room_inside(const Body& body) {
   return {[&body](const Point& p) { return body.distance_to_surface(p); }, surface_margin};
 }
 
-void place_in_face(Collection& collection, FaceId id, RandomStream stream) {
+void place_in_face(Collection& collection, FaceId id, RandomStream stream, Crew* crew) {
   const Body& body = collection.body;
   SpacedPoints fixed;
   for (const std::int32_t i : collection.of_face[index(id)]) {
@@ -184,14 +184,14 @@ void place_in_face(Collection& collection, FaceId id, RandomStream stream) {
     fixed.spacing.push_back(collection.points.spacing[index(i)]);
   }
   const Patch& patch = body.meshed_face(id).patch;
-  for (const Point& p : blue_noise(collection.spacing, patch, room_in_face(body, id), fixed, stream))
+  for (const Point& p : blue_noise(collection.spacing, patch, room_in_face(body, id), fixed, stream, crew))
     collection.add(p);
 }
 
-void place_in_interior(Collection& collection, RandomStream stream) {
+void place_in_interior(Collection& collection, RandomStream stream, Crew* crew) {
   const Body& body = collection.body;
-  for (const Point& p :
-       blue_noise(collection.spacing, Patch{body.bounds()}, room_inside(body), collection.all(), stream))
+  for (const Point& p : blue_noise(collection.spacing, Patch{body.bounds()}, room_inside(body),
+                                   collection.all(), stream, crew))
     collection.add(p);
 }
 
@@ -259,15 +259,15 @@ std::vector<Point> middles(const Body& body, const MotherPoints& points,
 }
 
 /// Blue noise on edges, in faces and in the interior.
-void generate(Collection& collection, const RandomStream& stream) {
+void generate(Collection& collection, const RandomStream& stream, Crew* crew) {
   const Body& body = collection.body;
   for (const Point& p : body.corners()) collection.add(p);
   std::uint64_t item = 0;
   for (const Edge& edge : body.edges())
     place_on_edge(collection, edge, stream.substream(on_edges).substream(item++));
   for (std::size_t id = 0; id < body.n_meshed_faces(); ++id)
-    place_in_face(collection, static_cast<FaceId>(id), stream.substream(in_faces).substream(id));
-  place_in_interior(collection, stream.substream(in_interior));
+    place_in_face(collection, static_cast<FaceId>(id), stream.substream(in_faces).substream(id), crew);
+  place_in_interior(collection, stream.substream(in_interior), crew);
 }
 
 /// A lower bound on the number of points, in the interior or in one face, from the coarsest spacing there:
@@ -323,7 +323,8 @@ namespace {
 
 /// @param bad the cells that stay bad; without any, the points are in their final order
 MotherPoints try_points(const Body& body, const input::Mesh& mesh, const RandomStream& stream,
-                        const std::function<void(double n_points)>& expects, std::vector<Tetrahedron>& bad) {
+                        const std::function<void(double n_points)>& expects, Crew* crew,
+                        std::vector<Tetrahedron>& bad) {
   const SpacingField spacing(body, mesh);
   Collection collection{body, spacing};
   if (mesh.points) {
@@ -333,7 +334,11 @@ MotherPoints try_points(const Body& body, const input::Mesh& mesh, const RandomS
       expects(checked_n_points(body, mesh));
     else if (most_n_points(body, spacing) > max_mother_points)
       checked_n_points(body, mesh);
-    generate(collection, stream);
+    const auto work = [&] { generate(collection, stream, crew); };
+    if (crew)
+      crew->run(mesh.regions, work);
+    else
+      work();
   }
   const double goal = mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality);
   MotherPoints& points = collection.points;
@@ -364,24 +369,33 @@ void refine(input::Mesh& mesh, const MotherPoints& points, const std::vector<Tet
   }
 }
 
+RandomStream stream_of(const input::Mesh& mesh, std::uint64_t seed, std::uint64_t sample, int attempt) {
+  if (mesh.base == input::Base::shared) return {seed, 0, "mother points"};
+  return {seed, sample, fmt::format("own mother points, attempt {}", attempt)};
+}
+
 }  // namespace
 
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
                                 const std::function<void(double n_points)>& expects, std::uint64_t sample,
-                                int attempt) {
-  const RandomStream stream =
-      mesh.base == input::Base::shared
-          ? RandomStream(seed, 0, "mother points")
-          : RandomStream(seed, sample, fmt::format("own mother points, attempt {}", attempt));
+                                int attempt, Crew* crew) {
+  const RandomStream stream = stream_of(mesh, seed, sample, attempt);
   input::Mesh finer = mesh;
   for (int n_refined = 0;; ++n_refined) {
     std::vector<Tetrahedron> bad;
-    MotherPoints points = try_points(body, finer, stream, expects, bad);
+    MotherPoints points = try_points(body, finer, stream, expects, crew, bad);
     if (bad.empty()) return points;
     if (mesh.points || n_refined == max_refinements || bad.size() > few_bad)
       refuse(body, points, mesh.min_quality, bad);
     refine(finer, points, bad);
   }
+}
+
+void help_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed, std::uint64_t sample,
+                        int attempt, Crew& crew) {
+  const SpacingField spacing(body, mesh);
+  Collection collection{body, spacing};
+  generate(collection, stream_of(mesh, seed, sample, attempt), &crew);
 }
 
 }  // namespace crackle::geometry

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "geometry/body.h"
+#include "geometry/crew.h"
 #include "geometry/point.h"
 #include "input/model.h"
 
@@ -79,11 +80,16 @@ double checked_n_points(const Body& body, const input::Mesh& mesh);
 /// tetrahedra that do not conform or fall below `min_quality` are moved.
 /// @param expects is called with the expected number of points before they are placed
 /// @param sample, attempt no effect unless mesh.base = "own"
+/// @param crew workers that help to place the points, of which this one leads; null: none
 /// @throws std::runtime_error naming the reason when the body cannot be meshed with this spacing and quality,
 ///   or would need more than 2e7 points
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
                                 const std::function<void(double n_points)>& expects = {},
-                                std::uint64_t sample = 0, int attempt = 0);
+                                std::uint64_t sample = 0, int attempt = 0, Crew* crew = nullptr);
+
+/// The part of the other workers of a crew, with the regions that Crew::run gives them. Collective over them.
+void help_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed, std::uint64_t sample,
+                        int attempt, Crew& crew);
 
 /// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks or
 /// commas; text after '#' and empty lines are skipped. A point within 1e-9 of the body's largest size of the

@@ -202,10 +202,15 @@ TEST(NearPairs, AreThoseOfAllPairsOnce) {
     for (std::size_t j = 0; j < i && j < n_movable; ++j)
       if (std::sqrt(squared_distance(points[i], points[j])) < (radius[i] + radius[j]) / 2)
         expected.push_back({j, i});
-  const NearPairs pairs = near_pairs(points, radius, n_movable);
-  for (std::size_t i = 0; i < points.size(); ++i)
-    for (std::size_t k = pairs.first[i]; k < pairs.first[i + 1]; ++k)
-      found.push_back({std::min(i, index(pairs.other[k])), std::max(i, index(pairs.other[k]))});
+  std::vector<std::int32_t> listed;
+  for (const auto& [begin, end] : {std::pair<std::size_t, std::size_t>{0, 130}, {130, 510}, {510, 600}}) {
+    const NearPairs pairs = near_pairs(points, radius, n_movable, begin, end);
+    listed.insert(listed.end(), pairs.other.begin(), pairs.other.end());
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t k = pairs.first[i - begin]; k < pairs.first[i - begin + 1]; ++k)
+        found.push_back({std::min(i, index(pairs.other[k])), std::max(i, index(pairs.other[k]))});
+  }
+  EXPECT_EQ(near_pairs(points, radius, n_movable, 0, points.size()).other, listed);
   std::ranges::sort(expected);
   std::ranges::sort(found);
   EXPECT_GT(found.size(), 1000u);
