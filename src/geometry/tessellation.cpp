@@ -31,10 +31,7 @@ struct CellInfo {
 };
 using CellBase = CGAL::Triangulation_cell_base_with_info_3<CellInfo, Kernel>;
 using DataStructure = CGAL::Triangulation_data_structure_3<VertexBase, CellBase>;
-struct Delaunay : CGAL::Delaunay_triangulation_3<Kernel, DataStructure> {
-  using Base = CGAL::Delaunay_triangulation_3<Kernel, DataStructure>;
-  using Base::side_of_oriented_sphere;
-};
+using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, DataStructure>;
 using CellHandle = Delaunay::Cell_handle;
 using VertexHandle = Delaunay::Vertex_handle;
 using Facet = Delaunay::Facet;
@@ -57,146 +54,6 @@ void sort4(Tetrahedron& t) {
   order(1, 2);
 }
 
-/// The cells that fill the hole left by a vertex inside a tessellation, found one by one behind the facets of
-/// its boundary (gift wrapping) in a third of the time that CGAL's own removal takes, which tessellates the
-/// neighbours anew.
-class HoleFilling {
-public:
-  /// @return false, with nothing changed, for vertices of the convex hull, for those with many neighbours,
-  /// and
-  ///   where the cells do not close the hole
-  bool remove(Delaunay& delaunay, VertexHandle vertex, std::vector<CellHandle>& made) {
-    hole_.clear();
-    delaunay.incident_cells(vertex, std::back_inserter(hole_));
-    if (!open_boundary(delaunay, vertex) || !fill(delaunay)) return false;
-    auto& structure = delaunay.tds();
-    for (const Corners& c : cells_) {
-      made.push_back(structure.create_cell(link_[c[0]], link_[c[1]], link_[c[2]], link_[c[3]]));
-      for (const std::uint8_t corner : c) link_[corner]->set_cell(made.back());
-    }
-    const auto cell_of = [&](const Side& side) {
-      return side.number < 0 ? side.outside : made[index(side.number)];
-    };
-    for (const auto& [one, other] : glued_)
-      structure.set_adjacency(cell_of(one), one.facet, cell_of(other), other.facet);
-    structure.delete_vertex(vertex);
-    structure.delete_cells(hole_.begin(), hole_.end());
-    return true;
-  }
-
-private:
-  static constexpr std::size_t most = 64;  ///< neighbours
-
-  using Corners = std::array<std::uint8_t, 4>;  ///< indices into link_
-  /// A facet as one of its cells sees it.
-  struct Side {
-    int number;  ///< of the cell among those that fill the hole; -1: `outside`
-    CellHandle outside;
-    int facet;
-  };
-  /// A facet whose cell on the side of the hole is not known.
-  struct Open {
-    Corners corner;  ///< of that cell, but for the one in `slot`
-    std::size_t slot;
-    Side side;           ///< the other one
-    std::uint64_t mask;  ///< a bit for each corner of the facet
-  };
-
-  static std::uint64_t mask_of(const Corners& corner, std::size_t slot) {
-    std::uint64_t mask = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-      if (i != slot) mask |= std::uint64_t{1} << corner[i];
-    return mask;
-  }
-
-  /// Index of a neighbour; `most` if there are too many.
-  std::size_t number_of(VertexHandle vertex) {
-    const auto found = std::ranges::find(link_, vertex);
-    if (found == link_.end() && link_.size() < most) {
-      link_.push_back(vertex);
-      return link_.size() - 1;
-    }
-    return found == link_.end() ? most : static_cast<std::size_t>(found - link_.begin());
-  }
-
-  bool open_boundary(const Delaunay& delaunay, VertexHandle vertex) {
-    link_.clear();
-    open_.clear();
-    for (const CellHandle cell : hole_) {
-      if (delaunay.is_infinite(cell)) return false;
-      const int own = cell->index(vertex);
-      const CellHandle outside = cell->neighbor(own);
-      Open facet{{}, index(own), {-1, outside, outside->index(cell)}, 0};
-      for (std::size_t i = 0; i < 4; ++i) {
-        if (i == facet.slot) continue;
-        const std::size_t number = number_of(cell->vertex(static_cast<int>(i)));
-        if (number == most) return false;
-        facet.corner[i] = static_cast<std::uint8_t>(number);
-      }
-      facet.mask = mask_of(facet.corner, facet.slot);
-      open_.push_back(facet);
-    }
-    return true;
-  }
-
-  bool fill(const Delaunay& delaunay) {
-    cells_.clear();
-    glued_.clear();
-    while (!open_.empty()) {
-      Open facet = open_.back();
-      open_.pop_back();
-      if (cells_.size() == 8 * most || !find_apex(delaunay, facet)) return false;
-      const int number = static_cast<int>(cells_.size());
-      cells_.push_back(facet.corner);
-      glued_.push_back({facet.side, {number, {}, static_cast<int>(facet.slot)}});
-      for (std::size_t i = 0; i < 4; ++i) {
-        if (i == facet.slot) continue;
-        const Side side{number, {}, static_cast<int>(i)};
-        const std::uint64_t mask = mask_of(facet.corner, i);
-        const auto met = std::ranges::find(open_, mask, &Open::mask);
-        if (met == open_.end()) {
-          Open next{facet.corner, i, side, mask};
-          // The opposite orientation.
-          std::swap(next.corner[(i + 1) % 4], next.corner[(i + 2) % 4]);
-          open_.push_back(next);
-        } else {
-          glued_.push_back({met->side, side});
-          *met = open_.back();
-          open_.pop_back();
-        }
-      }
-    }
-    return true;
-  }
-
-  /// The neighbour that makes a cell with an empty sphere.
-  bool find_apex(const Delaunay& delaunay, Open& facet) const {
-    std::array<const Kernel::Point_3*, 4> p{};
-    for (std::size_t i = 0; i < 4; ++i) p[i] = &link_[facet.corner[i]]->point();
-    bool is_found = false;
-    for (std::size_t i = 0; i < link_.size(); ++i) {
-      if ((facet.mask >> i & 1) != 0) continue;
-      const Kernel::Point_3& candidate = link_[i]->point();
-      if (is_found && delaunay.side_of_oriented_sphere(*p[0], *p[1], *p[2], *p[3], candidate, true) !=
-                          CGAL::ON_POSITIVE_SIDE)
-        continue;
-      auto q = p;
-      q[facet.slot] = &candidate;
-      if (CGAL::orientation(*q[0], *q[1], *q[2], *q[3]) != CGAL::POSITIVE) continue;
-      p = q;
-      facet.corner[facet.slot] = static_cast<std::uint8_t>(i);
-      is_found = true;
-    }
-    return is_found;
-  }
-
-  std::vector<CellHandle> hole_;
-  std::vector<VertexHandle> link_;  ///< the neighbours
-  std::vector<Open> open_;
-  std::vector<Corners> cells_;
-  std::vector<std::pair<Side, Side>> glued_;
-};
-
 /// A cell's shape; `quality` is the third power of the mean ratio.
 struct Rating {
   bool good;
@@ -214,7 +71,6 @@ struct Tessellation::Data {
   std::vector<std::uint8_t> on_surface;  // points stay on their surfaces
 
   std::int32_t lifted = -1;
-  HoleFilling hole_filling;
   std::vector<std::pair<CellHandle, Rating>> filling;  // cells created by lifting
   mutable std::uint32_t trial = 0;
   mutable std::vector<Facet> zone_boundary;
@@ -340,9 +196,7 @@ std::vector<std::int32_t> Tessellation::neighbours(std::int32_t node) const {
 void Tessellation::lift(std::int32_t node) {
   Data& data = *data_;
   std::vector<CellHandle> made;
-  const VertexHandle vertex = data.vertices[index(node)];
-  if (!data.hole_filling.remove(data.delaunay, vertex, made))
-    data.delaunay.remove_and_give_new_cells(vertex, std::back_inserter(made));
+  data.delaunay.remove_and_give_new_cells(data.vertices[index(node)], std::back_inserter(made));
   data.vertices[index(node)] = VertexHandle();
   data.lifted = node;
   data.filling.clear();

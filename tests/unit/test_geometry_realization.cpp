@@ -3,7 +3,6 @@
 #include "geometry/quality.h"
 #include "geometry/realization.h"
 #include "geometry/symmetry.h"
-#include "geometry/tessellation.h"
 
 #include "support/geometry_bodies.h"
 
@@ -54,43 +53,6 @@ std::vector<Case> cases() {
   list.back().mesh.regions = {testing::region({plane::unbounded, {0, 16}, {10, 14}}, 0.4),
                               testing::region({{{1, 2}, {5, 8}, {18, 22}}}, 0.25)};
   return list;
-}
-
-std::vector<Tetrahedron> cells_of(const Tessellation& tessellation) {
-  std::vector<Tetrahedron> cells = tessellation.content().tetrahedra;
-  for (Tetrahedron& cell : cells) std::ranges::sort(cell);
-  std::ranges::sort(cells);
-  return cells;
-}
-
-// A lattice has eight and more points on one sphere, among which the tessellation must always choose alike.
-TEST(Tessellation, DependsOnThePointsOnlyNotOnTheirMoves) {
-  const Body cube = body({4, 4, 4});
-  RandomStream stream(1, 0, "moves");
-  std::vector<Point> points;
-  for (int x = 0; x < 5; ++x)
-    for (int y = 0; y < 5; ++y)
-      for (int z = 0; z < 5; ++z) points.push_back({x * mm, y * mm, z * mm});
-  Tessellation tessellation(cube, points, 0.1);
-  std::vector<Tetrahedron> bad;
-  for (const double amplitude : {0.0, 0.3}) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (cube.movable(points[i]) != 7) continue;
-      tessellation.lift(static_cast<std::int32_t>(i));
-      std::vector<Point> others(tessellation.points().begin(), tessellation.points().end());
-      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-      auto expected = cells_of(Tessellation(cube, others, 0.1));
-      for (Tetrahedron& cell : expected)
-        for (std::int32_t& node : cell) node += index(node) >= i ? 1 : 0;
-      std::ranges::sort(expected);
-      EXPECT_EQ(cells_of(tessellation), expected) << i << ", " << amplitude;
-      Point moved = points[i];
-      for (double& coordinate : moved) coordinate += stream.uniform(-amplitude, amplitude) * mm;
-      tessellation.put(moved, bad);
-    }
-    const std::vector<Point> now(tessellation.points().begin(), tessellation.points().end());
-    EXPECT_EQ(cells_of(tessellation), cells_of(Tessellation(cube, now, 0.1))) << amplitude;
-  }
 }
 
 // Realizations are verified when they are made; this verifies them again, by other means if possible.
