@@ -309,6 +309,8 @@ std::optional<double> check_mesh_size(const input::Parameters& parameters, const
   return std::nullopt;
 }
 
+/// The worst tetrahedron of more is worse: from 300,000 to 2.6 million, of plates, by a tenth.
+constexpr double of_worse_shapes = 0.9;
 /// Steps may exceed the estimate of the stable one by its error.
 constexpr double error_of_stable_step = 1.2;
 
@@ -319,7 +321,7 @@ FirstSample estimated_subject(const input::Parameters& parameters, const geometr
   auto stand_in = ensemble::make_stand_in(parameters, n_nodes);
   auto realization = std::move(stand_in.realization);
   dynamics::StableStep stable = dynamics::stable_step(stand_in.parameters, realization);
-  stable.step /= stand_in.refinement;
+  stable.step *= of_worse_shapes / stand_in.refinement;
   const auto phase =
       ensemble::phase_work(parameters.time, stable.step * (parameters.time.step ? error_of_stable_step : 1));
   const double seconds =
