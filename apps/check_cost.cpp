@@ -60,9 +60,12 @@ std::string plan_text(const FirstSample& subject, const ensemble::SampleCost& co
   const auto& best = ensemble::recommended(plans);
   return fmt::format(
       "\nPlans for {} and {}, on cores as this one with messages of {:.3g} us and {:.3g} GB/s per rank:\n{}"
-      "recommended: ensemble.ranks_per_sample = {}\n{}",
+      "recommended: ensemble.ranks_per_sample = {}\n{}{}",
       count_text(n_ranks, "rank"), subject.samples_text(), 1e6 * network.latency, network.bandwidth / 1e9,
       aligned(table, 0, true), best.ranks,
+      plans.size() > 1 ? fmt::format("Of a shared sample METIS takes {}, on one core, to divide the mesh.\n",
+                                     duration_text(plans.back().division_seconds))
+                       : "",
       best.waits_for_master
           ? "One master is too slow to make meshes for so many groups: set ensemble.meshes = \"auto\".\n"
           : "");

@@ -18,7 +18,7 @@ namespace {
 constexpr double of_node = 6.263, of_triangle = -1.61;
 /// Tetrahedra computed twice or more, over (tetrahedra of a part)^(2/3); from the table of
 /// tests/benchmark/README.md.
-constexpr double of_surface = 6.6;
+constexpr double of_surface = 9;
 /// Smaller parts consist of surface.
 constexpr double least_known_part = 2000;
 constexpr std::array divisions{2, 8, 64, 512};

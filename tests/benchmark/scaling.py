@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How a sample scales on the ranks that share it: measured on this machine, foretold for a cluster.
 
-    scaling.py INPUT [--programs FOLDER] [--rounds N] [--json FILE] [--readme]
+    scaling.py INPUT [--programs FOLDER] [--seconds S] [--json FILE] [--readme]
     scaling.py --from JSON [--readme]
 
 Measured: the parts into which METIS divides a mesh; time steps on one and two ranks of one mesh (strong scaling) and of
@@ -57,10 +57,11 @@ def plans(text: str) -> dict:
             break
         rows.append(dict(zip(titles, re.split(r" {2,}", line.strip()))))
     return {"tetrahedra": float(head[1]), "for": network[1], "network": network[2], "plans": rows,
-            "recommended": int(re.search(r"ranks_per_sample = (\d+)", text)[1])}
+            "recommended": int(re.search(r"ranks_per_sample = (\d+)", text)[1]),
+            "division": re.search(r"METIS takes (.*), on one core", text)[1]}
 
 
-def measure(source: Path, programs: Path, folder: Path, n_rounds: int) -> dict:
+def measure(source: Path, programs: Path, folder: Path, seconds: float) -> dict:
     text = source.read_text(encoding="utf-8")
     files = {}
     for name, factor in (("once", 1), ("twice", 0.5 ** (1 / 3)), ("fine", FINE), ("finest", FINEST)):
@@ -70,9 +71,9 @@ def measure(source: Path, programs: Path, folder: Path, n_rounds: int) -> dict:
 
     def steps(name: str, n_ranks: int) -> dict:
         print(f"steps on {n_ranks} ranks, {name}", file=sys.stderr)
-        return json.loads(output_of([*mpirun(n_ranks, "core"), program, files[name], "--rounds", n_rounds]))
+        return json.loads(output_of([*mpirun(n_ranks, "core"), program, files[name], "--seconds", seconds]))
 
-    found = {"input": os.path.relpath(source, ROOT), "processor": processor(), "rounds": n_rounds}
+    found = {"input": os.path.relpath(source, ROOT), "processor": processor(), "seconds": seconds}
     found["steps"] = [{"mesh": name, **steps(name, n)} for name, n in (("once", 1), ("once", 2), ("fine", 1), ("fine", 2), ("twice", 2))]
     print("parts", file=sys.stderr)
     found["parts"] = json.loads(output_of([program, files["fine"], *PARTS]))
@@ -119,8 +120,9 @@ def plans_table(found: dict, every: int) -> str:
 def tables(found: dict) -> str:
     message = next(one for one in found["steps"] if one["latency"] > 0)
     return "\n".join([parts_table(found["parts"]), steps_table(found["steps"]), plans_table(found["large"], 2), plans_table(found["many"], 1)]) + f"""
-`{found['input']}` and the same with other spacings, {found['processor']}. Steps: least and median of {found['rounds']} rounds on a machine that others use, \
-too; one way of a message between two ranks took {1e6 * message['latency']:.2g} µs and {message['bandwidth'] / 1e9:.2g} GB/s. Foretold with {found['large']['network']}.
+`{found['input']}` and the same with other spacings, {found['processor']}. Steps: of short rounds for {found['seconds']:g} s on a machine that others use, \
+too; one way of a message between two ranks took {1e6 * message['latency']:.2g} µs and {message['bandwidth'] / 1e9:.2g} GB/s. Foretold with {found['large']['network']}; of the large mesh, METIS \
+takes {found['large']['division']} of each sample to divide it on one core. Memory grows with frames, here 11.
 """
 
 
@@ -128,7 +130,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="scaling.py", description=__doc__.splitlines()[0])
     parser.add_argument("input", type=Path, nargs="?")
     parser.add_argument("--programs", type=Path, default=ROOT / "build-benchmark" / "bin")
-    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--seconds", type=float, default=20, help="of steps, for each number of ranks")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--from", dest="stored", type=Path)
     parser.add_argument("--readme", action="store_true")
@@ -140,7 +142,7 @@ def main() -> int:
             found = json.loads(options.stored.read_text(encoding="utf-8"))
         else:
             with tempfile.TemporaryDirectory(prefix="crackle-scaling-") as folder:
-                found = measure(options.input.resolve(), options.programs.resolve(), Path(folder), options.rounds)
+                found = measure(options.input.resolve(), options.programs.resolve(), Path(folder), options.seconds)
     except (RunError, OSError, ValueError) as error:
         print(f"scaling.py: {error}", file=sys.stderr)
         return 1

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import copy
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -121,23 +122,23 @@ ranks per sample  groups  tetrahedra/rank  memory/root  memory/other       sampl
                1    1024        104000000      45.1 GB             -  25 h 10 min       100 %  25 h 15 min
                2     512         52100000      22.4 GB       22.2 GB  12 h 40 min        99 %  12 h 50 min  groups wait for meshes
 recommended: ensemble.ranks_per_sample = 2
+Of a shared sample METIS takes 3 min 20 s, on one core, to divide the mesh.
 """
 
 
 class Scaling(unittest.TestCase):
     def test_the_plans_are_read(self):
         found = scaling.plans(PLANS)
-        self.assertEqual((found["tetrahedra"], found["for"], found["network"], found["recommended"]),
-                         (1.04e8, "1025 ranks and 200 samples", "2 us and 1 GB/s per rank", 2))
+        self.assertEqual((found["tetrahedra"], found["for"], found["network"], found["recommended"], found["division"]),
+                         (1.04e8, "1025 ranks and 200 samples", "2 us and 1 GB/s per rank", 2, "3 min 20 s"))
         self.assertEqual([(row["groups"], row["memory/other"], row["sample"]) for row in found["plans"]],
                          [("1024", "-", "25 h 10 min"), ("512", "22.2 GB", "12 h 40 min")])
 
     def test_the_meshes_are_alike(self):
         text = (ROOT / "jobs/paper/clock-from-zero.toml").read_text(encoding="utf-8")
-        self.assertEqual(scaling.scaled(text, 1), with_keys(text, {"mesh.spacing": '"1 mm"', "mesh.notch_spacing": '"0.3 mm"', "mesh.growth": "0.03"}))
         fine = scaling.scaled(text, 0.5)
-        for line in ('spacing = "0.5 mm"', 'notch_spacing = "0.15 mm"', "growth = 0.015"):
-            self.assertIn(f"\n{line}\n", fine)
+        changed = set(fine.splitlines()) - set(text.splitlines())
+        self.assertEqual(changed, {'spacing = "0.5 mm"', 'notch_spacing = "0.15 mm"', "growth = 0.015"})
 
     def test_the_table_of_steps(self):
         steps = [{"mesh": mesh, "ranks": n, "tetrahedra": size, "step": step, "median": 2 * step, "check": step / 4, "exchange": step / 10}
