@@ -199,9 +199,10 @@ std::optional<SampleTime> print_cost(const FirstSample& subject, int phases, std
   } catch (const ensemble::NotMeasured& error) {
     fmt::print("not measured: {}\n", error.what());
   } catch (const std::runtime_error& error) {
-    // No sample uses the input's own values of random quantities.
-    if (parameters.random.empty()) throw;
-    fmt::print("not measured, with the input's own values: {}\n", error.what());
+    // No sample uses the input's own values of random quantities, or a coarser mesh.
+    if (parameters.random.empty() && !subject.stand_in) throw;
+    fmt::print("not measured, with {}: {}\n",
+               subject.stand_in ? "the coarser mesh" : "the input's own values", error.what());
   }
   return {};
 }
