@@ -120,10 +120,11 @@ void refuse(const std::vector<std::string>& failures) {
 /// Why one core cannot measure a sample here; empty if it can.
 std::optional<std::string> measuring_shortage(const FirstSample& subject,
                                               const ensemble::AvailableMemory& available) {
-  input::Parameters measured = subject.parameters;
+  input::Parameters measured = subject.of_realization();
   measured.output.frames = 0;  // no frames are stored
   const double needed =
-      ensemble::memory_demand(measured, subject.n_nodes(), subject.n_tetrahedra(), ensemble::one_group(1))
+      ensemble::memory_demand(measured, subject.n_nodes() / subject.ratio(),
+                              subject.n_tetrahedra() / subject.ratio(), ensemble::one_group(1))
           .root;
   return ensemble::shortage(needed, "measuring the cost", available);
 }
@@ -146,7 +147,7 @@ Estimate print_estimate(const input::Parameters& parameters, const CheckOptions&
   for (const std::string& warning : warnings) fmt::print("Warning: {}\n\n", warning);
   std::fflush(stdout);
   geometry::MotherPoints base;
-  const FirstSample subject = make_subject(parameters, *body, base);
+  const FirstSample subject = make_subject(parameters, *body, base, options.samples > 0);
   print_subject(subject, available,
                 options.crack_speed.empty() ? 0 : input::read_value(options.crack_speed, "m/s"));
   if (const auto shortage = measuring_shortage(subject, available)) {
@@ -154,11 +155,11 @@ Estimate print_estimate(const input::Parameters& parameters, const CheckOptions&
     return {};
   }
   Estimate estimate;
-  estimate.failures = try_samples(subject, base, options);
+  if (!subject.stand_in) estimate.failures = try_samples(subject, base, options);
   if (options.measure) {
     print_rest_outlook(subject);
     if (estimate.failures.empty()) estimate.time = print_cost(subject, options.phases, options.ranks);
-    if (estimate.time && options.samples == 0)
+    if (estimate.time && options.samples == 0 && !subject.stand_in)
       estimate.failures = try_scatter_at_start(subject, base, estimate.time->share_at_start);
   } else {
     fmt::print("\nNot measured: the load of the first break, time and core-hours.\n");
@@ -208,9 +209,9 @@ double core_hours(const input::Case& one, double seconds) {
 
 NamedValue cost_line(std::size_t number, const FirstSample& subject, double seconds, double hours) {
   return {fmt::format("case {}", number),
-          fmt::format("{} tetrahedra, {} steps, {:.0f} MB; sample {}, {:.3g} core-hours",
-                      subject.realization.tetrahedra.size(), subject.phase.grid.n_steps,
-                      subject.memory() / 1e6, duration_text(seconds), hours)};
+          fmt::format("{:.0f} tetrahedra, {} steps, {:.0f} MB; sample {}, {:.3g} core-hours",
+                      subject.n_tetrahedra(), subject.phase.grid.n_steps, subject.memory() / 1e6,
+                      duration_text(seconds), hours)};
 }
 
 /// Prints one line for each case of a sweep.
@@ -243,7 +244,7 @@ std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases
     try {
       const auto body = geometry::make_body(parameters);
       geometry::MotherPoints base;
-      const FirstSample subject = make_subject(parameters, *body, base);
+      const FirstSample subject = make_subject(parameters, *body, base, options.samples > 0);
       if (options.samples > 0) {
         fmt::print("\nCase {}: {}", i, to_string(cases[i].settings));
         for (const std::string& failure : try_samples(subject, base, options))

@@ -5,6 +5,7 @@
 #include "dynamics/stable_step.h"
 #include "ensemble/estimate.h"
 #include "ensemble/memory.h"
+#include "ensemble/stand_in.h"
 #include "geometry/body.h"
 #include "geometry/mother_points.h"
 #include "geometry/realization.h"
@@ -17,7 +18,7 @@
 /// Parts of `crackle check`.
 namespace crackle::apps {
 
-/// Sample 0 and its properties.
+/// Sample 0 and its properties; with a mesh that takes minutes to make, estimates of them.
 struct FirstSample {
   const input::Parameters& parameters;
   const geometry::Body& body;
@@ -25,9 +26,18 @@ struct FirstSample {
   double mesh_seconds;  ///< to make it, on one core
   dynamics::StableStep stable;
   ensemble::PhaseWork phase;
+  std::optional<ensemble::StandIn> stand_in = {};  ///< whose realization this is
 
-  double n_nodes() const { return static_cast<double>(realization.nodes.size()); }
-  double n_tetrahedra() const { return static_cast<double>(realization.tetrahedra.size()); }
+  double n_nodes() const {
+    return stand_in ? stand_in->n_nodes : static_cast<double>(realization.nodes.size());
+  }
+  double n_tetrahedra() const {
+    return stand_in ? stand_in->n_tetrahedra : static_cast<double>(realization.tetrahedra.size());
+  }
+  /// Tetrahedra of the sample over those of the realization.
+  double ratio() const { return n_tetrahedra() / static_cast<double>(realization.tetrahedra.size()); }
+  /// The input to which the realization belongs.
+  const input::Parameters& of_realization() const { return stand_in ? stand_in->parameters : parameters; }
   int n_samples() const { return parameters.ensemble.samples; }
   /// Memory of all ranks that share a sample [byte].
   double memory() const;
@@ -36,9 +46,10 @@ struct FirstSample {
 };
 
 /// @param base receives the shared mother points
+/// @param makes_mesh also if that takes minutes
 /// @throws std::runtime_error when there is too little memory for the mesh, or no mesh can be made
 FirstSample make_subject(const input::Parameters& parameters, const geometry::Body& body,
-                         geometry::MotherPoints& base);
+                         geometry::MotherPoints& base, bool makes_mesh);
 
 /// Prints what is known of sample 0 without computing it.
 /// @param crack_speed whose release speed is printed, too [m/s]; 0: none

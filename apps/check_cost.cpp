@@ -38,17 +38,34 @@ double forces_per_step(const ensemble::PhaseWork& phase) {
 
 /// Recommends the number of ranks per sample.
 std::string plan_text(const FirstSample& subject, const ensemble::SampleCost& cost, std::int64_t n_ranks) {
-  const auto plans = ensemble::make_plans(subject.realization, subject.parameters, cost, n_ranks);
-  TextTable table{{"ranks per sample", "groups", "tetrahedra/rank", "sample", "ensemble", ""}};
+  const ensemble::Network network;
+  const ensemble::PartSizes parts(subject.realization, subject.parameters.fracture.length,
+                                  ensemble::most_ranks_per_sample(subject.n_tetrahedra(), n_ranks),
+                                  subject.ratio());
+  const auto plans =
+      ensemble::make_plans(parts, subject.n_nodes(), subject.parameters, cost, n_ranks, network);
+  TextTable table{{"ranks per sample", "groups", "tetrahedra/rank", "memory/root", "memory/other", "sample",
+                   "efficiency", "ensemble", ""}};
+  const auto memory_text = [](double bytes) {
+    return bytes == 0    ? "-"
+           : bytes < 1e9 ? fmt::format("{:.0f} MB", bytes / 1e6)
+                         : fmt::format("{:.3g} GB", bytes / 1e9);
+  };
   for (const auto& plan : plans)
     table.push_back({fmt::to_string(plan.ranks), fmt::to_string(plan.groups), fmt::to_string(plan.tetrahedra),
-                     duration_text(plan.sample_seconds), duration_text(plan.wall_seconds),
+                     memory_text(plan.root_memory), memory_text(plan.memory),
+                     duration_text(plan.sample_seconds), fmt::format("{:.0f} %", 100 * plan.efficiency),
+                     duration_text(plan.wall_seconds),
                      plan.waits_for_master ? "groups wait for meshes" : ""});
   const auto& best = ensemble::recommended(plans);
   return fmt::format(
-      "\nPlans for {} and {}, without the exchange between ranks:\n{}"
-      "recommended: ensemble.ranks_per_sample = {}\n{}",
-      count_text(n_ranks, "rank"), subject.samples_text(), aligned(table, 0, true), best.ranks,
+      "\nPlans for {} and {}, on cores as this one with messages of {:.3g} us and {:.3g} GB/s per rank:\n{}"
+      "recommended: ensemble.ranks_per_sample = {}\n{}{}",
+      count_text(n_ranks, "rank"), subject.samples_text(), 1e6 * network.latency, network.bandwidth / 1e9,
+      aligned(table, 0, true), best.ranks,
+      plans.size() > 1 ? fmt::format("Of a shared sample METIS takes {}, on one core, to divide the mesh.\n",
+                                     duration_text(plans.back().division_seconds))
+                       : "",
       best.waits_for_master
           ? "One master is too slow to make meshes for so many groups: set ensemble.meshes = \"auto\".\n"
           : "");
@@ -89,7 +106,9 @@ std::string up_to_text(const ensemble::PhaseRange& phases, double seconds, const
 std::string cost_text(const FirstSample& subject, int phases, std::int64_t n_ranks, SampleTime& time) {
   const auto& parameters = subject.parameters;
   const auto measured =
-      ensemble::measure_cost(parameters, parameters.output.frames, subject.realization, measured_seconds);
+      ensemble::refined(ensemble::measure_cost(subject.of_realization(), parameters.output.frames,
+                                               subject.realization, measured_seconds),
+                        subject.ratio());
   const auto range =
       phases > 0 ? ensemble::PhaseRange{phases, phases} : ensemble::expected_phases(parameters);
   const double window = dynamics::arrest_window(parameters.time, parameters.specimen.size, measured.waves);
@@ -180,9 +199,10 @@ std::optional<SampleTime> print_cost(const FirstSample& subject, int phases, std
   } catch (const ensemble::NotMeasured& error) {
     fmt::print("not measured: {}\n", error.what());
   } catch (const std::runtime_error& error) {
-    // No sample uses the input's own values of random quantities.
-    if (parameters.random.empty()) throw;
-    fmt::print("not measured, with the input's own values: {}\n", error.what());
+    // No sample uses the input's own values of random quantities, or a coarser mesh.
+    if (parameters.random.empty() && !subject.stand_in) throw;
+    fmt::print("not measured, with {}: {}\n",
+               subject.stand_in ? "the coarser mesh" : "the input's own values", error.what());
   }
   return {};
 }
@@ -200,8 +220,8 @@ void print_rest_outlook(const FirstSample& subject) {
   if (parameters.time.start != input::Start::rest) return;
   Heartbeat heartbeat(notify);
   heartbeat.begin("judging the loads by their waves");
-  const auto outlook =
-      dynamics::rest_outlook(parameters, subject.realization, subject.n_tetrahedra() <= soon_solved);
+  const auto outlook = dynamics::rest_outlook(subject.of_realization(), subject.realization,
+                                              subject.n_tetrahedra() <= soon_solved);
   if (const auto waves = dynamics::wave_text(parameters.bulk_viscosity(), outlook.waves); !waves.empty())
     fmt::print("\nWith start = \"rest\", {}.\n", waves);
   if (const auto warning = dynamics::weak_load_warning(parameters.time, outlook); !warning.empty())

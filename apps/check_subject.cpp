@@ -30,6 +30,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -207,14 +208,20 @@ void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::
                 (start == input::Start::equilibrium ? ", counted from the first break on" : ""));
 }
 
-/// All quantities of sample 0 that need no measurement.
+/// What a mesh that is not made will have.
+Rows estimated_rows(const FirstSample& subject) {
+  return {
+      {"nodes", fmt::format("about {:.3g}", subject.n_nodes())},
+      {"tetrahedra", fmt::format("about {:.3g}", subject.n_tetrahedra())},
+      {"estimated", fmt::format("from a mesh of {} tetrahedra, with {:.3g} times the spacings; --samples 1 "
+                                "makes the input's own mesh and starts sample 0",
+                                subject.realization.tetrahedra.size(), subject.stand_in->refinement)}};
+}
+
+/// The mesh, and what follows from it.
 /// @param crack_speed as in print_subject
-Rows subject_rows(const FirstSample& subject, double available, double crack_speed) {
+Rows mesh_rows(const FirstSample& subject, double crack_speed) {
   const auto& parameters = subject.parameters;
-  const int n_ranks = parameters.ensemble.ranks_per_sample;
-  const double file =
-      ensemble::sample_file_size(parameters.output.frames, subject.n_nodes(), subject.n_tetrahedra());
-  const double all = subject.n_samples() * file + ensemble::ensemble_file_size(parameters, subject.n_nodes());
   Rows rows{
       {"nodes", fmt::format("{}", subject.realization.nodes.size())},
       {"tetrahedra", fmt::format("{} (worst quality {:.3f})", subject.realization.tetrahedra.size(),
@@ -243,20 +250,33 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
                                                                              parameters.mesh, subject.body),
                                                      "m") +
                                            " or more");
-  rows.emplace_back("stable step", quantity_text(subject.stable.step, "s"));
-  if (const auto& scaling = subject.stable.mass_scaling)
-    rows.emplace_back("mass scaling", dynamics::to_string(*scaling));
-  rows.insert(rows.end(),
-              {{"time step", quantity_text(subject.phase.grid.step, "s")},
-               {"steps", fmt::format("{} per dynamic phase", subject.phase.grid.n_steps)},
-               {"force evaluations", fmt::format("{} per dynamic phase", subject.phase.force_evaluations)},
-               {"memory", fmt::format("{:.0f} MB per sample, on {}; {:.3g} GB are available here",
-                                      subject.memory() / 1e6, count_text(n_ranks, "rank"), available / 1e9)},
-               {"output", fmt::format("{:.3g} MB per sample, {:.3g} MB for {}", file / 1e6, all / 1e6,
-                                      subject.samples_text())}});
   return rows;
 }
 
+/// All quantities of sample 0 that need no measurement.
+/// @param crack_speed as in print_subject
+Rows subject_rows(const FirstSample& subject, double available, double crack_speed) {
+  const auto& parameters = subject.parameters;
+  const double file =
+      ensemble::sample_file_size(parameters.output.frames, subject.n_nodes(), subject.n_tetrahedra());
+  const double all = subject.n_samples() * file + ensemble::ensemble_file_size(parameters, subject.n_nodes());
+  Rows rows = subject.stand_in ? estimated_rows(subject) : mesh_rows(subject, crack_speed);
+  rows.emplace_back("stable step",
+                    (subject.stand_in ? "about " : "") + quantity_text(subject.stable.step, "s"));
+  if (const auto& scaling = subject.stable.mass_scaling)
+    rows.emplace_back("mass scaling", dynamics::to_string(*scaling));
+  rows.insert(
+      rows.end(),
+      {{"time step", quantity_text(subject.phase.grid.step, "s")},
+       {"steps", fmt::format("{} per dynamic phase", subject.phase.grid.n_steps)},
+       {"force evaluations", fmt::format("{} per dynamic phase", subject.phase.force_evaluations)},
+       {"memory",
+        fmt::format("{:.0f} MB per sample, on {}; {:.3g} GB are available here", subject.memory() / 1e6,
+                    count_text(parameters.ensemble.ranks_per_sample, "rank"), available / 1e9)},
+       {"output", fmt::format("{:.3g} MB per sample, {:.3g} MB for {}", file / 1e6, all / 1e6,
+                              subject.samples_text())}});
+  return rows;
+}
 /// Lists conditions whose regions require a finer mesh than the rest of the input.
 std::string refining_regions_text(const input::Parameters& parameters) {
   std::string text;
@@ -271,17 +291,42 @@ constexpr double many_nodes = 1e6;
 
 /// Checks the memory for the mesh only, as the machine that computes the samples may have more memory, or
 /// more nodes; and announces a mesh that takes long to make, which a slip in a spacing causes.
-/// @throws std::runtime_error when there is too little memory
-void check_mesh_size(const input::Parameters& parameters, const geometry::Body& body) {
+/// @return its number of nodes if it takes long; empty: it is to be made
+/// @throws std::runtime_error when there is too little memory, or more points than a mesh may have
+std::optional<double> check_mesh_size(const input::Parameters& parameters, const geometry::Body& body,
+                                      bool makes_mesh) {
+  const double n_points = parameters.mesh.points ? 0 : geometry::checked_n_points(body, parameters.mesh);
+  const bool takes_long = n_points >= many_nodes;
+  if (takes_long) {
+    fmt::print("\nWarning: a mesh has about {:.2g} million nodes and takes minutes or more to make: {}\n\n",
+               n_points / 1e6, geometry::SpacingField(body, parameters.mesh).range_text());
+    std::fflush(stdout);
+  }
+  if (takes_long && !makes_mesh) return n_points;
   if (const auto message = ensemble::shortage(ensemble::expected_mesh_memory(parameters, body),
                                               "making the mesh", ensemble::available_memory()))
     throw std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
-  if (parameters.mesh.points) return;
-  const double n_points = geometry::estimate_n_points(body, parameters.mesh);
-  if (n_points < many_nodes) return;
-  fmt::print("\nWarning: a mesh has about {:.2g} million nodes and takes minutes or more to make: {}\n\n",
-             n_points / 1e6, geometry::SpacingField(body, parameters.mesh).range_text());
-  std::fflush(stdout);
+  return std::nullopt;
+}
+
+/// The worst tetrahedron of more is worse: from 300,000 to 2.6 million, of plates, by a tenth.
+constexpr double of_worse_shapes = 0.9;
+/// Steps may exceed the estimate of the stable one by its error.
+constexpr double error_of_stable_step = 1.2;
+
+FirstSample estimated_subject(const input::Parameters& parameters, const geometry::Body& body,
+                              double n_nodes) {
+  Heartbeat heartbeat(notify);
+  heartbeat.begin("making a coarser mesh");
+  auto stand_in = ensemble::make_stand_in(parameters, n_nodes);
+  auto realization = std::move(stand_in.realization);
+  dynamics::StableStep stable = dynamics::stable_step(stand_in.parameters, realization);
+  stable.step *= of_worse_shapes / stand_in.refinement;
+  const auto phase =
+      ensemble::phase_work(parameters.time, stable.step * (parameters.time.step ? error_of_stable_step : 1));
+  const double seconds =
+      stand_in.mesh_seconds * stand_in.n_nodes / static_cast<double>(realization.nodes.size());
+  return {parameters, body, std::move(realization), seconds, stable, phase, std::move(stand_in)};
 }
 
 }  // namespace
@@ -294,12 +339,13 @@ double FirstSample::memory() const {
 }
 
 FirstSample make_subject(const input::Parameters& parameters, const geometry::Body& body,
-                         geometry::MotherPoints& base) {
-  {
+                         geometry::MotherPoints& base, bool makes_mesh) {
+  const auto n_unmade = [&] {
     Heartbeat heartbeat(notify);
     heartbeat.begin("counting the mother points");
-    check_mesh_size(parameters, body);
-  }
+    return check_mesh_size(parameters, body, makes_mesh);
+  }();
+  if (n_unmade) return estimated_subject(parameters, body, *n_unmade);
   if (parameters.mesh.base == input::Base::shared)
     base = ensemble::make_base_points(body, parameters.mesh, parameters.seed, notify);
   const ThreadClock clock;

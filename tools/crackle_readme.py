@@ -19,6 +19,7 @@ BLOCKS = {
     "results": "jobs/results.md",  # crackle stats --columns
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
     "peers": "tests/benchmark/README.md",  # tools/benchmark --peers --readme
+    "scaling": "tests/benchmark/README.md",  # tools/benchmark --scaling --readme
     **{name: "jobs/verification/README.md" for name in ("verification", "interface", "nucleation", "solids", "fast")},  # jobs/verification/verify --readme
     # jobs/gallery/gallery --keep
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk", "twisted-rod",

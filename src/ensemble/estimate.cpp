@@ -3,8 +3,6 @@
 
 #include "dynamics/integrator.h"
 #include "dynamics/sample_run.h"
-#include "geometry/partition.h"
-#include "geometry/subdomain.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,10 +19,16 @@ constexpr double static_breaks_per_phase = 1.5;
 
 constexpr int phases_between_moved_grips = 10, phases_of_changing_stress = 60;
 
-constexpr int most_ranks_per_sample = 64;
-/// Tetrahedra of a part, of which exchange takes some 30 % of the time on one node; 6 to 10 % of 10,000
-/// (tests/benchmark/README.md).
-constexpr std::int64_t least_part = 2000;
+constexpr int most_ranks = 1024;
+/// Tetrahedra of a part, which computes as many of other parts (tests/benchmark/README.md).
+constexpr double least_part = 2000;
+
+// Of the static solver, from the plates of tests/benchmark/README.md.
+constexpr double forces_per_iteration = 8;  // in time, with the start of a solution
+constexpr double agreements_per_iteration = 5;
+// Of the coarse problem, which every rank solves: cells have a number of nodes, in large bodies more.
+constexpr double nodes_per_cell = 175, most_cells = 2700;
+constexpr double of_cell_pair = 2.4e-9;  // [s]
 
 /// Broken tetrahedra of a sample divided by (tetrahedra of the mesh)^(2/3), since cracks are surfaces.
 constexpr double breaks_per_section = 1.2;
@@ -45,7 +49,10 @@ constexpr double of_crossing = 36;
 PhaseWork phase_work(const input::Time& time, double stable_step) {
   const dynamics::TimeGrid grid = dynamics::choose_time_grid(time, stable_step);
   const double forces_per_step = dynamics::splitting(time.integrator).forces_per_step;
-  return {grid, static_cast<std::int64_t>(std::ceil(forces_per_step * static_cast<double>(grid.n_steps)))};
+  const auto drifts = std::ranges::count(dynamics::splitting(time.integrator).even,
+                                         dynamics::Stage::Kind::drift, &dynamics::Stage::kind);
+  return {grid, static_cast<std::int64_t>(std::ceil(forces_per_step * static_cast<double>(grid.n_steps))),
+          drifts * grid.n_steps, time.precision == input::Precision::mixed ? 12.0 : 24.0};
 }
 
 PhaseRange expected_phases(const input::Model& model) {
@@ -73,6 +80,14 @@ SampleWork sample_work(const input::Time& time, double arrest_window, int phases
           static_cast<int>(std::lround(solves))};
 }
 
+MeasuredCost refined(MeasuredCost cost, double ratio) {
+  // Equilibria take more iterations, as the ratio of lengths.
+  const double of_solves = std::pow(ratio, 4.0 / 3);
+  for (double* const linear : {&cost.setup, &cost.phase_start, &cost.step, &cost.n_nodes}) *linear *= ratio;
+  for (double* const solve : {&cost.first_solve, &cost.next_solve}) *solve *= of_solves;
+  return cost;
+}
+
 SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, const SampleWork& work,
                        double mesh) {
   SampleCost cost;
@@ -84,22 +99,47 @@ SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, con
   cost.quasi_static = measured.first_solve + work.solves * measured.next_solve;
   cost.setup = measured.setup;
   cost.mesh = mesh;
+
+  const auto n_steps = static_cast<double>(phase.grid.n_steps);
+  const double durations = measured.outlook.breaks ? work.full_durations : work.phases_unbroken;
+  const double force =
+      measured.step * n_steps / static_cast<double>(std::max<std::int64_t>(1, phase.force_evaluations));
+  const double iterations = force > 0 ? cost.quasi_static / (forces_per_iteration * force) : 0;
+  const double cells = std::min(most_cells, measured.n_nodes / nodes_per_cell);
+  cost.traffic.exchanges = durations * static_cast<double>(phase.exchanges) + iterations;
+  cost.traffic.bytes_per_ghost = phase.bytes_per_ghost;
+  cost.traffic.agreements = durations * n_steps * measured.agreements + agreements_per_iteration * iterations;
+  cost.traffic.repeated = std::min(cost.quasi_static, iterations * of_cell_pair * cells * cells);
   return cost;
 }
 
-std::vector<GroupPlan> make_plans(const geometry::Realization& realization, const input::Study& study,
-                                  const SampleCost& cost, std::int64_t ranks) {
-  const auto n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
+int most_ranks_per_sample(double n_tetrahedra, std::int64_t ranks) {
+  const double by_parts = std::max(1.0, n_tetrahedra / least_part);
+  return static_cast<int>(std::min({by_parts, static_cast<double>(std::max<std::int64_t>(1, ranks - 1)),
+                                    static_cast<double>(most_ranks)}));
+}
+
+std::vector<GroupPlan> make_plans(const PartSizes& parts, double n_nodes, const input::Study& study,
+                                  const SampleCost& cost, std::int64_t ranks, const Network& network) {
+  const double n_tetrahedra = parts.n_tetrahedra();
   const std::int64_t samples = study.ensemble.samples;
+  const double alone = cost.total() - cost.mesh;
   std::vector<GroupPlan> plans;
-  for (int q = 1; q <= std::clamp<std::int64_t>(ranks - 1, 1, most_ranks_per_sample); q *= 2) {
-    if (q > 1 && n_tetrahedra / q < least_part) break;
-    GroupPlan plan{.ranks = q, .groups = std::max<std::int64_t>(1, (ranks - 1) / q)};
-    for (const auto& part :
-         geometry::split(realization, geometry::partition(realization, q), study.fracture.length))
-      plan.tetrahedra = std::max<std::int64_t>(plan.tetrahedra, part.n_tetrahedra());
-    plan.sample_seconds =
-        (cost.total() - cost.mesh) * static_cast<double>(plan.tetrahedra) / static_cast<double>(n_tetrahedra);
+  for (int q = 1; q <= most_ranks_per_sample(n_tetrahedra, ranks); q *= 2) {
+    const LargestPart part = parts.of(q);
+    GroupPlan plan{.ranks = q,
+                   .groups = std::max<std::int64_t>(1, (ranks - 1) / q),
+                   .tetrahedra = std::llround(part.tetrahedra)};
+    const auto memory = memory_demand(study, n_nodes, n_tetrahedra,
+                                      make_group_layout(static_cast<int>(1 + plan.groups * q), q));
+    plan.root_memory = memory.root;
+    plan.memory = q > 1 ? memory.member : 0;
+    plan.division_seconds = part.seconds;
+    plan.message_seconds = cost.traffic.seconds(q, part, network);
+    const double repeated = q > 1 ? cost.traffic.repeated : 0;
+    plan.sample_seconds = (alone - repeated) * part.tetrahedra / n_tetrahedra + repeated +
+                          plan.message_seconds + plan.division_seconds;
+    plan.efficiency = alone / (q * plan.sample_seconds);
     const auto rounds = static_cast<double>((samples + plan.groups - 1) / plan.groups);
     const double computing = rounds * plan.sample_seconds + cost.mesh;
     const double meshing = static_cast<double>(samples) * cost.mesh + plan.sample_seconds;

@@ -3,6 +3,8 @@
 
 #include "dynamics/first_break_prediction.h"
 #include "dynamics/stable_step.h"
+#include "ensemble/memory.h"
+#include "ensemble/scaling.h"
 #include "fracture/material_field.h"
 #include "geometry/realization.h"
 #include "input/study.h"
@@ -34,6 +36,8 @@ PhaseRange expected_phases(const input::Model& model);
 struct PhaseWork {
   dynamics::TimeGrid grid{};
   std::int64_t force_evaluations = 0;
+  std::int64_t exchanges = 0;   ///< of ghost displacements, between ranks that share the sample
+  double bytes_per_ghost = 12;  ///< in an exchange
 };
 
 /// @param stable_step of the realization and the integrator [s]
@@ -66,7 +70,13 @@ struct MeasuredCost {
   double phase_start = 0;                  ///< overhead of a dynamic phase before its first step [s]
   double step = 0;           ///< one step of a dynamic phase: forces, breaking, energies and output [s]
   std::int64_t n_steps = 0;  ///< number of measured steps
+  double agreements = 0;     ///< of all ranks that share a sample, per step
+  double n_nodes = 0;        ///< of the mesh
 };
+
+/// The costs of the same body with so many times the tetrahedra, for the same ratio of time steps to
+/// spacings.
+MeasuredCost refined(MeasuredCost cost, double ratio);
 
 /// The time loop could not be measured. This does not imply that a sample would fail: the measured body is
 /// artificially weakened.
@@ -91,6 +101,7 @@ struct SampleCost {
   double quasi_static = 0;  ///< all equilibria
   double setup = 0;         ///< of the mechanics
   double mesh = 0;          ///< made by the master or the group's root
+  GroupTraffic traffic{};   ///< on more than one rank
   double total() const { return dynamic + quasi_static + setup + mesh; }
 };
 
@@ -99,20 +110,29 @@ SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, con
                        double mesh);
 
 /// How an ensemble runs with a number of ranks per sample. Ranks that share a sample take the time of the
-/// largest part; their exchange is not counted.
+/// largest part, and of messages that nothing hides.
 struct GroupPlan {
   int ranks = 1;                  ///< per sample
   std::int64_t groups = 0;        ///< that compute samples at the same time
-  std::int64_t tetrahedra = 0;    ///< of the largest part, halo included
+  std::int64_t tetrahedra = 0;    ///< of the largest part, those of other parts included
+  double root_memory = 0;         ///< of the rank that divides the mesh [byte]
+  double memory = 0;              ///< of each other rank of a group [byte]; 0 without any
+  double division_seconds = 0;    ///< to divide the mesh; part of sample_seconds
+  double message_seconds = 0;     ///< the same for messages
   double sample_seconds = 0;      ///< in a group, apart from its mesh
+  double efficiency = 1;          ///< of a group: seconds of one rank over those of all
   double wall_seconds = 0;        ///< of the ensemble
   bool waits_for_master = false;  ///< the groups use meshes faster than the master makes them
 };
 
-/// Plans for 1, 2, 4, ... ranks per sample, up to the number of ranks besides the master, at most 64, and as
-/// long as the parts are large enough for their exchange to take a small share of the time.
-std::vector<GroupPlan> make_plans(const geometry::Realization& realization, const input::Study& study,
-                                  const SampleCost& cost, std::int64_t ranks);
+/// Ranks per sample of the last plan: at most the ranks besides the master and 1024, and parts that do not
+/// consist of surface.
+int most_ranks_per_sample(double n_tetrahedra, std::int64_t ranks);
+
+/// Plans for 1, 2, 4, ... ranks per sample.
+/// @param parts of the mesh, for most_ranks_per_sample
+std::vector<GroupPlan> make_plans(const PartSizes& parts, double n_nodes, const input::Study& study,
+                                  const SampleCost& cost, std::int64_t ranks, const Network& network = {});
 
 /// The fastest plan; differences below 2 % are resolved in favour of fewer ranks per sample.
 const GroupPlan& recommended(std::span<const GroupPlan> plans);

@@ -27,6 +27,8 @@ constexpr double kinetic_share = 0.5;
 /// Strain energy at which cracks run, relative to that of a body at its strength everywhere: 0.02 in both
 /// inputs of jobs/. For bodies that start unloaded.
 constexpr double energy_of_running_cracks = 0.02;
+/// Of the ranks that share a sample.
+constexpr double agreements_per_poll = 3;
 
 class Measurement {
 public:
@@ -134,6 +136,8 @@ MeasuredCost measured_cost(const input::Model& model, int n_frames, const geomet
   Measurement measurement(model, n_frames, realization);
   cost.setup = setup.seconds();
   cost.waves = measurement.waves();
+  cost.n_nodes = static_cast<double>(realization.nodes.size());
+  cost.agreements = agreements_per_poll / dynamics::steps_per_poll + (model.any_contact() ? 1 : 0);
   if (!at_rest) measurement.measure_solves(cost);
   try {
     measurement.measure_phase(cost, seconds);

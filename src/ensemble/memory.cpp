@@ -3,6 +3,7 @@
 
 #include "common/real.h"
 #include "ensemble/realization_queue.h"
+#include "ensemble/scaling.h"
 #include "geometry/mother_points.h"
 #include "io/raster.h"
 #include "parallel/agreement.h"
@@ -25,17 +26,20 @@ namespace {
 
 // From the peak resident set on bodies of 24,000 to 10 million tetrahedra (tests/cli/test_memory.py) [byte].
 constexpr double libraries = 50e6;    // and the program, per rank
-constexpr double computed = 380;      // per tetrahedron computed by a rank: operators, solver, motion
+constexpr double computed = 393;      // per tetrahedron computed by a rank: operators, solver, motion
 constexpr double averaged = 150;      // additional, with averaged stress: neighbours, balls
+constexpr double followed = 37;       // additional, where cracks are followed: delays, tetrahedra at nodes
 constexpr double by_means = 20;       // additional, with nucleation by means around nodes: sums, marks
+constexpr double touching = 12;       // additional, with contact: surfaces
 constexpr double pushed = 75;         // additional, with each body force: weights, work, remainders
 constexpr double viscous = 85;        // additional, with bulk viscosity: coefficients, forces, remainders
+constexpr double repeated = 8;        // per node of the body, on each of several ranks: cells of the solver
 constexpr double kept = 30;           // per tetrahedron of a realization
 constexpr double made = 180;          // per tetrahedron of a realization being made or partitioned
 constexpr double placed = 240;        // per mother point that a rank helps to place
 constexpr double frame_kept = 24;     // per node of a frame
 constexpr double frame_written = 66;  // the same while the file is written, after the computation
-constexpr double tetrahedra_per_node = 5.5;  // of a Delaunay tessellation, including its surface
+constexpr double tetrahedra_per_node = 6;  // of a mesh that is large for its surface
 
 /// First number after `key` in a file of lines "key number ..."; empty if there is none.
 std::optional<double> number_after(const fs::path& file, const std::string& key) {
@@ -114,25 +118,28 @@ double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) 
 
 MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout) {
+  const bool by_mean = study.fracture_of(0).nucleates_by_means();
   const double each = computed + (study.fracture.length > 0 ? averaged : 0) +
-                      (study.fracture_of(0).nucleates_by_means() ? by_means : 0) +
+                      (by_mean || study.fracture_of(0).separates_nucleation() ? followed : 0) +
+                      (by_mean ? by_means : 0) + (study.any_contact() ? touching : 0) +
                       (study.bulk_viscosity().acts() ? viscous : 0) +
                       pushed * static_cast<double>(study.body_forces().size());
-  const double part = each * n_tetrahedra / layout.ranks_per_group;
+  const bool is_shared = layout.ranks_per_group > 1;
+  const double part =
+      each * compact_part(n_tetrahedra, layout.ranks_per_group) + (is_shared ? repeated * n_nodes : 0);
   const double frames = study.output.frames * n_nodes;
-  const double ahead =
-      std::min(static_cast<double>(most_bytes_ahead), (layout.n_groups + 1) * kept * n_tetrahedra);
+  const double ahead = queue_limits(layout.n_groups).most_held(kept * n_tetrahedra);
   const double start = libraries;
   MemoryDemand demand{};
   const bool is_placed = study.mesh.base == input::Base::shared && !study.mesh.points;
   demand.idle = start + (is_placed ? placed * n_nodes : 0);
   demand.member = std::max(start + part, demand.idle);
   demand.root = start + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
-  if (study.ensemble.meshes != input::MeshMakers::master)
+  if (is_shared || study.ensemble.meshes != input::MeshMakers::master)
     demand.root = std::max(demand.root, start + making(study.map, n_tetrahedra));
   const bool groups_make_all = study.ensemble.meshes == input::MeshMakers::groups;
   demand.master = groups_make_all ? start : start + making(study.map, n_tetrahedra) + ahead;
-  if (layout.shared()) demand.master = std::max(demand.master, demand.root + ahead);
+  if (layout.shared()) demand.master = std::max(start + making(study.map, n_tetrahedra), demand.root);
   return demand;
 }
 

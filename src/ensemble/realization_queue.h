@@ -3,6 +3,8 @@
 
 #include "geometry/realization.h"
 
+#include <algorithm>
+#include <cmath>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -42,14 +44,26 @@ PreparedSample prepare(const RealizationMaker& make, std::uint64_t sample);
 /// Size of a realization's arrays [byte].
 std::size_t size_in_bytes(const geometry::Realization& realization);
 
-/// Maximum size of the realizations made ahead of need [byte].
-inline constexpr std::size_t most_bytes_ahead = std::size_t{2} << 30;
+/// Maximum size of the realizations made ahead of need [byte]; a master of any number of groups on meshes of
+/// 300,000 tetrahedra thus takes less than 2 GB.
+inline constexpr std::size_t most_bytes_ahead = 1'500'000'000;
 
 /// Limits on the realizations made ahead of need.
 struct QueueLimits {
   std::size_t n_realizations = 2;
   std::size_t n_bytes = most_bytes_ahead;  ///< one realization is kept whatever its size
+
+  /// Most that a master holds of realizations of this size, the one that it hands out included [byte].
+  double most_held(double size) const {
+    const double ahead =
+        std::min(static_cast<double>(n_realizations), std::floor(static_cast<double>(n_bytes) / size));
+    return (std::max(1.0, ahead) + 1) * size;
+  }
 };
+/// So many realizations that all groups may ask at once while the next is made.
+inline QueueLimits queue_limits(int n_groups) {
+  return {.n_realizations = static_cast<std::size_t>(n_groups) + 1};
+}
 
 /// Makes realizations ahead of need, one at a time, in the order of `samples`, in its own thread, so that the
 /// master can serve requests while a mesh is being made. The thread makes no MPI calls and sleeps while the

@@ -324,8 +324,7 @@ void Run::suspended(const SampleReport& report) {
 }
 
 void Run::compute() {
-  schedule_samples(world_, layout_, to_do_, *this, *this,
-                   QueueLimits{.n_realizations = static_cast<std::size_t>(layout_.n_groups) + 1},
+  schedule_samples(world_, layout_, to_do_, *this, *this, queue_limits(layout_.n_groups),
                    parameters_.ensemble.meshes);
 }
 

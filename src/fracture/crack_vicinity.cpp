@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace crackle::fracture {
 
@@ -19,6 +20,16 @@ constexpr double reach_in_spacings = 1.5;
 bool is_at(const SquareEnd& end, const geometry::Point& place, double spacing) {
   return std::hypot(place[1] - end.place[0], place[2] - end.place[1]) <=
          end.half_height + reach_in_spacings * spacing;
+}
+
+/// The local number of a node of the realization, or -1.
+std::int32_t local_node(const parallel::NodeLayout& layout, std::int64_t number) {
+  const auto begin = layout.number.begin(), ghosts = begin + layout.n_owned;
+  for (const auto& [first, last] : {std::pair(begin, ghosts), std::pair(ghosts, layout.number.end())}) {
+    const auto place = std::lower_bound(first, last, number);
+    if (place != last && *place == number) return static_cast<std::int32_t>(place - begin);
+  }
+  return -1;
 }
 
 }  // namespace
@@ -63,8 +74,6 @@ CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, St
       at_crack_(body.subdomain().nodes.size(), 0) {
   if (by_means) means_.emplace(body, round_node_);
   const auto& subdomain = body.subdomain();
-  for (std::int32_t node = 0; node < subdomain.n_local(); ++node)
-    local_node_[subdomain.layout.number[index(node)]] = node;
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
     const auto middle = geometry::centroid(subdomain.nodes, subdomain.tetrahedra[index(t)]);
     if (std::ranges::any_of(ends,
@@ -75,6 +84,7 @@ CrackVicinity::CrackVicinity(const BreakableBody& body, Criterion& criterion, St
     if (subdomain.pre_crack[t] != 0 && subdomain.owned[t] != 0)
       arriving_.push_back({static_cast<std::int32_t>(t), -infinity});
   changed_.clear();
+  delays_.reserve(spacings.size());
   for (std::size_t t = 0; t < spacings.size(); ++t) {
     const auto number = static_cast<std::int32_t>(t);
     const double speed =
@@ -101,10 +111,10 @@ std::span<const std::int32_t> CrackVicinity::update(const parallel::Communicator
     return found;
   });
   for (const auto number : nodes) {
-    const auto node = local_node_.find(number);
-    if (node == local_node_.end() || at_crack_[index(node->second)] != 0) continue;
-    at_crack_[index(node->second)] = 1;
-    for (const auto t : round_node_[node->second]) reach(t);
+    const auto node = local_node(subdomain.layout, number);
+    if (node < 0 || at_crack_[index(node)] != 0) continue;
+    at_crack_[index(node)] = 1;
+    for (const auto t : round_node_[node]) reach(t);
   }
   std::ranges::sort(changed_);
   if (average_ != nullptr) average_->forget(changed_);

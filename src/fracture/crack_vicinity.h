@@ -16,7 +16,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 namespace crackle::fracture {
@@ -90,11 +89,10 @@ private:
   std::vector<double> delays_;  // of each local tetrahedron [s]
   mechanics::NodeTetrahedra round_node_;
   std::optional<NodalMeans> means_;
-  std::vector<std::uint8_t> reached_;                          // of each local tetrahedron: 1 at a crack
-  std::unordered_map<std::int64_t, std::int32_t> local_node_;  // by number in the realization
-  std::vector<std::uint8_t> at_crack_;                         // of each local node
-  std::size_t n_seen_ = 0;                                     // breaks counted by this rank
-  std::vector<Arriving> arriving_;                             // of these
+  std::vector<std::uint8_t> reached_;   // of each local tetrahedron: 1 at a crack
+  std::vector<std::uint8_t> at_crack_;  // of each local node
+  std::size_t n_seen_ = 0;              // breaks counted by this rank
+  std::vector<Arriving> arriving_;      // of these
   std::vector<std::int32_t> changed_;
 };
 

@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""tools/benchmark --peers without the other programs: its arguments, what it hands to them, and its table."""
+"""tools/benchmark --peers without the other programs, and --scaling: arguments, what they hand to programs, and tables."""
 from __future__ import annotations
 
 import argparse
 import copy
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,7 @@ sys.path[:0] = [str(ROOT / "tests" / "cli"), str(ROOT / "tests" / "benchmark"), 
 
 import command_lines  # noqa: E402
 import peers  # noqa: E402
+import scaling  # noqa: E402
 from crackle_readme import block  # noqa: E402
 from crackle_runs import with_keys  # noqa: E402
 
@@ -36,7 +38,8 @@ FIGURES = {
 class Peers(unittest.TestCase):
     def test_arguments_that_do_not_fit_are_refused_before_anything_is_built(self):
         for arguments, message in ((["--peers", "--samples", "3"], "--samples does not go with --peers"),
-                                   (["--readme"], "--readme needs --peers"), (["--peers", "--input", "none.toml"], "there is no file"),
+                                   (["--readme"], "--readme needs --peers or --scaling"),
+                                   (["--peers", "--scaling"], "--peers does not go with --scaling"), (["--peers", "--input", "none.toml"], "there is no file"),
                                    (["--peer"], "unknown argument '--peer'")):
             result = subprocess.run([ROOT / "tools" / "benchmark", *arguments], capture_output=True, text=True, check=False)
             self.assertEqual((result.returncode, result.stdout), (1, ""))
@@ -109,6 +112,48 @@ class Peers(unittest.TestCase):
         self.assertEqual(script.count("set region"), 4)
         self.assertIn(f"pair_coeff 2 3 {' '.join(map(str, lattice.coefficients('lps')))} {lattice.spacing / 2} ", script)
         self.assertLess(script.index("run 0\n"), script.index("run 10\n"))
+
+
+PLANS = """
+tetrahedra         = about 1.04e+08
+
+Plans for 1025 ranks and 200 samples, on cores as this one with messages of 2 us and 1 GB/s per rank:
+ranks per sample  groups  tetrahedra/rank  memory/root  memory/other       sample  efficiency     ensemble
+               1    1024        104000000      45.1 GB             -  25 h 10 min       100 %  25 h 15 min
+               2     512         52100000      22.4 GB       22.2 GB  12 h 40 min        99 %  12 h 50 min  groups wait for meshes
+recommended: ensemble.ranks_per_sample = 2
+Of a shared sample METIS takes 3 min 20 s, on one core, to divide the mesh.
+"""
+
+
+class Scaling(unittest.TestCase):
+    def test_the_plans_are_read(self):
+        found = scaling.plans(PLANS)
+        self.assertEqual((found["tetrahedra"], found["for"], found["network"], found["recommended"], found["division"]),
+                         (1.04e8, "1025 ranks and 200 samples", "2 us and 1 GB/s per rank", 2, "3 min 20 s"))
+        self.assertEqual([(row["groups"], row["memory/other"], row["sample"]) for row in found["plans"]],
+                         [("1024", "-", "25 h 10 min"), ("512", "22.2 GB", "12 h 40 min")])
+
+    def test_the_meshes_are_alike(self):
+        text = (ROOT / "jobs/paper/clock-from-zero.toml").read_text(encoding="utf-8")
+        fine = scaling.scaled(text, 0.5)
+        changed = set(fine.splitlines()) - set(text.splitlines())
+        self.assertEqual(changed, {'spacing = "0.5 mm"', 'notch_spacing = "0.15 mm"', "growth = 0.015"})
+
+    def test_the_table_of_steps(self):
+        steps = [{"mesh": mesh, "ranks": n, "tetrahedra": size, "step": step, "check": step / 4, "exchange": step / 10}
+                 for mesh, n, size, step in (("once", 1, 100, 1e-3), ("once", 2, 100, 0.6e-3), ("fine", 1, 1000, 1e-2), ("fine", 2, 1000, 0.5e-2),
+                                             ("twice", 2, 200, 1.25e-3))]
+        rows = [line.split("|")[1:-1] for line in scaling.steps_table(steps).splitlines()[2:]]
+        self.assertEqual([row[-2].strip() for row in rows], ["", "83 %", "", "100 %", "80 %"])
+        self.assertEqual([cell.strip() for cell in rows[1]], ["strong", "100", "2", "0.6 ms", "25 %", "83 %", "0.06 ms"])
+
+    def test_the_page_has_the_tables(self):
+        text = block("scaling")
+        self.assertEqual(len(re.findall(r"(?m)^\|[-|]+\|$", text)), 4)
+        # The law that the estimate of memory assumes (compact_part).
+        ghosts = [float(row.split("|")[5]) for row in text.splitlines() if row.startswith("|") and " kB |" in row]
+        self.assertEqual(len(ghosts), len(scaling.PARTS))
 
 
 if __name__ == "__main__":

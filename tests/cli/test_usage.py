@@ -181,7 +181,7 @@ class Usage(unittest.TestCase):
         with tempfile.TemporaryDirectory(prefix="crackle-cli-") as folder:
             (pathlib.Path(folder) / "plate.toml").write_text(text)
             result = invoke("check", "plate.toml", *arguments, cwd=folder)
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertEqual((result.returncode, re.sub(r".* s so far\n", "", result.stderr)), (0, ""))
         rows = result.stdout.split("The mesh of sample 0", 1)[1]
         return dict(re.findall(r"(?m)^([\w -]+?) += (.*)$", rows)), rows
 
@@ -235,13 +235,35 @@ class Usage(unittest.TestCase):
 
     def test_plans_reckon_with_what_was_measured(self):
         rows, text = self.check("--ranks", "5")
-        plan = re.search(r"(?m)^ +1 +4 +(\d+) +([\d.]+) s +([\d.]+) s$", text)
+        plan = re.search(r"(?m)^ +1 +4 +(\d+) +\d+ MB +- +([\d.]+) s +100 % +([\d.]+) s$", text)
         self.assertEqual(plan[1], rows["tetrahedra"].split()[0])
         sample, alone, ensemble = float(rows["sample"].split()[0]), float(plan[2]), float(plan[3])
         self.assertLess(alone, 1.1 * sample)  # the mesh is not the group's; both are measured
         self.assertGreater(alone, 0.7 * sample)
         self.assertAlmostEqual(ensemble / alone, 2, delta=0.5)  # two rounds of four
         self.assertRegex(text, r"(?m)^recommended: ensemble\.ranks_per_sample = [124]$")
+        self.assertRegex(text, r"(?m)^Plans for 5 ranks and 8 samples, on cores as this one with messages of 2 us and 1 GB/s per rank:$")
+        shared = re.search(r"(?m)^ +4 +1 +(\d+) +(\d+) MB +(\d+) MB +([\d.]+) s +(\d+) % ", text)
+        self.assertGreater(4 * int(shared[1]), int(plan[1]))
+        self.assertGreater(int(shared[2]), int(shared[3]))
+        self.assertLess(int(shared[5]), 100 * int(plan[1]) / (4 * int(shared[1])) + 1)
+
+    def test_a_mesh_of_a_hundred_million_tetrahedra_is_not_made(self):
+        """It is estimated from a coarser one."""
+        rows, text = self.check("--no-measure", spacing='"0.105 mm"', notch_spacing='"0.105 mm"', step='"auto"')
+        self.assertIn("takes minutes or more to make", text)
+        n = float(rows["tetrahedra"].removeprefix("about "))
+        self.assertGreater(n, 8e7)
+        self.assertLess(n, 1.2e8)
+        n_coarse, factor = re.match(r"from a mesh of (\d+) tetrahedra, with ([\d.]+) times the spacings; --samples 1 makes",
+                                    rows["estimated"]).groups()
+        self.assertAlmostEqual(float(factor), (n / int(n_coarse)) ** (1 / 3), delta=0.15 * float(factor))
+        step = float(re.fullmatch(r"about ([\d.]+) ns", rows["stable step"])[1])
+        self.assertGreater(step, 5)
+        self.assertLess(step, 40)
+        memory = float(rows["memory"].split()[0]) / (n / 1e6)
+        self.assertGreater(memory, 400)
+        self.assertLess(memory, 600)
 
     def test_step_over_the_stable_one_is_refused(self):
         with tempfile.TemporaryDirectory(prefix="crackle-cli-") as folder:

@@ -4,8 +4,10 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <stdexcept>
 #include <thread>
 
@@ -85,6 +87,51 @@ TEST(RealizationQueue, MakesOneAheadHoweverLargeItIs) {
   expect_settles(n_made, 1);
   take(queue);
   expect_settles(n_made, 2);
+}
+
+/// The most that a master holds while 1,000 groups take realizations as they come, all of them at first and
+/// then one after another: those ahead, the one being made, and the one being handed out.
+/// @param size of a realization's arrays [byte]; `scale` times as many in the test
+double most_held_for_many_groups(double size, double scale) {
+  constexpr int n_groups = 1000, n_samples = 2000;
+  QueueLimits limits = queue_limits(n_groups);
+  limits.n_bytes = static_cast<std::size_t>(scale * static_cast<double>(limits.n_bytes));
+  const auto n_nodes = static_cast<std::size_t>(scale * size / sizeof(geometry::Point));
+  std::atomic<int> n_begun = 0, n_gone = 0;
+  int most = 0;
+  RealizationQueue queue(
+      [&](std::uint64_t) {
+        ++n_begun;
+        return with_nodes(n_nodes);
+      },
+      std::vector<std::uint64_t>(n_samples), limits);
+  for (int i = 0; i < n_samples; ++i) {
+    // Later groups ask so seldom that the queue fills.
+    if (i >= n_groups && i % 100 == 0) std::this_thread::sleep_for(3ms);
+    most = std::max(most, n_begun - n_gone);
+    const auto prepared = take(queue);
+    most = std::max(most, n_begun - n_gone);
+    ++n_gone;
+  }
+  std::printf("%.3g MB each: at most %d held, %.3g GB\n", size / 1e6, most, most * size / 1e9);
+  EXPECT_LE(most * size, limits.most_held(scale * size) / scale * 1.01);
+  return most * size;
+}
+
+TEST(RealizationQueue, HoldsLessThanTwoGigabytesForAThousandGroups) {
+  constexpr double of_tetrahedron = 30;
+  const double held = most_held_for_many_groups(300e3 * of_tetrahedron, 1e-3);
+  EXPECT_LT(held, 1.6e9);
+  EXPECT_GT(held, 1e9) << "and makes use of them";
+  EXPECT_LE(most_held_for_many_groups(100e6 * of_tetrahedron, 1e-5), 2 * 100e6 * of_tetrahedron)
+      << "one ahead, one handed out";
+}
+
+TEST(QueueLimits, BoundWhatIsHeld) {
+  constexpr QueueLimits limits{.n_realizations = 10, .n_bytes = 1000};
+  EXPECT_EQ(limits.most_held(10), 110) << "ten ahead, and the one handed out";
+  EXPECT_EQ(limits.most_held(300), 1200) << "three ahead";
+  EXPECT_EQ(limits.most_held(5000), 10000) << "one is kept whatever its size";
 }
 
 TEST(RealizationQueue, FailureIsHandedOutWithItsReason) {

@@ -105,6 +105,28 @@ TEST(Estimate, ArrestedPhasesAndEquilibriaCount) {
   EXPECT_EQ(sample_work(parameters.time, arrest_window, 3).solves, 0);
 }
 
+TEST(Estimate, MessagesFollowStepsAndIterations) {
+  auto parameters = paper_like();
+  MeasuredCost measured;
+  measured.step = 3.5e-3;  // 1 ms for each force
+  measured.first_solve = 0.8;
+  measured.agreements = 3.0 / 32;
+  measured.n_nodes = 54'000;
+  const PhaseWork phase = phase_work(parameters.time, 40e-9);
+  EXPECT_EQ(phase.exchanges, 4 * 20000);
+  EXPECT_EQ(phase.bytes_per_ghost, 12);
+  const SampleWork work{.phases = 1, .full_durations = 2};
+  const GroupTraffic traffic = sample_cost(measured, phase, work, 0).traffic;
+  EXPECT_NEAR(traffic.exchanges, 2 * 80000 + 100, 1e-6) << "100 iterations of the solver";
+  EXPECT_NEAR(traffic.agreements, 2 * 20000 * 3 / 32 + 500, 1e-6);
+  EXPECT_GT(traffic.repeated, 0.01);
+  EXPECT_LT(traffic.repeated, 0.1);
+  parameters.time.integrator = input::Integrator::verlet;
+  parameters.time.precision = input::Precision::double_;
+  EXPECT_EQ(phase_work(parameters.time, 40e-9).exchanges, 20000);
+  EXPECT_EQ(phase_work(parameters.time, 40e-9).bytes_per_ghost, 24);
+}
+
 TEST(Estimate, CostIsTheSumOfItsParts) {
   const auto parameters = paper_like();
   MeasuredCost measured;
@@ -128,15 +150,23 @@ TEST(Estimate, CostIsTheSumOfItsParts) {
   EXPECT_DOUBLE_EQ(sample_cost(measured, phase, {.phases_unbroken = 1}, 1).total(), 6 + 20.25 + 1.5);
 }
 
+const geometry::Realization& bar() {
+  static const auto mesh =
+      test::make_box({.size = {0.005, 0.005, 0.05}, .cells = {10, 10, 100}, .disturbance = 0.2});
+  return mesh;
+}
+
 /// Plans of a bar of 60,000 tetrahedra.
 std::vector<GroupPlan> plans(std::int64_t ranks, int samples, double mesh = 0.07,
-                             input::MeshMakers makers = input::MeshMakers::automatic) {
-  static const auto bar =
-      test::make_box({.size = {0.005, 0.005, 0.05}, .cells = {10, 10, 100}, .disturbance = 0.2});
+                             input::MeshMakers makers = input::MeshMakers::automatic,
+                             const GroupTraffic& traffic = {}) {
+  static const PartSizes parts(bar(), 0, 64);
   input::Parameters parameters;
   parameters.ensemble.samples = samples;
   parameters.ensemble.meshes = makers;
-  return make_plans(bar, parameters, {.dynamic = 20, .quasi_static = 1.5, .setup = 0.5, .mesh = mesh}, ranks);
+  return make_plans(parts, static_cast<double>(bar().nodes.size()), parameters,
+                    {.dynamic = 20, .quasi_static = 1.5, .setup = 0.5, .mesh = mesh, .traffic = traffic},
+                    ranks);
 }
 
 TEST(Plans, ShareASampleByItsLargestPart) {
@@ -147,9 +177,34 @@ TEST(Plans, ShareASampleByItsLargestPart) {
   // Half of them and one layer of the halo.
   EXPECT_GE(all[1].tetrahedra, 30000);
   EXPECT_LE(all[1].tetrahedra, 32500);
-  EXPECT_DOUBLE_EQ(all[1].sample_seconds, 22 * static_cast<double>(all[1].tetrahedra) / 60000);
+  EXPECT_DOUBLE_EQ(all[1].sample_seconds,
+                   22 * static_cast<double>(all[1].tetrahedra) / 60000 + all[1].division_seconds);
   EXPECT_EQ(plans(1, 4).size(), 1U);
   EXPECT_EQ(plans(1000, 1).back().ranks, 16) << "smaller parts exchange rather than compute";
+}
+
+/// Of 20,000 steps with four exchanges each.
+TEST(Plans, MessagesAndWhatEveryRankRepeatsCost) {
+  constexpr GroupTraffic traffic{.exchanges = 8e4, .agreements = 2e3, .repeated = 0.5};
+  const auto free = plans(17, 200);
+  const auto all = plans(17, 200, 0.07, input::MeshMakers::automatic, traffic);
+  ASSERT_EQ(all.size(), 5U);
+  EXPECT_EQ(all[0].sample_seconds, 22) << "the estimate of one rank";
+  EXPECT_EQ(all[0].efficiency, 1);
+  EXPECT_EQ(all[0].memory, 0);
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    std::printf("%d ranks: %.3f s, of which %.3f s messages, efficiency %.2f\n", all[i].ranks,
+                all[i].sample_seconds, all[i].message_seconds, all[i].efficiency);
+    const double n = all[i].ranks;
+    EXPECT_LT(all[i].efficiency, all[i - 1].efficiency);
+    EXPECT_GT(all[i].message_seconds, traffic.exchanges * 2e-6);
+    const double share = static_cast<double>(all[i].tetrahedra) / 60000;
+    EXPECT_NEAR(all[i].sample_seconds, free[i].sample_seconds + all[i].message_seconds + 0.5 * (1 - share),
+                1e-4)
+        << "the number of tetrahedra is rounded";
+    EXPECT_DOUBLE_EQ(all[i].efficiency, 22 / (n * all[i].sample_seconds));
+    EXPECT_LT(all[i].memory, all[i].root_memory);
+  }
 }
 
 TEST(Plans, FewRanksForManySamplesManyRanksForFew) {
