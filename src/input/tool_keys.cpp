@@ -113,7 +113,7 @@ Key free_key() {
           }};
 }
 
-Key angular_velocity_key() {
+Key tool_angular_velocity_key() {
   const Dimension& dimension = angular_velocity_dimension;
   return {"angular_velocity",
           name_without_article(dimension),
@@ -280,7 +280,7 @@ Table tool_table() {
        motion_key(BoundaryKind::displacement, &Tool::displacement, "none", "prescribed").also_called({"u"}),
        motion_key(BoundaryKind::velocity, &Tool::velocity, "none", "prescribed; of a mass that at the start")
            .also_called({"v", "speed"}),
-       angular_velocity_key(),
+       tool_angular_velocity_key(),
        motion_key(BoundaryKind::force, &Tool::force, "none",
                   "on the tool; without a mass it keeps its place in dynamic phases")
            .also_called({"F", "load"}),

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a sample scales on the ranks that share it: measured on this machine, foretold for a cluster.
+"""How a sample scales on the ranks that share it: measured on this machine, predicted for a cluster.
 
     scaling.py INPUT [--programs FOLDER] [--seconds S] [--json FILE] [--readme]
     scaling.py --from JSON [--readme]
 
 Measured: the parts into which METIS divides a mesh; time steps on one and two ranks of one mesh (strong scaling) and of
-meshes in proportion to the ranks (weak). Foretold, by crackle check: a sample of 100 million tetrahedra, and 200 samples of INPUT
+meshes in proportion to the ranks (weak). Predicted, by crackle check: a sample of 100 million tetrahedra, and 200 samples of INPUT
 on 64 nodes. With --from the tables are those of stored figures; --readme writes them to the page of speeds.
 """
 from __future__ import annotations
@@ -111,9 +111,9 @@ def steps_table(found: list[dict]) -> str:
 
 
 def plans_table(found: dict, every: int) -> str:
-    """What check foretells, from one plan in so many."""
+    """What check predicts, from one plan in so many."""
     keys = ["ranks per sample", "groups", "tetrahedra/rank", "memory/root", "memory/other", "sample", "efficiency", "ensemble"]
-    title = f"foretold, {found['tetrahedra']:.3g} tetrahedra, {found['for']}: ranks per sample"
+    title = f"predicted, {found['tetrahedra']:.3g} tetrahedra, {found['for']}: ranks per sample"
     return markdown([title, *keys[1:]], [[row.get(key, "") for key in keys] for row in found["plans"][::every]])
 
 
@@ -121,7 +121,7 @@ def tables(found: dict) -> str:
     message = next(one for one in found["steps"] if one["latency"] > 0)
     return "\n".join([parts_table(found["parts"]), steps_table(found["steps"]), plans_table(found["large"], 2), plans_table(found["many"], 1)]) + f"""
 `{found['input']}` and the same with other spacings, {found['processor']}. Steps: medians of {found['seconds']:g} s on a machine that others use, \
-too, so that waits say little; one way of a message between two ranks took {1e6 * message['latency']:.2g} µs and {message['bandwidth'] / 1e9:.2g} GB/s. Foretold with {found['large']['network']}; of the large mesh, METIS \
+too, so that waits say little; one way of a message between two ranks took {1e6 * message['latency']:.2g} µs and {message['bandwidth'] / 1e9:.2g} GB/s. Predicted with {found['large']['network']}; of the large mesh, METIS \
 takes {found['large']['division']} of each sample to divide it on one core. Memory grows with frames, here 11.
 """
 

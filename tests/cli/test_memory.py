@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The memory and the files that crackle check foretells against what a sample takes, and bodies for which there is not
+"""The memory and the files that crackle check predicts against what a sample takes, and bodies for which there is not
 enough memory."""
 import os
 import pathlib

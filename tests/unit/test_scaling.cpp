@@ -58,7 +58,7 @@ TEST(PartSizes, EfficiencyFallsWithTheNumberOfParts) {
   }
 }
 
-/// A coarse mesh foretells the parts of a finer one.
+/// A coarse mesh predicts the parts of a finer one.
 TEST(PartSizes, OfAFinerMesh) {
   const auto fine = cube(32);
   const auto coarse = cube(16);
