@@ -31,6 +31,8 @@ constexpr double largest_margin = 0.5;
 /// all than that.
 constexpr double share_of_fast = 0.25;
 constexpr double largest_share_of_nodes = 1.0 / 256;
+/// A margin lasts for at least half as many looks of nodes that become that fast.
+constexpr double looks_per_margin = 4;
 /// Nodes may move this many times faster from one look to the next than at the look.
 constexpr double largest_speedup = 2;
 /// A node keeps its face up to this far beyond the edges, see found_beyond.
@@ -528,14 +530,16 @@ void ContactTerm::find_farthest() {
   for (std::size_t n = 0; n < dissipated_.size(); ++n)
     farthest[is_fast_[n]] = std::max(farthest[is_fast_[n]], dot(work_[n], work_[n]));
   parallel::all_reduce(*context_.group, farthest, MPI_MAX);
-  for (std::size_t p = 0; p < paces_.size(); ++p) paces_[p].farthest = std::sqrt(farthest[p]);
+  // The second pace bounds all nodes, for those of a meeting may be of both kinds.
+  paces_[0].farthest = std::sqrt(farthest[0]);
+  paces_[1].farthest = std::sqrt(std::max(farthest[0], farthest[1]));
 }
 
 /// Finds the fast nodes, so that the pairs of all others need not last for their ways. Collective.
 void ContactTerm::find_fast() {
   const parallel::Communicator& group = *context_.group;
   const parallel::NodeLayout& layout = context_.body->subdomain().layout;
-  const double limit = share_of_fast * std::max(paces_[0].farthest, paces_[1].farthest);
+  const double limit = share_of_fast * paces_[1].farthest;
   const auto is_fast = [&](std::size_t n) { return dot(work_[n], work_[n]) > limit * limit; };
   std::int64_t n_fast = 0;
   for (std::size_t n = 0; n < dissipated_.size(); ++n) n_fast += is_fast(n) ? 1 : 0;
@@ -574,14 +578,16 @@ void ContactTerm::search(MovingNodes& nodes) {
     find_fast();
     for (Pace& pace : paces_) pace.moved = 0;
   }
-  for (Pace& pace : paces_) pace.reach = pace.moved + largest_speedup * steps_per_look * pace.farthest;
+  // Any node may be thrown off and become as fast as the fastest.
+  const double next_look = largest_speedup * steps_per_look * paces_[1].farthest;
+  for (Pace& pace : paces_) pace.reach = pace.moved + next_look;
   if (are_found) {
     find_gaps(nodes);
     return;
   }
   for (Pace& pace : paces_)
-    pace.margin = std::clamp(steps_per_search * pace.farthest, least_margin * scale_.spacing,
-                             largest_margin * scale_.spacing);
+    pace.margin = std::clamp(std::max(steps_per_search * pace.farthest, looks_per_margin * next_look),
+                             least_margin * scale_.spacing, largest_margin * scale_.spacing);
   for (std::size_t n = 0; n < work_.size(); ++n)
     work_[n] = nodes.whole_displacement(static_cast<std::int32_t>(n));
   parallel::agree(group, [&] {

@@ -97,6 +97,13 @@ private:
     Vector at_start;
     Vector now{};
   };
+  /// How far nodes get: most of them, or all, with the few that are much faster, such as splinters.
+  struct Pace {
+    double margin = 0;    // of the search [m]
+    double moved = 0;     // since the search, at most, as far as is known [m]
+    double reach = 0;     // from there until the next look [m]
+    double farthest = 0;  // in the last step, of all ranks [m]
+  };
   /// A node relative to a face.
   struct Position {
     Vector normal;
@@ -156,17 +163,10 @@ private:
   std::vector<Meeting> meetings_;
   std::optional<parallel::GhostExchange<std::array<double, 3>>> exchange_;
   std::int64_t n_steps_ = 0;
-  /// How far nodes get: most of them, or the few that are much faster, such as splinters.
-  struct Pace {
-    double margin = 0;    // of the search [m]
-    double moved = 0;     // since the search, at most, as far as is known [m]
-    double reach = 0;     // from there until the next look [m]
-    double farthest = 0;  // in the last step, of all ranks [m]
-  };
-  std::array<Pace, 2> paces_{};             // of most nodes and of the fast ones
-  std::vector<std::int64_t> fast_;          // the latter, of all ranks, ascending
-  std::vector<std::uint8_t> is_fast_;       // each local node
-  std::vector<std::size_t> awake_;          // their places in meetings_, ascending
+  std::array<Pace, 2> paces_{};        // of most nodes and of all
+  std::vector<std::int64_t> fast_;     // the nodes that only the latter bounds, of all ranks, ascending
+  std::vector<std::uint8_t> is_fast_;  // each local node
+  std::vector<std::size_t> awake_;  // places in meetings_ of those that may have contact before the next look
   std::vector<std::size_t> awake_corners_;  // the places of their nodes in corners_
   std::vector<std::uint8_t> is_awake_;      // of each corner
 };

@@ -188,6 +188,7 @@ private:
       motion_.read(state_);
       motion_.end_loads(load_time(), *nodes, state_);
       loads.end_loads(group_, *nodes);
+      end_.note_new_conditions();
     }
     begin_steps();
   }

@@ -46,7 +46,7 @@ PartingWatch::PartingWatch(const parallel::Communicator& group, const fracture::
     is_loaded_.resize(subdomain.nodes.size());
     node_place_.assign(subdomain.nodes.size(), -1);
     place_.assign(index(subdomain.n_tetrahedra()), -1);
-    noted_.resize(index(subdomain.n_tetrahedra()));
+    released_.resize(index(subdomain.n_tetrahedra()));
     for (const auto& pattern : loads.forces)
       if (!pattern.is_body_force)
         for (const auto node : pattern.nodes) is_loaded_[index(node)] = 1;
@@ -59,18 +59,20 @@ PartingWatch::PartingWatch(const parallel::Communicator& group, const fracture::
   small_ = separated_share * std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 
-void PartingWatch::note(std::span<const std::int32_t> changed) {
-  for (const auto t : changed) {
-    const mechanics::EdgeSet released = body_->residual_stiffness().released(t);
-    if (std::exchange(noted_[index(t)], released) != released && body_->subdomain().owned[index(t)] != 0)
-      changed_.push_back(t);
-  }
-}
-
 bool PartingWatch::may_have_parted() {
-  const auto changed = std::exchange(changed_, {});
-  return std::exchange(is_first_, false) ||
-         std::ranges::any_of(changed, [this](std::int32_t t) { return may_have_parted(t); });
+  const auto now = [this](std::int32_t t) { return body_->residual_stiffness().released(t); };
+  auto changed = std::exchange(changed_, {});
+  if (!std::exchange(is_known_, true)) {
+    for (std::size_t t = 0; t < released_.size(); ++t) released_[t] = now(static_cast<std::int32_t>(t));
+    return true;
+  }
+  // In one order on all ranks. Local numbers ascend with those in the realization.
+  std::ranges::sort(changed);
+  bool may_have_parted = false;
+  for (const auto t : changed)
+    if (std::exchange(released_[index(t)], now(t)) != now(t) && body_->subdomain().owned[index(t)] != 0)
+      may_have_parted = may_have_parted || this->may_have_parted(t);
+  return may_have_parted;
 }
 
 bool PartingWatch::may_have_parted(std::int32_t tetrahedron) {
@@ -102,18 +104,24 @@ void PartingWatch::find_patch(std::int32_t tetrahedron) {
 /// and no condition acts on the others.
 bool PartingWatch::are_faces_connected() const {
   const auto& neighbours = body_->face_neighbours();
+  const auto released = [this](std::int32_t t) { return released_[index(t)]; };
   DisjointSets sets(patch_.size());
   std::vector<std::uint8_t> has_link(patch_.size());
   for (std::size_t i = 0; i < patch_.size(); ++i)
     for (std::size_t corner = 0; corner < 4; ++corner) {
-      if (!fracture::is_connected_across(*body_, patch_[i], corner)) continue;
+      if (!fracture::is_connected_across(*body_, patch_[i], corner, released)) continue;
       has_link[i] = 1;
       if (const auto other = place_[index(neighbours[index(patch_[i])][corner])]; other >= 0)
         sets.join(i, index(other));
     }
   std::vector<std::size_t> members{0};
-  for (const auto neighbour : neighbours[index(patch_.front())])
-    if (neighbour >= 0) members.push_back(index(place_[index(neighbour)]));
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    const std::int32_t neighbour = neighbours[index(patch_.front())][corner];
+    if (neighbour >= 0)
+      members.push_back(index(place_[index(neighbour)]));
+    else if (!owns_any(patch_.front(), corner))
+      return false;  // another rank may hold the neighbour
+  }
   const bool is_any_loaded =
       std::ranges::any_of(members, [&](std::size_t i) { return has_link[i] == 0 && is_loaded(patch_[i]); });
   return !is_any_loaded && are_together(sets, members, [&](std::size_t i) { return has_link[i] != 0; });
@@ -128,7 +136,7 @@ bool PartingWatch::are_nodes_connected() const {
   DisjointSets sets(nodes_.size());
   std::vector<std::uint8_t> is_at_border(nodes_.size());
   for (const auto t : patch_) {
-    const mechanics::EdgeSet released = body_->residual_stiffness().released(t);
+    const mechanics::EdgeSet released = released_[index(t)];
     for (std::size_t k = 0; k < 6; ++k) {
       const auto [a, b] = geometry::dual_facet_nodes[k];
       if (((released >> k) & 1) == 0) sets.join(place(t, a), place(t, b));
@@ -156,6 +164,14 @@ bool PartingWatch::are_nodes_connected() const {
 bool PartingWatch::is_loaded(std::int32_t tetrahedron) const {
   return std::ranges::any_of(body_->subdomain().tetrahedra[index(tetrahedron)],
                              [this](std::int32_t node) { return is_loaded_[index(node)] != 0; });
+}
+
+/// True if this rank owns a node of the face opposite a corner.
+bool PartingWatch::owns_any(std::int32_t tetrahedron, std::size_t corner) const {
+  const auto& subdomain = body_->subdomain();
+  for (std::size_t a = 0; a < 4; ++a)
+    if (a != corner && subdomain.tetrahedra[index(tetrahedron)][a] < subdomain.layout.n_owned) return true;
+  return false;
 }
 
 /// True for a node that this rank sees whole and on which no condition acts.

@@ -20,11 +20,16 @@ public:
                const mechanics::Conditions& loads);
 
   /// Notes local tetrahedra whose stiffness has changed. Local.
-  void note(std::span<const std::int32_t> changed);
+  void note(std::span<const std::int32_t> changed) {
+    changed_.insert(changed_.end(), changed.begin(), changed.end());
+  }
 
-  /// True at the first call, or if the tetrahedra noted since the last one, as far as this rank counts them,
-  /// may have parted the body: by faces or by edges, and other than into pieces of less than separated_share
-  /// of the volume on which no condition acts. Local.
+  /// The next answer is true: more may have changed than was noted, such as the conditions. Local.
+  void forget() { is_known_ = false; }
+
+  /// False if it is certain, as far as this rank counts the tetrahedra noted since the last call, that these
+  /// have parted the body neither by faces nor by edges, unless into pieces on which no condition acts, each
+  /// of less than separated_share of this rank's volume. True at the first call. Local.
   bool may_have_parted();
 
 private:
@@ -33,14 +38,17 @@ private:
   bool are_faces_connected() const;
   bool are_nodes_connected() const;
   bool is_loaded(std::int32_t tetrahedron) const;
+  bool owns_any(std::int32_t tetrahedron, std::size_t corner) const;
   bool may_come_off(std::int32_t node) const;
 
   const fracture::BreakableBody* body_;
-  std::vector<std::uint8_t> is_loaded_;    // each local node
-  std::vector<mechanics::EdgeSet> noted_;  // released edges of each local tetrahedron
+  std::vector<std::uint8_t> is_loaded_;  // each local node
+  /// Released edges of each local tetrahedron: between two answers those of the last one; during an answer
+  /// the changes are made one after the other, so that each is judged by what the ones before have left.
+  std::vector<mechanics::EdgeSet> released_;
   std::vector<std::int32_t> changed_;
-  double small_;  // volume below which a piece does not count [m^3]
-  bool is_first_ = true;
+  double small_;                     // volume below which a piece does not count [m^3]
+  bool is_known_ = false;            // released_
   std::vector<std::int32_t> patch_;  // tetrahedra close to one, which comes first
   std::vector<std::int32_t> nodes_;  // their nodes, its own first
   // Of each local tetrahedron and node, its place among them; -1: none.

@@ -15,7 +15,7 @@ namespace crackle::dynamics {
 /// duration. Steps of the last break must be agreed, so that all ranks decide alike.
 class PhaseEnd {
 public:
-  /// The context's members and the options must outlive the object.
+  /// Collective. The context's members and the options must outlive the object.
   PhaseEnd(const MotionContext& context, const PhaseOptions& options);
 
   /// The step at which the phase ends at the latest.
@@ -29,6 +29,8 @@ public:
   bool must_check_separation(std::int64_t step, std::int64_t last_break) const;
   /// Notes local tetrahedra whose stiffness has changed. Local.
   void note(std::span<const std::int32_t> changed) { watch_.note(changed); }
+  /// Notes that the conditions have changed. Local, on every rank.
+  void note_new_conditions() { watch_.forget(); }
   /// Looks at the pieces only if the changes since the last check may have parted what matters. Collective;
   /// does not call check_peers() after.
   /// @param labels of the pieces, see fracture::piece_labels(); collective

@@ -16,16 +16,6 @@ namespace crackle::fracture {
 
 namespace {
 
-/// True if all edges of the face opposite to a corner carry load.
-bool carries_face(mechanics::EdgeSet released, std::size_t corner) {
-  if (released == mechanics::no_edge) return true;
-  for (std::size_t k = 0; k < 6; ++k) {
-    const auto [a, b] = geometry::dual_facet_nodes[k];
-    if (a != corner && b != corner && ((released >> k) & 1) != 0) return false;
-  }
-  return true;
-}
-
 /// Joins the parts of pieces on several ranks: maps each label to the smallest one of its piece. Collective.
 std::unordered_map<std::int64_t, std::int64_t> joined_labels(const parallel::Communicator& group,
                                                              const geometry::Subdomain& subdomain,
@@ -57,6 +47,15 @@ std::unordered_map<std::int64_t, std::int64_t> joined_labels(const parallel::Com
 }
 
 }  // namespace
+
+bool carries_face(mechanics::EdgeSet released, std::size_t corner) {
+  if (released == mechanics::no_edge) return true;
+  for (std::size_t k = 0; k < 6; ++k) {
+    const auto [a, b] = geometry::dual_facet_nodes[k];
+    if (a != corner && b != corner && ((released >> k) & 1) != 0) return false;
+  }
+  return true;
+}
 
 std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, const BreakableBody& body) {
   const auto& subdomain = body.subdomain();
@@ -98,27 +97,18 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
   return label;
 }
 
-bool is_connected_across(const BreakableBody& body, std::int32_t tetrahedron, std::size_t corner) {
-  const auto& neighbours = body.face_neighbours();
-  const std::int32_t other = neighbours[index(tetrahedron)][corner];
-  if (other < 0 || !carries_face(body.residual_stiffness().released(tetrahedron), corner)) return false;
-  const mechanics::EdgeSet released = body.residual_stiffness().released(other);
-  if (released == mechanics::no_edge) return true;
-  const auto& back = neighbours[index(other)];
-  return carries_face(released, index(std::ranges::find(back, tetrahedron) - back.begin()));
-}
-
 std::vector<std::int64_t> face_piece_labels(const parallel::Communicator& group, const BreakableBody& body) {
   const auto& subdomain = body.subdomain();
   const auto& stiffness = body.residual_stiffness();
   std::vector<std::int64_t> label = parallel::agree(group, [&] {
     const auto& neighbours = body.face_neighbours();
     DisjointSets pieces(neighbours.size());
+    const auto released = [&](std::int32_t t) { return stiffness.released(t); };
     for (std::size_t t = 0; t < neighbours.size(); ++t)
       for (std::size_t corner = 0; corner < 4; ++corner)
         if (const std::int32_t other = neighbours[t][corner];
             other > static_cast<std::int32_t>(t) &&
-            is_connected_across(body, static_cast<std::int32_t>(t), corner))
+            is_connected_across(body, static_cast<std::int32_t>(t), corner, released))
           pieces.join(t, index(other));
     std::vector<std::int64_t> labels;
     labels.reserve(neighbours.size());
