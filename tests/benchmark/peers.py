@@ -20,6 +20,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -422,6 +423,26 @@ differences in Python, internal force by the faster of products and assembled ve
 """
 
 
+def tell(block: str, options: argparse.Namespace, measure: Callable[[Path], dict], tables: Callable[[dict], str]) -> int:
+    """Tells figures, measured in a folder or stored before, where the options want them; the exit status."""
+    try:
+        if options.stored is not None:
+            figures = json.loads(options.stored.read_text(encoding="utf-8"))
+        else:
+            with tempfile.TemporaryDirectory(prefix=f"crackle-{block}-") as folder:
+                figures = measure(Path(folder))
+    except (RunError, OSError, ValueError) as error:
+        print(f"{block}.py: {error}", file=sys.stderr)
+        return 1
+    if options.json is not None:
+        options.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+    text = tables(figures)
+    print(text, end="")
+    if options.readme:
+        put_block(block, text)
+    return 0
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="peers.py", description=__doc__.splitlines()[0])
     parser.add_argument("input", type=Path, nargs="?")
@@ -436,23 +457,12 @@ def main() -> int:
         parser.error("either an input or --from is needed")
     if options.rounds < 1 or options.steps < 2 * N_PRINTS:
         parser.error(f"at least 1 round and {2 * N_PRINTS} steps are needed")
-    try:
-        if options.stored is not None:
-            figures = json.loads(options.stored.read_text(encoding="utf-8"))
-        else:
-            check_peers()
-            with tempfile.TemporaryDirectory(prefix="crackle-peers-") as folder:
-                figures = compare(options.input.resolve(), options.program.resolve(), Path(folder), options.rounds, options.steps)
-    except (RunError, OSError, ValueError) as error:
-        print(f"peers.py: {error}", file=sys.stderr)
-        return 1
-    if options.json is not None:
-        options.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
-    text = table(figures)
-    print(text, end="")
-    if options.readme:
-        put_block("peers", text)
-    return 0
+
+    def measure(folder: Path) -> dict:
+        check_peers()
+        return compare(options.input.resolve(), options.program.resolve(), folder, options.rounds, options.steps)
+
+    return tell("peers", options, measure, table)
 
 
 if __name__ == "__main__":

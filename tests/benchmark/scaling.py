@@ -16,16 +16,14 @@ import json
 import os
 import re
 import sys
-import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
 from crackle_launch import mpirun  # noqa: E402
-from crackle_readme import put_block  # noqa: E402
 from crackle_runs import RunError, markdown  # noqa: E402
-from peers import output_of, processor  # noqa: E402
+from peers import output_of, processor, tell  # noqa: E402
 
 FINE, FINEST = 0.485, 0.139  # spacings over the input's, for some 2.6 and 100 million tetrahedra from 300,000
 PARTS = (2, 8, 64, 256, 1024)
@@ -137,22 +135,8 @@ def main() -> int:
     options = parser.parse_args()
     if (options.input is None) == (options.stored is None):
         parser.error("either an input or --from is needed")
-    try:
-        if options.stored is not None:
-            found = json.loads(options.stored.read_text(encoding="utf-8"))
-        else:
-            with tempfile.TemporaryDirectory(prefix="crackle-scaling-") as folder:
-                found = measure(options.input.resolve(), options.programs.resolve(), Path(folder), options.seconds)
-    except (RunError, OSError, ValueError) as error:
-        print(f"scaling.py: {error}", file=sys.stderr)
-        return 1
-    if options.json is not None:
-        options.json.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
-    text = tables(found)
-    print(text, end="")
-    if options.readme:
-        put_block("scaling", text)
-    return 0
+    return tell("scaling", options, lambda folder: measure(options.input.resolve(), options.programs.resolve(), folder,
+                                                           options.seconds), tables)
 
 
 if __name__ == "__main__":

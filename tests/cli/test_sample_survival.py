@@ -18,7 +18,7 @@ from survival_fixture import SMALL, TRIALS, SurvivalCase, environment
 
 
 class SampleSurvival(SurvivalCase):
-    SLOW_SECONDS = 2
+    SLOW_SECONDS = 3
 
     def sample(self, *arguments):
         return ("sample", self.slow, "--sample", 1, "-o", self.out, "--checkpoint-interval", "0.05s", *arguments)

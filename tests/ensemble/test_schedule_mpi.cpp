@@ -55,7 +55,7 @@ TEST_F(Schedule, AGroupDoesNotWaitForARealization) {
   EXPECT_EQ(gather(world_, calls_.made), numbers(n));
   EXPECT_EQ(gather(world_, calls_.computed), numbers(n));
   if (world_.size() > 1 && world_.is_root()) {
-    EXPECT_EQ(calls_.made.size(), 1u);
+    EXPECT_LE(calls_.made.size(), 1U) << "none if its thread has not run before";
   }
 }
 
