@@ -22,7 +22,6 @@ input::Parameters coarsened(input::Parameters parameters, double factor) {
   input::Mesh& mesh = parameters.mesh;
   for (double* const value : {&mesh.spacing, &mesh.notch_spacing, &mesh.growth}) *value *= factor;
   for (input::MeshRegion& region : mesh.regions) region.spacing *= factor;
-  if (parameters.time.step) *parameters.time.step *= factor;
   return parameters;
 }
 
@@ -41,6 +40,10 @@ double refinement_over(const input::Parameters& parameters, double n_nodes, doub
 StandIn made(const input::Parameters& parameters, double n_nodes, double refinement) {
   StandIn result{coarsened(parameters, refinement), refinement};
   const auto body = geometry::make_body(result.parameters);
+  const auto finest = [&](const input::Mesh& mesh) {
+    return geometry::SpacingField(*body, mesh).lower_bound(body->bounds());
+  };
+  result.finest_ratio = finest(result.parameters.mesh) / finest(parameters.mesh);
   const ThreadClock clock;
   const auto shared = parameters.mesh.base == input::Base::shared
                           ? make_base_points(*body, result.parameters.mesh, result.parameters.seed)

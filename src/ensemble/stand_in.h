@@ -9,8 +9,9 @@ namespace crackle::ensemble {
 
 /// A coarser mesh of the same body, for estimates of one that is too large to be made for them.
 struct StandIn {
-  input::Parameters parameters;  ///< the input with all spacings, and a given time step, multiplied
+  input::Parameters parameters;  ///< the input with all spacings multiplied
   double refinement = 1;         ///< by this number
+  double finest_ratio = 1;       ///< of the smallest spacings, which features of the body may set
   geometry::Realization realization = {};
   double mesh_seconds = 0;  ///< to make this realization, on one core
   double n_nodes = 0;       ///< expected of the input's own mesh
