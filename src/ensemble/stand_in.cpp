@@ -3,11 +3,13 @@
 
 #include "common/stopwatch.h"
 #include "ensemble/base_points.h"
+#include "ensemble/memory.h"
 #include "ensemble/scaling.h"
 #include "geometry/mother_points.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -17,6 +19,8 @@ namespace {
 
 /// Large enough not to fit a core's own cache, as the mesh that is meant.
 constexpr double wanted_nodes = 1e5;
+/// More are not tried after a mesh has failed: they take minutes.
+constexpr double most_nodes = 1e6;
 constexpr double least_refinement = 1.5, most_refinement = 30;
 /// A larger factor of spacings is of use if it lowers the number of nodes to this share.
 constexpr double useful_share = 0.9;
@@ -75,12 +79,21 @@ StandIn made(const input::Parameters& parameters, const geometry::Body& body, do
 StandIn make_stand_in(const input::Parameters& parameters, double n_nodes) {
   const auto body = geometry::make_body(parameters);
   double refinement = refinement_over(parameters, *body, n_nodes, wanted_nodes);
+  std::optional<std::runtime_error> reason;
   // Spacings may be too large for details of the body.
   for (;; refinement = std::sqrt(refinement)) {
+    const auto coarse = coarsened(parameters, refinement);
+    if (reason && geometry::estimate_n_points(*body, coarse.mesh) > most_nodes) throw *reason;
+    if (const auto message =
+            shortage(expected_mesh_memory(coarse, *body), "making a coarser mesh", available_memory()))
+      throw reason
+          ? *reason
+          : std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
     try {
       return made(parameters, *body, n_nodes, refinement);
-    } catch (const std::runtime_error&) {
+    } catch (const std::runtime_error& error) {
       if (refinement < least_refinement) throw;
+      reason = error;
     }
   }
 }

@@ -18,9 +18,9 @@ struct StandIn {
   double n_tetrahedra = 0;
 };
 
-/// Sample 0 on some 100,000 nodes. Not collective.
+/// Sample 0 on some 100,000 nodes, or more where features of the body need them. Not collective.
 /// @param n_nodes of the input's own mesh, from geometry::checked_n_points
-/// @throws std::runtime_error with the reason if no such mesh can be made
+/// @throws std::runtime_error with the reason if no such mesh can be made, or memory is short
 StandIn make_stand_in(const input::Parameters& parameters, double n_nodes);
 
 }  // namespace crackle::ensemble
