@@ -335,10 +335,11 @@ FirstSample estimated_subject(const input::Parameters& parameters, const geometr
 }  // namespace
 
 double FirstSample::memory() const {
-  const int n_ranks = parameters.ensemble.ranks_per_sample;
-  const auto demand =
-      ensemble::memory_demand(parameters, n_nodes(), n_tetrahedra(), ensemble::one_group(n_ranks));
-  return demand.master + (n_ranks - 1) * demand.member;
+  const auto layout = ensemble::one_group(parameters.ensemble.ranks_per_sample);
+  const auto demand = ensemble::memory_demand(parameters, n_nodes(), n_tetrahedra(), layout);
+  double sum = 0;
+  for (int rank = 0; rank < layout.n_ranks; ++rank) sum += demand.of_rank(layout, rank);
+  return sum;
 }
 
 FirstSample make_subject(const input::Parameters& parameters, const geometry::Body& body,

@@ -15,10 +15,13 @@ namespace crackle::ensemble {
 
 /// Peak memory of one rank [byte], including the program itself.
 struct MemoryDemand {
-  double master;  ///< makes realizations; with a shared layout it also computes
-  double root;    ///< of a group
-  double member;  ///< of a group, not its root
-  double idle;    ///< of no group; helps to place shared mother points
+  double master;   ///< makes realizations; with a shared layout it also computes
+  double root;     ///< of a group
+  double member;   ///< of a group, not its root
+  double idle;     ///< of no group
+  double placing;  ///< at least, of the first most_placing ranks: of those that place shared mother points
+
+  double of_rank(const GroupLayout& layout, int rank) const;
 };
 
 /// Accurate to 25 % for bodies that need more memory than the program itself.
