@@ -117,7 +117,7 @@ double MemoryDemand::of_rank(const GroupLayout& layout, int rank) const {
 }
 
 MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_tetrahedra,
-                           const GroupLayout& layout) {
+                           const GroupLayout& layout, std::optional<double> largest_part) {
   const bool by_mean = study.fracture_of(0).nucleates_by_means();
   const double each = computed + (study.fracture.length > 0 ? averaged : 0) +
                       (by_mean || study.fracture_of(0).separates_nucleation() ? followed : 0) +
@@ -125,8 +125,8 @@ MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_t
                       (study.bulk_viscosity().acts() ? viscous : 0) +
                       pushed * static_cast<double>(study.body_forces().size());
   const bool is_shared = layout.ranks_per_group > 1;
-  const double part =
-      each * compact_part(n_tetrahedra, layout.ranks_per_group) + (is_shared ? repeated * n_nodes : 0);
+  const double part = each * largest_part.value_or(compact_part(n_tetrahedra, layout.ranks_per_group)) +
+                      (is_shared ? repeated * n_nodes : 0);
   const double frames = study.output.frames * n_nodes;
   const double ahead = queue_limits(layout.n_groups).most_held(kept * n_tetrahedra);
   const double start = libraries;

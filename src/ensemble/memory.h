@@ -26,8 +26,9 @@ struct MemoryDemand {
 
 /// Accurate to 25 % for bodies that need more memory than the program itself.
 /// @param n_nodes, n_tetrahedra of one realization
+/// @param largest_part tetrahedra that the largest part computes; empty: those of a compact one
 MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_tetrahedra,
-                           const GroupLayout& layout);
+                           const GroupLayout& layout, std::optional<double> largest_part = {});
 
 /// As memory_demand, before any mesh exists: from the expected number of mother points, or the number in the
 /// file of mesh.points.
