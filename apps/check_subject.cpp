@@ -261,8 +261,10 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
       ensemble::sample_file_size(parameters.output.frames, subject.n_nodes(), subject.n_tetrahedra());
   const double all = subject.n_samples() * file + ensemble::ensemble_file_size(parameters, subject.n_nodes());
   Rows rows = subject.stand_in ? estimated_rows(subject) : mesh_rows(subject, crack_speed);
-  rows.emplace_back("stable step",
-                    (subject.stand_in ? "about " : "") + quantity_text(subject.stable.step, "s"));
+  const bool is_exceeded = subject.stable.step < parameters.time.step.value_or(0);
+  rows.emplace_back("stable step", (subject.stand_in ? "about " : "") +
+                                       quantity_text(subject.stable.step, "s") +
+                                       (is_exceeded ? "; samples refuse a time.step above theirs" : ""));
   if (const auto& scaling = subject.stable.mass_scaling)
     rows.emplace_back("mass scaling", dynamics::to_string(*scaling));
   rows.insert(
@@ -277,6 +279,7 @@ Rows subject_rows(const FirstSample& subject, double available, double crack_spe
                               subject.samples_text())}});
   return rows;
 }
+
 /// Lists conditions whose regions require a finer mesh than the rest of the input.
 std::string refining_regions_text(const input::Parameters& parameters) {
   std::string text;
@@ -311,8 +314,6 @@ std::optional<double> check_mesh_size(const input::Parameters& parameters, const
 
 /// The worst tetrahedron of more is worse: from 300,000 to 2.6 million, of plates, by a tenth.
 constexpr double of_worse_shapes = 0.9;
-/// Steps may exceed the estimate of the stable one by its error.
-constexpr double error_of_stable_step = 1.2;
 
 FirstSample estimated_subject(const input::Parameters& parameters, const geometry::Body& body,
                               double n_nodes) {
@@ -321,9 +322,11 @@ FirstSample estimated_subject(const input::Parameters& parameters, const geometr
   auto stand_in = ensemble::make_stand_in(parameters, n_nodes);
   auto realization = std::move(stand_in.realization);
   dynamics::StableStep stable = dynamics::stable_step(stand_in.parameters, realization);
-  stable.step *= of_worse_shapes / stand_in.refinement;
-  const auto phase =
-      ensemble::phase_work(parameters.time, stable.step * (parameters.time.step ? error_of_stable_step : 1));
+  // An estimate refuses no step, neither of the input nor in the measurement.
+  const double given = parameters.time.step.value_or(0);
+  if (auto& step = stand_in.parameters.time.step) step = std::min(given * stand_in.finest_ratio, stable.step);
+  stable.step *= of_worse_shapes / stand_in.finest_ratio;
+  const auto phase = ensemble::phase_work(parameters.time, std::max(stable.step, given));
   const double seconds =
       stand_in.mesh_seconds * stand_in.n_nodes / static_cast<double>(realization.nodes.size());
   return {parameters, body, std::move(realization), seconds, stable, phase, std::move(stand_in)};
@@ -332,10 +335,11 @@ FirstSample estimated_subject(const input::Parameters& parameters, const geometr
 }  // namespace
 
 double FirstSample::memory() const {
-  const int n_ranks = parameters.ensemble.ranks_per_sample;
-  const auto demand =
-      ensemble::memory_demand(parameters, n_nodes(), n_tetrahedra(), ensemble::one_group(n_ranks));
-  return demand.master + (n_ranks - 1) * demand.member;
+  const auto layout = ensemble::one_group(parameters.ensemble.ranks_per_sample);
+  const auto demand = ensemble::memory_demand(parameters, n_nodes(), n_tetrahedra(), layout);
+  double sum = 0;
+  for (int rank = 0; rank < layout.n_ranks; ++rank) sum += demand.of_rank(layout, rank);
+  return sum;
 }
 
 FirstSample make_subject(const input::Parameters& parameters, const geometry::Body& body,

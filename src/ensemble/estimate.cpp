@@ -130,8 +130,9 @@ std::vector<GroupPlan> make_plans(const PartSizes& parts, double n_nodes, const 
     GroupPlan plan{.ranks = q,
                    .groups = std::max<std::int64_t>(1, (ranks - 1) / q),
                    .tetrahedra = std::llround(part.tetrahedra)};
-    const auto memory = memory_demand(study, n_nodes, n_tetrahedra,
-                                      make_group_layout(static_cast<int>(1 + plan.groups * q), q));
+    const auto memory =
+        memory_demand(study, n_nodes, n_tetrahedra,
+                      make_group_layout(static_cast<int>(1 + plan.groups * q), q), part.tetrahedra);
     plan.root_memory = memory.root;
     plan.memory = q > 1 ? memory.member : 0;
     plan.division_seconds = part.seconds;

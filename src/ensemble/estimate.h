@@ -112,11 +112,11 @@ SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, con
 /// How an ensemble runs with a number of ranks per sample. Ranks that share a sample take the time of the
 /// largest part, and of messages that nothing hides.
 struct GroupPlan {
-  int ranks = 1;                  ///< per sample
-  std::int64_t groups = 0;        ///< that compute samples at the same time
-  std::int64_t tetrahedra = 0;    ///< of the largest part, those of other parts included
-  double root_memory = 0;         ///< of the rank that divides the mesh [byte]
-  double memory = 0;              ///< of each other rank of a group [byte]; 0 without any
+  int ranks = 1;                ///< per sample
+  std::int64_t groups = 0;      ///< that compute samples at the same time
+  std::int64_t tetrahedra = 0;  ///< of the largest part, those of other parts included
+  double root_memory = 0;       ///< of the rank that divides the mesh [byte]
+  double memory = 0;  ///< of each other rank of a group, shared mother points aside [byte]; 0 without any
   double division_seconds = 0;    ///< to divide the mesh; part of sample_seconds
   double message_seconds = 0;     ///< the same for messages
   double sample_seconds = 0;      ///< in a group, apart from its mesh

@@ -2,6 +2,7 @@
 #include "ensemble/memory.h"
 
 #include "common/real.h"
+#include "ensemble/point_crew.h"
 #include "ensemble/realization_queue.h"
 #include "ensemble/scaling.h"
 #include "geometry/mother_points.h"
@@ -107,17 +108,16 @@ double making(const std::optional<input::MaterialMap>& map, double n_tetrahedra)
   return made * n_tetrahedra + (map ? io::raster_memory(*map) : 0);
 }
 
-double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
-  if (rank == 0) return demand.master;
-  const int group = layout.group_of(rank);
-  if (group < 0) return demand.idle;
-  return rank == layout.root_of(group) ? demand.root : demand.member;
-}
-
 }  // namespace
 
+double MemoryDemand::of_rank(const GroupLayout& layout, int rank) const {
+  const int group = layout.group_of(rank);
+  const double own = rank == 0 ? master : group < 0 ? idle : rank == layout.root_of(group) ? root : member;
+  return rank < most_placing ? std::max(own, placing) : own;
+}
+
 MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_tetrahedra,
-                           const GroupLayout& layout) {
+                           const GroupLayout& layout, std::optional<double> largest_part) {
   const bool by_mean = study.fracture_of(0).nucleates_by_means();
   const double each = computed + (study.fracture.length > 0 ? averaged : 0) +
                       (by_mean || study.fracture_of(0).separates_nucleation() ? followed : 0) +
@@ -125,15 +125,16 @@ MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_t
                       (study.bulk_viscosity().acts() ? viscous : 0) +
                       pushed * static_cast<double>(study.body_forces().size());
   const bool is_shared = layout.ranks_per_group > 1;
-  const double part =
-      each * compact_part(n_tetrahedra, layout.ranks_per_group) + (is_shared ? repeated * n_nodes : 0);
+  const double part = each * largest_part.value_or(compact_part(n_tetrahedra, layout.ranks_per_group)) +
+                      (is_shared ? repeated * n_nodes : 0);
   const double frames = study.output.frames * n_nodes;
   const double ahead = queue_limits(layout.n_groups).most_held(kept * n_tetrahedra);
   const double start = libraries;
   MemoryDemand demand{};
   const bool is_placed = study.mesh.base == input::Base::shared && !study.mesh.points;
-  demand.idle = start + (is_placed ? placed * n_nodes : 0);
-  demand.member = std::max(start + part, demand.idle);
+  demand.idle = start;
+  demand.placing = start + (is_placed ? placed * n_nodes : 0);
+  demand.member = start + part;
   demand.root = start + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
   if (is_shared || study.ensemble.meshes != input::MeshMakers::master)
     demand.root = std::max(demand.root, start + making(study.map, n_tetrahedra));
@@ -199,7 +200,7 @@ void check_memory(const parallel::Communicator& world, const input::Study& study
       "MPI_Comm_split_type");
   const parallel::Communicator node(on_node);
   MPI_Comm_free(&on_node);
-  double needed = std::max(0.0, of_rank(demand, layout, world.rank()) - resident());
+  double needed = std::max(0.0, demand.of_rank(layout, world.rank()) - resident());
   needed = parallel::all_reduce(node, needed, MPI_SUM);
   parallel::agree(world, [&] {
     if (!node.is_root()) return;

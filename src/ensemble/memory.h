@@ -15,16 +15,20 @@ namespace crackle::ensemble {
 
 /// Peak memory of one rank [byte], including the program itself.
 struct MemoryDemand {
-  double master;  ///< makes realizations; with a shared layout it also computes
-  double root;    ///< of a group
-  double member;  ///< of a group, not its root
-  double idle;    ///< of no group; helps to place shared mother points
+  double master;   ///< makes realizations; with a shared layout it also computes
+  double root;     ///< of a group
+  double member;   ///< of a group, not its root
+  double idle;     ///< of no group
+  double placing;  ///< at least, of the first most_placing ranks: of those that place shared mother points
+
+  double of_rank(const GroupLayout& layout, int rank) const;
 };
 
 /// Accurate to 25 % for bodies that need more memory than the program itself.
 /// @param n_nodes, n_tetrahedra of one realization
+/// @param largest_part tetrahedra that the largest part computes; empty: those of a compact one
 MemoryDemand memory_demand(const input::Study& study, double n_nodes, double n_tetrahedra,
-                           const GroupLayout& layout);
+                           const GroupLayout& layout, std::optional<double> largest_part = {});
 
 /// As memory_demand, before any mesh exists: from the expected number of mother points, or the number in the
 /// file of mesh.points.

@@ -24,6 +24,20 @@ void PointCrew::agree_on_root(
     const std::function<void()>& work,
     const std::function<void(const PointTask&, std::vector<input::MeshRegion>)>& help) {
   std::optional<std::string> error;
+  try {
+    if (places_) work_or_help(work, help);
+  } catch (...) {
+    error = parallel::current_error();
+  }
+  parallel::barrier_asleep(world_);
+  parallel::agree_on_error(world_, error);
+}
+
+/// Collective over the ranks that place points, which all throw the same AgreedError or none.
+void PointCrew::work_or_help(
+    const std::function<void()>& work,
+    const std::function<void(const PointTask&, std::vector<input::MeshRegion>)>& help) {
+  std::optional<std::string> error;
   if (group_.is_root()) {
     try {
       work();

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <vector>
 
 namespace crackle::ensemble {
@@ -16,19 +17,25 @@ struct PointTask {
   int attempt = 0;
 };
 
-/// The ranks of a group place mother points together.
+/// Ranks of a run that place its shared mother points. Each needs memory for all points.
+inline constexpr int most_placing = 8;
+
+/// The first ranks of a group place mother points together.
 class PointCrew final : public geometry::Crew {
 public:
-  /// @param group must outlive the crew
-  explicit PointCrew(const parallel::Communicator& group) : group_(group) {}
+  /// Collective.
+  /// @param world must outlive the crew
+  /// @param most ranks that place points; the others sleep
+  explicit PointCrew(const parallel::Communicator& world, int most = std::numeric_limits<int>::max())
+      : world_(world), places_(world.rank() < most), group_(world.split(places_ ? 0 : 1, world.rank())) {}
 
-  /// Runs `work` on the root, which may place points with its crew(). The other ranks sleep, but run `help`
-  /// with the root's task and with the regions of its mesh whenever it places points. Afterwards either all
-  /// ranks continue or all throw the same AgreedError. Collective.
+  /// Runs `work` on the root, which may place points with for_task(). The other ranks sleep, but those of the
+  /// crew run `help` with the root's task and with the regions of its mesh whenever it places points.
+  /// Afterwards either all ranks continue or all throw the same AgreedError. Collective.
   void agree_on_root(const std::function<void()>& work,
                      const std::function<void(const PointTask&, std::vector<input::MeshRegion>)>& help);
 
-  /// Root: the crew for the points of a task; null if there are no other ranks.
+  /// Root, within agree_on_root(): the crew for the points of a task; null if there are no other ranks.
   geometry::Crew* for_task(const PointTask& task);
 
   std::size_t size() const override { return static_cast<std::size_t>(group_.size()); }
@@ -38,7 +45,12 @@ public:
   std::vector<std::array<std::int32_t, 2>> gather(std::span<const std::array<std::int32_t, 2>> mine) override;
 
 private:
-  const parallel::Communicator& group_;
+  void work_or_help(const std::function<void()>& work,
+                    const std::function<void(const PointTask&, std::vector<input::MeshRegion>)>& help);
+
+  const parallel::Communicator& world_;
+  bool places_;
+  parallel::Communicator group_;  ///< of those that place points
   PointTask task_;
 };
 

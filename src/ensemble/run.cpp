@@ -194,7 +194,7 @@ void Run::begin_case(std::size_t i) {
 }
 
 void Run::begin() {
-  PointCrew crew(world_);
+  PointCrew crew(world_, most_placing);
   const auto help = [&](const PointTask& task, std::vector<input::MeshRegion> regions) {
     const Case& one = cases_[task.subject];
     input::Mesh mesh = one.parameters().mesh;

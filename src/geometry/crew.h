@@ -19,7 +19,9 @@ public:
   virtual std::size_t size() const = 0;
   virtual std::size_t rank() const = 0;  ///< number of this worker, from 0
 
-  /// The leader's: runs `work` while the others run help_mother_points() with these regions of the mesh.
+  /// The leader's: runs `work` while the others, which must be waiting for this call, run
+  /// help_mother_points() with these regions of the mesh. Collective. @throws std::runtime_error on all
+  /// workers if any of them fails
   virtual void run(const std::vector<input::MeshRegion>& regions, const std::function<void()>& work) = 0;
 
   /// Gives every worker the values of all: those of worker r are first[r] to first[r + 1] - 1. Collective.

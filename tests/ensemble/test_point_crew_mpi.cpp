@@ -32,13 +32,14 @@ protected:
   MotherPoints make(std::uint64_t seed, geometry::Crew* crew) const {
     return geometry::make_mother_points(body_, mesh_, seed, {}, 0, 0, crew);
   }
-  /// @param seed of the points for which this rank fails instead of helping
-  auto helping(std::uint64_t failing = 0) {
-    return [this, failing](const PointTask& task, std::vector<input::MeshRegion> regions) {
-      if (task.subject == failing && world_.rank() == world_.size() - 1) throw std::runtime_error("no help");
+  /// @param failing seed of the points for which the last rank fails instead of helping
+  auto helping(std::uint64_t failing = 0) { return helping(crew_, failing); }
+  auto helping(PointCrew& crew, std::uint64_t failing) {
+    return [this, &crew, failing](const PointTask& task, std::vector<input::MeshRegion> regions) {
+      if (task.subject == failing && crew.rank() == crew.size() - 1) throw std::runtime_error("no help");
       input::Mesh mesh = mesh_;
       mesh.regions = std::move(regions);
-      geometry::help_mother_points(body_, mesh, task.subject, 0, 0, crew_);
+      geometry::help_mother_points(body_, mesh, task.subject, 0, 0, crew);
     };
   }
 
@@ -62,6 +63,21 @@ TEST_F(PointCrewTest, PlacesTheSamePointsOnAnyNumberOfRanks) {
     EXPECT_EQ(made[seed - 1].position, alone.position);
     EXPECT_EQ(made[seed - 1].spacing, alone.spacing);
   }
+}
+
+TEST_F(PointCrewTest, OthersThanTheFirstRanksDoNotPlacePoints) {
+  if (world_.size() < 3) GTEST_SKIP() << "needs 3 ranks";
+  PointCrew two(world_, 2);
+  int n_helped = 0;
+  const auto help = [&](const PointTask& task, std::vector<input::MeshRegion> regions) {
+    ++n_helped;
+    helping(two, 4)(task, std::move(regions));
+  };
+  two.agree_on_root([&] { EXPECT_GT(make(1, two.for_task({.subject = 1})).size(), 10000u); }, help);
+  EXPECT_EQ(n_helped, world_.rank() == 1 ? 1 : 0);
+  EXPECT_THAT([&] { two.agree_on_root([&] { make(4, two.for_task({.subject = 4})); }, help); },
+              testing::ThrowsMessage<parallel::AgreedError>(HasSubstr("no help")))
+      << "on all ranks";
 }
 
 TEST_F(PointCrewTest, AFailureOfAnyRankIsThrownOnAll) {

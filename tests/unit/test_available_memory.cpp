@@ -110,6 +110,12 @@ TEST(MemoryDemand, FollowsTheLayout) {
   parameters.ensemble.meshes = input::MeshMakers::automatic;
   const auto alone = memory_demand(parameters, 5e6, 27e6, one_group(4));
   EXPECT_GT(alone.master, alone.member);
+  const auto layout = make_group_layout(1000, 500);
+  const auto many = memory_demand(parameters, 5e6, 27e6, layout);
+  EXPECT_GT(many.of_rank(layout, 7), 240 * 5e6) << "places mother points";
+  EXPECT_EQ(many.of_rank(layout, 8), many.member);
+  EXPECT_LT(many.member, 0.2 * many.placing);
+  EXPECT_LT(many.of_rank(layout, 999), 100e6) << "idle";
 }
 
 }  // namespace CRACKLE_TEST_FILE

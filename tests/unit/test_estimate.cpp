@@ -207,6 +207,16 @@ TEST(Plans, MessagesAndWhatEveryRankRepeatsCost) {
   }
 }
 
+TEST(Plans, MemoryIsThatOfTheLargestPart) {
+  const auto plan_of = [](double halo) {
+    return make_plans(PartSizes(bar(), halo, 4), 11000, input::Parameters(), {.dynamic = 20}, 5).back();
+  };
+  const GroupPlan thin = plan_of(0);
+  const GroupPlan thick = plan_of(0.005);
+  ASSERT_GT(thick.tetrahedra, thin.tetrahedra + 3000);
+  EXPECT_NEAR((thick.memory - thin.memory) / static_cast<double>(thick.tetrahedra - thin.tetrahedra), 393, 1);
+}
+
 TEST(Plans, FewRanksForManySamplesManyRanksForFew) {
   EXPECT_EQ(recommended(plans(17, 200)).ranks, 1);
   EXPECT_EQ(recommended(plans(17, 1)).ranks, 16);
