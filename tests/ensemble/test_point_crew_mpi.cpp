@@ -33,7 +33,6 @@ protected:
     return geometry::make_mother_points(body_, mesh_, seed, {}, 0, 0, crew);
   }
   /// @param failing seed of the points for which the last rank fails instead of helping
-  auto helping(std::uint64_t failing = 0) { return helping(crew_, failing); }
   auto helping(PointCrew& crew, std::uint64_t failing) {
     return [this, &crew, failing](const PointTask& task, std::vector<input::MeshRegion> regions) {
       if (task.subject == failing && crew.rank() == crew.size() - 1) throw std::runtime_error("no help");
@@ -42,6 +41,7 @@ protected:
       geometry::help_mother_points(body_, mesh, task.subject, 0, 0, crew);
     };
   }
+  auto helping(std::uint64_t failing = 0) { return helping(crew_, failing); }
 
   parallel::Communicator world_{test::group()};
   PointCrew crew_{world_};
