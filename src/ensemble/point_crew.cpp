@@ -38,7 +38,7 @@ void PointCrew::work_or_help(
     const std::function<void()>& work,
     const std::function<void(const PointTask&, std::vector<input::MeshRegion>)>& help) {
   std::optional<std::string> error;
-  if (group_.is_root()) {
+  if (group().is_root()) {
     try {
       work();
     } catch (...) {
@@ -46,13 +46,13 @@ void PointCrew::work_or_help(
     }
   }
   for (;;) {
-    parallel::barrier_asleep(group_);
-    parallel::agree_on_error(group_, error);
-    const Call call = parallel::share(group_, Call{{}, true});
+    parallel::barrier_asleep(group());
+    parallel::agree_on_error(group(), error);
+    const Call call = parallel::share(group(), Call{{}, true});
     if (call.is_end) return;
-    auto regions = parallel::share(group_, std::vector<input::MeshRegion>());
+    auto regions = parallel::share(group(), std::vector<input::MeshRegion>());
     try {
-      parallel::run_collectively(group_, [&] { help(call.task, std::move(regions)); });
+      parallel::run_collectively(group(), [&] { help(call.task, std::move(regions)); });
     } catch (const parallel::AgreedError&) {
       // The root has the same error.
     }
@@ -61,22 +61,22 @@ void PointCrew::work_or_help(
 
 geometry::Crew* PointCrew::for_task(const PointTask& task) {
   task_ = task;
-  return group_.size() > 1 ? this : nullptr;
+  return group().size() > 1 ? this : nullptr;
 }
 
 void PointCrew::run(const std::vector<input::MeshRegion>& regions, const std::function<void()>& work) {
-  parallel::barrier_asleep(group_);
-  parallel::check_peers(group_);
-  parallel::share(group_, Call{task_, false});
-  parallel::share(group_, regions);
-  parallel::run_collectively(group_, work);
+  parallel::barrier_asleep(group());
+  parallel::check_peers(group());
+  parallel::share(group(), Call{task_, false});
+  parallel::share(group(), regions);
+  parallel::run_collectively(group(), work);
 }
 
 void PointCrew::share(std::span<double> values, std::span<const std::size_t> first) {
   struct Parts {
     std::vector<int> counts, offsets;
   };
-  const Parts parts = parallel::agree(group_, [&] {
+  const Parts parts = parallel::agree(group(), [&] {
     Parts made;
     for (std::size_t rank = 0; rank < size(); ++rank) {
       made.counts.push_back(static_cast<int>(first[rank + 1] - first[rank]));
@@ -85,13 +85,13 @@ void PointCrew::share(std::span<double> values, std::span<const std::size_t> fir
     return made;
   });
   parallel::check_mpi(MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, values.data(), parts.counts.data(),
-                                     parts.offsets.data(), MPI_DOUBLE, group_.get()),
+                                     parts.offsets.data(), MPI_DOUBLE, group().get()),
                       "MPI_Allgatherv");
 }
 
 std::vector<std::array<std::int32_t, 2>> PointCrew::gather(
     std::span<const std::array<std::int32_t, 2>> mine) {
-  return parallel::gather_all(group_, mine);
+  return parallel::gather_all(group(), mine);
 }
 
 }  // namespace crackle::ensemble
