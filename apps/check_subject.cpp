@@ -208,7 +208,7 @@ void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::
                 (start == input::Start::equilibrium ? ", counted from the first break on" : ""));
 }
 
-/// What a mesh that is not made will have.
+/// Estimates of a mesh that is not made.
 Rows estimated_rows(const FirstSample& subject) {
   return {
       {"nodes", fmt::format("about {:.3g}", subject.n_nodes())},
@@ -319,7 +319,7 @@ FirstSample estimated_subject(const input::Parameters& parameters, const geometr
                               double n_nodes) {
   Heartbeat heartbeat(notify);
   heartbeat.begin("making a coarser mesh");
-  auto stand_in = ensemble::make_stand_in(parameters, n_nodes);
+  auto stand_in = ensemble::make_stand_in(parameters, body, n_nodes);
   auto realization = std::move(stand_in.realization);
   dynamics::StableStep stable = dynamics::stable_step(stand_in.parameters, realization);
   // An estimate refuses no step, neither of the input nor in the measurement.

@@ -280,7 +280,7 @@ void ContactTerm::connect() {
 /// True if a node has contact, or may get it before the next look.
 bool ContactTerm::is_awake(const Meeting& meeting) const {
   return meeting.contact.face >= 0 ||
-         meeting.gap <= paces_[meeting.is_fast ? 1 : 0].reach + paces_[meeting.meets_fast ? 1 : 0].reach;
+         meeting.gap <= pace(meeting.is_fast).reach + pace(meeting.meets_fast).reach;
 }
 
 /// Finds the meetings that are awake, and their nodes.
@@ -323,8 +323,8 @@ void ContactTerm::find_gaps(const MovingNodes& nodes) {
   for (const std::size_t m : awake_) {
     Meeting& meeting = meetings_[m];
     if (meeting.contact.face < 0)
-      meeting.gap = std::max(meeting.gap, gap(meeting) + paces_[meeting.is_fast ? 1 : 0].moved +
-                                              paces_[meeting.meets_fast ? 1 : 0].moved);
+      meeting.gap =
+          std::max(meeting.gap, gap(meeting) + pace(meeting.is_fast).moved + pace(meeting.meets_fast).moved);
   }
   find_awake();
 }

@@ -126,6 +126,7 @@ private:
   void connect();
   void receive(const MovingNodes& nodes);
   void place(std::size_t corner, const MovingNodes& nodes);
+  const Pace& pace(bool fast) const { return paces_[fast ? 1 : 0]; }
   bool is_awake(const Meeting& meeting) const;
   void find_awake();
   double gap(const Meeting& meeting) const;

@@ -59,6 +59,12 @@ PartingWatch::PartingWatch(const parallel::Communicator& group, const fracture::
   small_ = separated_share * std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 
+void PartingWatch::note(std::span<const std::int32_t> changed) {
+  // Gradual releases change the stiffness in many steps, and the edges that carry load in the last one.
+  for (const auto t : changed)
+    if (body_->residual_stiffness().released(t) != released_[index(t)]) changed_.push_back(t);
+}
+
 bool PartingWatch::may_have_parted() {
   const auto now = [this](std::int32_t t) { return body_->residual_stiffness().released(t); };
   auto changed = std::exchange(changed_, {});

@@ -20,9 +20,7 @@ public:
                const mechanics::Conditions& loads);
 
   /// Notes local tetrahedra whose stiffness has changed. Local.
-  void note(std::span<const std::int32_t> changed) {
-    changed_.insert(changed_.end(), changed.begin(), changed.end());
-  }
+  void note(std::span<const std::int32_t> changed);
 
   /// The next answer is true: more may have changed than was noted, such as the conditions. Local.
   void forget() { is_known_ = false; }
@@ -51,7 +49,7 @@ private:
   bool is_known_ = false;            // released_
   std::vector<std::int32_t> patch_;  // tetrahedra close to one, which comes first
   std::vector<std::int32_t> nodes_;  // their nodes, its own first
-  // Of each local tetrahedron and node, its place among them; -1: none.
+  // Place of each local tetrahedron and node among them; -1: none.
   std::vector<std::int32_t> place_, node_place_;
 };
 

@@ -23,10 +23,10 @@ constexpr int most_ranks = 1024;
 /// Tetrahedra of a part, which computes as many of other parts (tests/benchmark/README.md).
 constexpr double least_part = 2000;
 
-// Of the static solver, from the plates of tests/benchmark/README.md.
+// The static solver, from the plates of tests/benchmark/README.md.
 constexpr double forces_per_iteration = 8;  // in time, with the start of a solution
 constexpr double agreements_per_iteration = 5;
-// Of the coarse problem, which every rank solves: cells have a number of nodes, in large bodies more.
+// Its coarse problem, which every rank solves: cells have a number of nodes, in large bodies more.
 constexpr double nodes_per_cell = 175, most_cells = 2700;
 constexpr double of_cell_pair = 2.4e-9;  // [s]
 

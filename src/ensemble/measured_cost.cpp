@@ -27,7 +27,7 @@ constexpr double kinetic_share = 0.5;
 /// Strain energy at which cracks run, relative to that of a body at its strength everywhere: 0.02 in both
 /// inputs of jobs/. For bodies that start unloaded.
 constexpr double energy_of_running_cracks = 0.02;
-/// Of the ranks that share a sample.
+/// Agreements of the ranks that share a sample.
 constexpr double agreements_per_poll = 3;
 
 class Measurement {

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-/// What a sample costs on many ranks, apart from its computation.
+/// The cost of a sample on many ranks, apart from its computation.
 namespace crackle::ensemble {
 
 /// Tetrahedra of a mesh, from its nodes and boundary triangles; to 1 % for meshes of `make_realization`.

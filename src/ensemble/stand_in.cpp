@@ -76,21 +76,20 @@ StandIn made(const input::Parameters& parameters, const geometry::Body& body, do
 
 }  // namespace
 
-StandIn make_stand_in(const input::Parameters& parameters, double n_nodes) {
-  const auto body = geometry::make_body(parameters);
-  double refinement = refinement_over(parameters, *body, n_nodes, wanted_nodes);
+StandIn make_stand_in(const input::Parameters& parameters, const geometry::Body& body, double n_nodes) {
+  double refinement = refinement_over(parameters, body, n_nodes, wanted_nodes);
   std::optional<std::runtime_error> reason;
   // Spacings may be too large for details of the body.
   for (;; refinement = std::sqrt(refinement)) {
     const auto coarse = coarsened(parameters, refinement);
-    if (reason && geometry::estimate_n_points(*body, coarse.mesh) > most_nodes) throw *reason;
+    if (reason && geometry::estimate_n_points(body, coarse.mesh) > most_nodes) throw *reason;
     if (const auto message =
-            shortage(expected_mesh_memory(coarse, *body), "making a coarser mesh", available_memory()))
+            shortage(expected_mesh_memory(coarse, body), "making a coarser mesh", available_memory()))
       throw reason
           ? *reason
           : std::runtime_error(*message + "; use coarser spacings, or check the input on a larger machine");
     try {
-      return made(parameters, *body, n_nodes, refinement);
+      return made(parameters, body, n_nodes, refinement);
     } catch (const std::runtime_error& error) {
       if (refinement < least_refinement) throw;
       reason = error;

@@ -21,6 +21,6 @@ struct StandIn {
 /// Sample 0 on some 100,000 nodes, or more where features of the body need them. Not collective.
 /// @param n_nodes of the input's own mesh, from geometry::checked_n_points
 /// @throws std::runtime_error with the reason if no such mesh can be made, or memory is short
-StandIn make_stand_in(const input::Parameters& parameters, double n_nodes);
+StandIn make_stand_in(const input::Parameters& parameters, const geometry::Body& body, double n_nodes);
 
 }  // namespace crackle::ensemble

@@ -10,12 +10,12 @@
 #include "input/reader.h"
 #include "parallel/sleeping_wait.h"
 
+#include "run_benchmark.h"
+
 #include <fmt/format.h>
 #include <mpi.h>
-#include <petscsys.h>
 
 #include <chrono>
-#include <cstdio>
 #include <memory>
 #include <numeric>
 #include <string>
@@ -92,9 +92,7 @@ double rate(const parallel::Communicator& world, PretendedSamples source, std::u
 }  // namespace
 
 int main(int argc, char** argv) {
-  PetscInitialize(nullptr, nullptr, nullptr, nullptr);
-  int status = 0;
-  try {
+  return run_benchmark("benchmark_hand_out", [&] {
     const parallel::Communicator world(MPI_COMM_WORLD);
     const auto parameters = input::read(argc > 1 ? argv[1] : "jobs/paper/clock-from-zero.toml");
     const auto n = static_cast<std::uint64_t>(argc > 2 ? std::stoi(argv[2]) : 40);
@@ -120,10 +118,5 @@ int main(int argc, char** argv) {
     print(many + "meshes by the master", rate(world, PretendedSamples(make, pause), n, MeshMakers::master));
     print(many + "meshes by the groups",
           rate(world, PretendedSamples(make_nothing, pause), 10 * n, MeshMakers::groups));
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "benchmark_hand_out: %s\n", error.what());
-    status = 1;
-  }
-  PetscFinalize();
-  return status;
+  });
 }

@@ -21,9 +21,10 @@
 #include "mechanics/conditions.h"
 #include "parallel/petsc.h"
 
+#include "run_benchmark.h"
+
 #include <fmt/format.h>
 #include <mpi.h>
-#include <petscsys.h>
 
 #include <algorithm>
 #include <array>
@@ -164,9 +165,7 @@ void measure_steps(const parallel::Communicator& world, const input::Parameters&
 }  // namespace
 
 int main(int argc, char** argv) {
-  PetscInitialize(nullptr, nullptr, nullptr, nullptr);
-  int status = 0;
-  try {
+  return run_benchmark("benchmark_scaling", [&] {
     const parallel::Communicator world(MPI_COMM_WORLD);
     const auto parameters = input::read(argv[1]);
     std::vector<int> numbers;
@@ -181,10 +180,5 @@ int main(int argc, char** argv) {
       measure_steps(world, parameters, mesh, seconds);
     else
       print_parts(mesh, numbers);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "benchmark_scaling: %s\n", error.what());
-    status = 1;
-  }
-  PetscFinalize();
-  return status;
+  });
 }

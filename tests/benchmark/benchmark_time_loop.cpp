@@ -22,6 +22,7 @@
 #include "parallel/sleeping_wait.h"
 
 #include "plain_delaunay.h"
+#include "run_benchmark.h"
 
 #include <fmt/format.h>
 #include <mpi.h>
@@ -439,9 +440,7 @@ void measure(const parallel::Communicator& world, const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  PetscInitialize(nullptr, nullptr, nullptr, nullptr);
-  int status = 0;
-  try {
+  return run_benchmark("benchmark_time_loop", [&] {
     Options options;
     for (int i = 1; i < argc; ++i) {
       const std::string argument = argv[i];
@@ -454,10 +453,5 @@ int main(int argc, char** argv) {
     }
     const parallel::Communicator world(MPI_COMM_WORLD);
     measure(world, options);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "benchmark_time_loop: %s\n", error.what());
-    status = 1;
-  }
-  PetscFinalize();
-  return status;
+  });
 }

@@ -423,6 +423,23 @@ differences in Python, internal force by the faster of products and assembled ve
 """
 
 
+def parser_of(program: str, documentation: str) -> argparse.ArgumentParser:
+    """The arguments of every benchmark that tell() ends."""
+    parser = argparse.ArgumentParser(prog=program, description=documentation.splitlines()[0])
+    parser.add_argument("input", type=Path, nargs="?")
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--from", dest="stored", type=Path)
+    parser.add_argument("--readme", action="store_true")
+    return parser
+
+
+def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
+    options = parser.parse_args()
+    if (options.input is None) == (options.stored is None):
+        parser.error("either an input or --from is needed")
+    return options
+
+
 def tell(block: str, options: argparse.Namespace, measure: Callable[[Path], dict], tables: Callable[[dict], str]) -> int:
     """Tells figures, measured in a folder or stored before, where the options want them; the exit status."""
     try:
@@ -444,17 +461,11 @@ def tell(block: str, options: argparse.Namespace, measure: Callable[[Path], dict
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="peers.py", description=__doc__.splitlines()[0])
-    parser.add_argument("input", type=Path, nargs="?")
+    parser = parser_of("peers.py", __doc__)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--steps", type=int, default=60)
     parser.add_argument("--program", type=Path, default=ROOT / "build-benchmark" / "bin" / "crackle")
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--from", dest="stored", type=Path)
-    parser.add_argument("--readme", action="store_true")
-    options = parser.parse_args()
-    if (options.input is None) == (options.stored is None):
-        parser.error("either an input or --from is needed")
+    options = parsed(parser)
     if options.rounds < 1 or options.steps < 2 * N_PRINTS:
         parser.error(f"at least 1 round and {2 * N_PRINTS} steps are needed")
 

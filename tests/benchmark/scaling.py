@@ -11,7 +11,6 @@ on 64 nodes. With --from the tables are those of stored figures; --readme writes
 """
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import re
@@ -23,7 +22,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from crackle_launch import mpirun  # noqa: E402
 from crackle_runs import RunError, markdown  # noqa: E402
-from peers import output_of, processor, tell  # noqa: E402
+from peers import output_of, parsed, parser_of, processor, tell  # noqa: E402
 
 FINE, FINEST = 0.485, 0.139  # spacings over the input's, for some 2.6 and 100 million tetrahedra from 300,000
 PARTS = (2, 8, 64, 256, 1024)
@@ -125,16 +124,10 @@ takes {found['large']['division']} of each sample to divide it on one core. Memo
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="scaling.py", description=__doc__.splitlines()[0])
-    parser.add_argument("input", type=Path, nargs="?")
+    parser = parser_of("scaling.py", __doc__)
     parser.add_argument("--programs", type=Path, default=ROOT / "build-benchmark" / "bin")
     parser.add_argument("--seconds", type=float, default=20, help="of steps, for each number of ranks")
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--from", dest="stored", type=Path)
-    parser.add_argument("--readme", action="store_true")
-    options = parser.parse_args()
-    if (options.input is None) == (options.stored is None):
-        parser.error("either an input or --from is needed")
+    options = parsed(parser)
     return tell("scaling", options, lambda folder: measure(options.input.resolve(), options.programs.resolve(), folder,
                                                            options.seconds), tables)
 
