@@ -8,6 +8,7 @@
 #include "geometry/symmetry.h"
 
 #include "redraw.h"
+#include "redraw_stiffest.h"
 
 #include <fmt/format.h>
 
@@ -124,9 +125,13 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
   const std::string suffix = attempt == 0 ? "" : fmt::format(", attempt {}", attempt);
   const RandomStream stream(seed, sample, "disturbance" + suffix);
   const std::vector<PlaceId> place = body.places_of(base.position);
-  const auto draw = [&](std::size_t i, std::int32_t number, double amplitude) {
+  const auto draw_from = [&](const RandomStream& purpose, std::size_t i, std::int32_t number,
+                             double amplitude) {
     return displaced(body, base.position[i], place[i], amplitude * mesh.perturbation * base.spacing[i],
-                     stream.substream(i).substream(static_cast<std::uint64_t>(number)));
+                     purpose.substream(i).substream(static_cast<std::uint64_t>(number)));
+  };
+  const auto draw = [&](std::size_t i, std::int32_t number, double amplitude) {
+    return draw_from(stream, i, number, amplitude);
   };
   Realization realization;
   realization.nodes.resize(base.size());
@@ -144,6 +149,13 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
         "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or extend "
         "beyond the body",
         sample, outcome.rounds, outcome.remaining.size(), mesh.min_quality);
+  const RandomStream again(seed, sample, "redrawn stiff nodes" + suffix);
+  const std::int64_t n_stiff =
+      mesh.perturbation == 0
+          ? 0
+          : redraw_stiffest(*tessellation, base.movable, [&](std::int32_t node, std::int32_t number) {
+              return draw_from(again, index(node), number, 1);
+            });
 
   std::ranges::copy(tessellation->points(), realization.nodes.begin());
   TessellationContent content = tessellation->content();
@@ -171,7 +183,7 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
 
   realization.report.rounds = outcome.rounds;
   realization.report.attempt = attempt;
-  realization.report.redrawn_points = outcome.redrawn_points;
+  realization.report.redrawn_points = outcome.redrawn_points + n_stiff;
   realization.report.min_quality = verify(realization, body, mesh.min_quality);
   return realization;
 }

@@ -22,7 +22,7 @@ struct BoundaryTriangle {
 /// Work of making a realization; equal on every machine.
 struct RealizationReport {
   int rounds = 0;                   ///< rounds of local redrawing
-  std::int64_t redrawn_points = 0;  ///< points redrawn at least once
+  std::int64_t redrawn_points = 0;  ///< for good cells, and for a longer step
   double min_quality = 0;           ///< mean-ratio quality of the worst tetrahedron
   int attempt = 0;                  ///< the successful one; earlier attempts used other random numbers
   std::uint8_t symmetry = 0;        ///< code of the Symmetry applied
@@ -68,7 +68,8 @@ void for_each_array(Mesh& mesh, const Work& work) {
 /// A point is displaced uniformly within a ball of radius perturbation x spacing, within its surface or along
 /// its edge. A redrawn point takes the next draw of its own stream that gives good tetrahedra; only if many
 /// draws fail does the radius shrink, ultimately to the base position. With perturbation 0 the nodes are the
-/// base points. Takes less than twice the time of the tessellation alone.
+/// base points. Finally the few nodes that would decide the stable step are redrawn, see redraw_stiffest.h.
+/// Takes less than twice the time of the tessellation alone.
 ///
 /// A single base distribution differs between equivalent places of the body, such as two equal notches, and a
 /// small perturbation does not remove this bias. Therefore, with mesh.symmetry = "random" and a perturbation,

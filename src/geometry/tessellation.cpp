@@ -129,6 +129,19 @@ struct Tessellation::Data {
     return result;
   }
 
+  /// What a cell adds to the stiffness and to the mass of its node `corner`, opposite to three others.
+  std::pair<double, double> share(std::int32_t corner, std::int32_t a, std::int32_t b, std::int32_t c) const {
+    const Point& p = points[index(a)];
+    const Point normal = cross(points[index(b)] - p, points[index(c)] - p) / 2;
+    const double volume = std::abs(dot(normal, points[index(corner)] - p)) / 3;
+    return {dot(normal, normal) / (9 * volume), volume / 4};
+  }
+
+  std::pair<double, double> share(CellHandle cell, std::size_t corner) const {
+    const Tetrahedron t = nodes(cell);
+    return share(t[corner], t[(corner + 1) % 4], t[(corner + 2) % 4], t[(corner + 3) % 4]);
+  }
+
   /// Records a new cell's place and quality; appends its nodes to `bad` if it is bad.
   Rating enter(CellHandle cell, std::vector<Tetrahedron>* bad) const {
     cell->info() = CellInfo{};
@@ -193,6 +206,45 @@ std::vector<std::int32_t> Tessellation::neighbours(std::int32_t node) const {
   return result;
 }
 
+double Tessellation::stiffness_over_mass(std::int32_t node) const {
+  const Data& data = *data_;
+  const VertexHandle vertex = data.vertices[index(node)];
+  std::vector<CellHandle> cells;
+  cells.reserve(64);
+  data.delaunay.finite_incident_cells(vertex, std::back_inserter(cells));
+  std::vector<std::pair<double, double>> shares;
+  shares.reserve(cells.size());
+  for (const CellHandle cell : cells)
+    if (cell->info().place != Containment::outside)
+      shares.push_back(data.share(cell, index(cell->index(vertex))));
+  // The sums do not depend on the order of the cells.
+  std::ranges::sort(shares);
+  double stiffness = 0;
+  double mass = 0;
+  for (const auto& [to_stiffness, to_mass] : shares) {
+    stiffness += to_stiffness;
+    mass += to_mass;
+  }
+  return stiffness / mass;
+}
+
+std::vector<double> Tessellation::stiffness_over_mass() const {
+  const Data& data = *data_;
+  std::vector<double> stiffness(data.points.size(), 0);
+  std::vector<double> mass(data.points.size(), 0);
+  for (const CellHandle cell : data.delaunay.finite_cell_handles()) {
+    if (cell->info().place == Containment::outside) continue;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto [to_stiffness, to_mass] = data.share(cell, k);
+      const std::size_t node = index(cell->vertex(static_cast<int>(k))->info());
+      stiffness[node] += to_stiffness;
+      mass[node] += to_mass;
+    }
+  }
+  for (std::size_t i = 0; i < mass.size(); ++i) stiffness[i] /= mass[i];
+  return stiffness;
+}
+
 void Tessellation::lift(std::int32_t node) {
   Data& data = *data_;
   std::vector<CellHandle> made;
@@ -249,6 +301,31 @@ Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) co
     if (!result.better_than(enough)) return hopeless;
   }
   return result;
+}
+
+double Tessellation::tried_stiffness_over_mass() const {
+  const Data& data = *data_;
+  double stiffness = 0;
+  double mass = 0;
+  for (const auto& [inside, opposite] : data.zone_boundary) {
+    Tetrahedron nodes{data.lifted};
+    bool is_infinite = false;
+    for (int k = 1; k < 4; ++k) {
+      const VertexHandle vertex = inside->vertex((opposite + k) % 4);
+      is_infinite = is_infinite || data.delaunay.is_infinite(vertex);
+      nodes[index(k)] = vertex->info();
+    }
+    if (is_infinite) continue;
+    const auto [to_stiffness, to_mass] = data.share(nodes[0], nodes[1], nodes[2], nodes[3]);
+    // Only cells all of whose nodes are on the surface can be outside the body.
+    if (std::ranges::all_of(nodes, [&](std::int32_t node) { return data.on_surface[index(node)] != 0; })) {
+      sort4(nodes);
+      if (data.place_of(nodes) == Containment::outside) continue;
+    }
+    stiffness += to_stiffness;
+    mass += to_mass;
+  }
+  return stiffness / mass;
 }
 
 void Tessellation::put(const Point& p, std::vector<Tetrahedron>& bad) {

@@ -44,6 +44,14 @@ public:
   /// The nodes that share a cell with `node`, ascending.
   std::vector<std::int32_t> neighbours(std::int32_t node) const;
 
+  /// Of a node of the body's cells: sum over its cells of |n|^2 / (9 V), where n is the area vector of the
+  /// face opposite, over a quarter of their volume [1/m^2]. Times the squared speed of P waves it bounds the
+  /// diagonal block of the node in K / m, and thus tells apart the nodes that need the shortest steps. In
+  /// bodies of several materials these would count by their wave speeds, which this ignores.
+  double stiffness_over_mass(std::int32_t node) const;
+  /// The same of all nodes, up to rounding, in one sweep over the cells.
+  std::vector<double> stiffness_over_mass() const;
+
   /// Evaluation of the lifted node at some point: among the cells that differ from those before it was
   /// lifted, the number of bad ones, and the worst quality, as its third power.
   struct Trial {
@@ -58,6 +66,9 @@ public:
   void lift(std::int32_t node);
   /// @param enough the trial may stop early once it is known not to be better than this one
   Trial try_at(const Point& p, const Trial& enough) const;
+  /// What the last trial, if it found no bad cell, would give stiffness_over_mass of the lifted node, up to
+  /// rounding.
+  double tried_stiffness_over_mass() const;
   /// Inserts the lifted node at p. Appends the bad ones among the changed cells to `bad`, unordered.
   void put(const Point& p, std::vector<Tetrahedron>& bad);
 

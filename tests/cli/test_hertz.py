@@ -22,7 +22,7 @@ class Sphere(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             ratios = solids.pressed_over_hertz(0.16, pathlib.Path(folder), PROGRAM)
         print("force over Hertz's at the same approach", np.round(ratios, 3))
-        np.testing.assert_allclose(ratios, 1, atol=0.03)
+        np.testing.assert_allclose(ratios, 1, atol=0.05)
 
 
 if __name__ == "__main__":

@@ -92,7 +92,7 @@ class Mesh(unittest.TestCase):
         self.assertEqual(re.search(row, scaled)[1], re.search(row, checked)[1])
         self.assertEqual(longer, again)
         self.assertAlmostEqual(longer / step / float(re.search(row, checked)[1]), 1, delta=0.01)
-        self.assertGreater(longer, 1.15 * step)
+        self.assertGreater(longer, 1.05 * step)
         self.assertIn("time.mass_scaling", checked)
 
     def test_regions_are_counted_and_drawn(self):

@@ -568,7 +568,7 @@ class Stats(unittest.TestCase):
             # Three samples give no interval of the median; unit.statistics has one in small units.
             self.assertEqual(*(cells[5:] for cells in values))
             for one, other in zip(*(cells[:5] for cells in values)):
-                self.assertAlmostEqual(float(one) / float(other) / ratio, 1, delta=1e-2, msg=f"{row}: {values}")
+                self.assertAlmostEqual(float(one) / float(other) / ratio, 1, delta=2e-2, msg=f"{row}: {values}")  # two digits
         self.assertRegex(ran.stdout, r"onset \d{2,3}\.\d uN, .* \d+\.\d um\^2 of rough crack")
 
     def test_several_materials_have_their_shares_and_their_own_waves(self):

@@ -82,7 +82,7 @@ TEST(MassScaling, DelaysPlaneWavesByHalfTheShareOfMass) {
       EXPECT_NEAR(scaling->share, share, 1e-6);
       EXPECT_NEAR((error - before.error) / expected, 1, 0.05);
       EXPECT_NEAR(expected, -share / 2, 0.15 * share);
-      EXPECT_GT(scaling->gain, 1.2);
+      EXPECT_GT(scaling->gain, share < 0.01 ? 1.05 : 1.15);
     }
   }
 }
@@ -132,7 +132,7 @@ TEST(MassScaling, KeepsItsShareInTheBodyAndWhereItIsFine) {
   EXPECT_LT(scaling->share, 0.7 * share);
   EXPECT_EQ(scaling->node_share, n_scaled / static_cast<double>(mass.size()));
   EXPECT_NEAR(scaling->gain, std::sqrt(square / square_after), 1e-6);
-  EXPECT_GT(scaling->gain, 1.1);
+  EXPECT_GT(scaling->gain, 1.05);
 }
 
 /// Weight is that of the body's own mass; the kinetic energy, that of all mass, closes the balance.
