@@ -3,18 +3,22 @@
 #include "common/text_table.h"
 #include "input/reader.h"
 
-#include "renamed_keys.h"
 #include "schema.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <string_view>
 
 namespace crackle::input {
 
 namespace {
+
+/// Keys that version 1.0.0 called otherwise, whose identities stay.
+constexpr std::array<std::array<std::string_view, 2>, 2> names_in_identities{
+    {{"mesh.symmetry", "mesh.turn"}, {"fracture.accumulation", "fracture.memory"}}};
 
 /// The effect of a key in this input.
 Affects affects_in(const Parameters& parameters, const Key& key, std::size_t i) {
@@ -113,7 +117,9 @@ std::string sample_identity(const Parameters& parameters) {
   // Files that predate these keys have the samples of their defaults.
   for (const char* const setting : {"mesh.base = shared", "time.engine = fixed-point"})
     std::erase(settings, setting);
-  std::ranges::transform(settings, settings.begin(), with_earlier_name);
+  for (std::string& setting : settings)
+    for (const auto& [key, key_of_1_0] : names_in_identities)
+      if (setting.starts_with(fmt::format("{} =", key))) setting.replace(0, key.size(), key_of_1_0);
   return fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n"))));
 }
 

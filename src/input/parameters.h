@@ -18,7 +18,7 @@ struct Sweep {
 struct Parameters : Study {
   /// The input file as it was read, with the current names of keys and the points of an outline file.
   std::string text;
-  std::vector<std::string> notes = {};  ///< on the file, such as keys given by an earlier name
+  std::vector<std::string> notes = {};  ///< on the file, such as keys without effect
   std::vector<Sweep> sweeps = {};
 };
 

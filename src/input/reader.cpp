@@ -4,7 +4,6 @@
 #include "consistency.h"
 #include "document.h"
 #include "findings.h"
-#include "renamed_keys.h"
 #include "schema.h"
 #include "settings.h"
 #include "values.h"
@@ -136,7 +135,6 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     if (root.members.empty()) {
       throw SyntaxError(1, "the file has no keys; give an input file in TOML");
     }
-    stored = with_current_names(text, root, findings);
     root = with_settings(std::move(root), drawn);
     Context context{UnitSystem::shared(), findings, name.parent_path(), files, &root};
     locate(root, "", findings);

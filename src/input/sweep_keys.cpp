@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [[sweep]]: keys whose values define the cases of a study.
 #include "consistency.h"
-#include "renamed_keys.h"
 #include "schema.h"
 #include "settings.h"
 
@@ -27,9 +26,8 @@ Sweep& sweep(Parameters& parameters, std::size_t i) {
 }
 
 void read_key(const Source& source, Sweep& sweep) {
-  auto path = read_text(source, accepted_sweep_key);
+  const auto path = read_text(source, accepted_sweep_key);
   if (!path) return;
-  path = current_name(*path, source.key, source.value.line, source.context.findings);
   const bool is_known = find_key(*path) != nullptr && !path->starts_with("sweep");
   const bool is_common = std::ranges::find(same_for_all, *path) != same_for_all.end();
   if (!is_known)

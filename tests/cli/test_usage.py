@@ -282,20 +282,6 @@ class Usage(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertEqual(result.stderr.count("output.frmes"), 1, result.stderr)
 
-    def test_earlier_names_of_keys_are_noted(self):
-        demo = pathlib.Path(OPTIONS.demo).read_text()
-        with tempfile.TemporaryDirectory() as folder:
-            old = pathlib.Path(folder) / "old.toml"
-            old.write_text(demo.replace("accumulation = ", "memory = "))
-            result = invoke("check", "--no-measure", old, ranks=2)
-            self.assertEqual(result.returncode, 0)
-            self.assertRegex(result.stderr, r"\A.*old\.toml:\d+: fracture\.memory: the name fracture\.memory is now "
-                                            r"fracture\.accumulation; .*\n\Z")
-            self.assertIn("\nfracture.accumulation ", result.stdout)
-            self.assertEqual(invoke("init", "new.toml", cwd=folder).returncode, 0)
-            for text in (invoke("check", "--keys").stdout, (pathlib.Path(folder) / "new.toml").read_text()):
-                self.assertNotRegex(text, r"\bmemory\b.*cumulative")
-
     def test_init_writes_inputs_to_start_from(self):
         with tempfile.TemporaryDirectory() as folder:
             for source in ([], ["--from", "paper"], ["--from", "offset-notch"]):

@@ -139,47 +139,6 @@ TEST(Input, MaterialAndFractureKeys) {
   EXPECT_EQ(p.fracture.accumulation, input::Accumulation::step);
 }
 
-TEST(Input, KeysMayHaveTheirEarlierNames) {
-  auto tables = minimal_tables();
-  set_key(tables, "[fracture]", "accumulation", R"("step")");
-  const std::string current = to_text(tables);
-  const auto expected = input::parse(current, "plate.toml");
-  EXPECT_THAT(expected.notes, ::testing::IsEmpty());
-  const std::size_t at = current.find("accumulation");
-  for (const std::string earlier : {"memory", "\"memory\"", "'memory' "}) {
-    std::string text = current;
-    text.replace(at, std::string("accumulation").size(), earlier);
-    const auto p = input::parse(text, "plate.toml");
-    EXPECT_EQ(p.fracture.accumulation, input::Accumulation::step);
-    EXPECT_THAT(p.notes, ElementsAre(::testing::MatchesRegex(
-                             "plate.toml:[0-9]+: fracture.memory: the name fracture.memory is now "
-                             "fracture.accumulation; .*")));
-    EXPECT_THAT(p.text, ::testing::AllOf(HasSubstr("accumulation"), ::testing::Not(HasSubstr("memory"))));
-    EXPECT_EQ(input::sample_identity(p), input::sample_identity(expected));
-    EXPECT_EQ(input::echo(p), input::echo(expected));
-  }
-}
-
-TEST(Input, AKeyHasOnlyOneOfItsNames) {
-  auto tables = minimal_tables();
-  set_key(tables, "[mesh]", "turn", R"("none")");
-  EXPECT_EQ(parse_tables(tables).mesh.symmetry, input::MeshSymmetry::none);
-  set_key(tables, "[mesh]", "symmetry", R"("none")");
-  EXPECT_THAT(errors_of(to_text(tables)),
-              ElementsAre(HasSubstr("mesh.turn: this is the earlier name of mesh.symmetry")));
-}
-
-TEST(Input, ASweepMayNameAKeyByItsEarlierName) {
-  const std::string text =
-      to_text(minimal_tables()) + "\n[[sweep]]\nkey = \"mesh.turn\"\nvalues = [\"none\", \"random\"]\n";
-  const auto p = input::parse(text, "plate.toml");
-  EXPECT_THAT(p.notes, ElementsAre(HasSubstr("the name mesh.turn is now mesh.symmetry")));
-  const auto cases = input::sweep_cases(p, "plate.toml");
-  ASSERT_EQ(cases.size(), 2U);
-  EXPECT_EQ(cases[0].parameters.mesh.symmetry, input::MeshSymmetry::none);
-  EXPECT_EQ(cases[1].parameters.mesh.symmetry, input::MeshSymmetry::random);
-}
-
 TEST(Input, ImpulseHasTheDimensionThatTheExponentGives) {
   const auto impulse = [](const std::string& exponent, const std::string& value) {
     auto tables = minimal_tables();
