@@ -34,7 +34,7 @@ inline constexpr double rounding_allowance = 1e-6;
 
 /// Convergence criterion: a residual, in the norm defined by the preconditioner, below both bounds.
 struct Accuracy {
-  double of_loads = 1e-10;  ///< relative to the residual with no free component displaced
+  double of_loads = 1e-8;  ///< relative to the residual with no free component displaced
   /// Relative to the energy norm of the displacement; approximates the relative error in that norm.
   /// Prescribed motions that strain a single layer of the mesh have a large initial residual, of which even a
   /// small fraction can be significant.
