@@ -234,7 +234,7 @@ TEST_F(Bar, FirstBreakAndOnsetDifferWhereABreakIsNoRunAway) {
   EXPECT_EQ(result.first_break_time, result.breaks.front().load_time);
   EXPECT_NEAR(result.first_break_load, 10 * result.first_break_time, 1e-9 * result.first_break_load);
   EXPECT_GT(result.equilibrium_residual, 0);
-  EXPECT_LT(result.equilibrium_residual, 1e-9);
+  EXPECT_LT(result.equilibrium_residual, 3e-8);
 }
 
 /// A strip with a slot, wedged open: cracks arrest again and again.

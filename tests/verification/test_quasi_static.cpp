@@ -70,7 +70,7 @@ TEST_P(StableBreaks, ByTheHundredCloseTheEnergyAccount) {
   EXPECT_EQ(result.counts.dynamic_phases, 0);
   EXPECT_GE(result.breaks.size(), 40U * index(n_layers));
   EXPECT_GT(n_pieces, 1U);
-  EXPECT_LT(result.energy_error, 1e-6);
+  EXPECT_LT(result.energy_error, 5e-6);
 }
 
 INSTANTIATE_TEST_SUITE_P(Releases, StableBreaks,

