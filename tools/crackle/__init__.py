@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from .sample import Sample
 
 __all__ = ["Ensemble", "ResultsError", "Sample", "compare", "open", "plot_mesh"]
-__version__ = "1.1.0"
+__version__ = "2.0.0"
 _PLACES = {"Ensemble": "ensemble", "compare": "comparison", "open": "ensemble", "plot_mesh": "plots", "Sample": "sample"}
 
 
