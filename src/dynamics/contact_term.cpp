@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -16,25 +17,10 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Steps between looks at how far nodes move.
-constexpr std::int64_t steps_per_look = 8;
 /// A cut that is open by a strain of this, and by this many times its change from look to look, rests until
 /// the next look.
 constexpr double least_at_rest = 0.01;
 constexpr double changes_at_rest = 4;
-/// Steps for which the pairs of a search are to last, at the current speed.
-constexpr double steps_per_search = 512;
-/// Least and largest margin of a search [spacings].
-constexpr double least_margin = 0.02;
-constexpr double largest_margin = 0.5;
-/// Nodes are fast if they move by more than this share of the farthest movement, and are a smaller share of
-/// all than that.
-constexpr double share_of_fast = 0.25;
-constexpr double largest_share_of_nodes = 1.0 / 256;
-/// A margin lasts for at least half as many looks of nodes that become that fast.
-constexpr double looks_per_margin = 4;
-/// Nodes may move this many times faster from one look to the next than at the look.
-constexpr double largest_speedup = 2;
 /// A node keeps its face up to this far beyond the edges, see found_beyond.
 constexpr double kept_beyond = 0.1;
 /// Springs act from both sides of a contact, and pull on nodes of both: with this share of what a node's mass
@@ -57,7 +43,7 @@ ContactTerm::ContactTerm(const MotionContext& context)
       cuts_acted_before_(context.body->residual_stiffness().contacts_act()),
       dissipated_(index(context.body->subdomain().layout.n_owned), 0.0),
       work_(context.body->subdomain().nodes.size()),
-      is_fast_(work_.size()) {}
+      paces_(*context.group, context.body->subdomain().layout, work_.size()) {}
 
 ContactTerm::~ContactTerm() {
   context_.body->residual_stiffness().let_contacts_act(cuts_acted_before_);
@@ -116,7 +102,7 @@ void ContactTerm::settle_cuts(const MovingNodes& nodes) {
       displacement[a] = nodes.whole_displacement(stiffness.cut_contact(i).corners[a]);
     return displacement;
   };
-  if (n_steps_ % steps_per_look != 0) {
+  if (n_steps_ % ContactPaces::steps_per_look != 0) {
     for (const std::int32_t i : stiffness.acting())
       // One that is open needs no friction, even if it closes before the next look.
       if (!stiffness.cut_contact(index(i)).is_open)
@@ -182,8 +168,7 @@ void ContactTerm::add_meeting(std::span<const ContactPair> pairs, const auto& no
   const Node& node = node_of(pairs.front().node);
   Meeting& meeting = meetings_.emplace_back();
   meeting.node = place_of(node.number);
-  const auto is_fast = [this](std::int64_t one) { return std::ranges::binary_search(fast_, one); };
-  meeting.is_fast = is_fast(node.number);
+  meeting.is_fast = paces_.is_fast(node.number);
   meeting.contact = node.contact;
   meeting.first = candidates_.size();
   const auto gap = known_gaps_.find(node.number);
@@ -200,7 +185,7 @@ void ContactTerm::add_meeting(std::span<const ContactPair> pairs, const auto& no
       candidate.corners[a] = place_of(pair.corners[a]);
       if (a == 3) continue;
       lightest = std::min(lightest, node_of(pair.corners[a]).mass);
-      meeting.meets_fast = meeting.meets_fast || is_fast(pair.corners[a]);
+      meeting.meets_fast = meeting.meets_fast || paces_.is_fast(pair.corners[a]);
     }
     candidate.stiffness = scale_.rate * lightest / springs_of_contact;
     candidates_.push_back(candidate);
@@ -280,7 +265,7 @@ void ContactTerm::connect() {
 /// True if a node has contact, or may get it before the next look.
 bool ContactTerm::is_awake(const Meeting& meeting) const {
   return meeting.contact.face >= 0 ||
-         meeting.gap <= pace(meeting.is_fast).reach + pace(meeting.meets_fast).reach;
+         meeting.gap <= paces_.reach(meeting.is_fast) + paces_.reach(meeting.meets_fast);
 }
 
 /// Finds the meetings that are awake, and their nodes.
@@ -323,8 +308,8 @@ void ContactTerm::find_gaps(const MovingNodes& nodes) {
   for (const std::size_t m : awake_) {
     Meeting& meeting = meetings_[m];
     if (meeting.contact.face < 0)
-      meeting.gap =
-          std::max(meeting.gap, gap(meeting) + pace(meeting.is_fast).moved + pace(meeting.meets_fast).moved);
+      meeting.gap = std::max(meeting.gap,
+                             gap(meeting) + paces_.moved(meeting.is_fast) + paces_.moved(meeting.meets_fast));
   }
   find_awake();
 }
@@ -521,73 +506,17 @@ void ContactTerm::end_step(const mechanics::StepSpan&, MovingNodes& nodes, const
     }
     touches_ = parallel::any_of_all(*context_.group, touches);
   }
-  if (n_steps_ % steps_per_look == 1) search(nodes);
-}
-
-/// Sets how far nodes move, from their movements. Collective.
-void ContactTerm::find_farthest() {
-  std::array<double, 2> farthest{};
-  for (std::size_t n = 0; n < dissipated_.size(); ++n)
-    farthest[is_fast_[n]] = std::max(farthest[is_fast_[n]], dot(work_[n], work_[n]));
-  parallel::all_reduce(*context_.group, farthest, MPI_MAX);
-  // The second pace bounds all nodes, for those of a meeting may be of both kinds.
-  paces_[0].farthest = std::sqrt(farthest[0]);
-  paces_[1].farthest = std::sqrt(std::max(farthest[0], farthest[1]));
-}
-
-/// Finds the fast nodes, so that the pairs of all others need not last for their ways. Collective.
-void ContactTerm::find_fast() {
-  const parallel::Communicator& group = *context_.group;
-  const parallel::NodeLayout& layout = context_.body->subdomain().layout;
-  const double limit = share_of_fast * paces_[1].farthest;
-  const auto is_fast = [&](std::size_t n) { return dot(work_[n], work_[n]) > limit * limit; };
-  std::int64_t n_fast = 0;
-  for (std::size_t n = 0; n < dissipated_.size(); ++n) n_fast += is_fast(n) ? 1 : 0;
-  n_fast = parallel::all_reduce(group, n_fast, MPI_SUM);
-  const bool are_few =
-      static_cast<double>(n_fast) < largest_share_of_nodes * static_cast<double>(layout.n_global);
-  const auto mine = parallel::agree(group, [&] {
-    std::vector<std::int64_t> numbers;
-    for (std::size_t n = 0; are_few && n < dissipated_.size(); ++n)
-      if (is_fast(n)) numbers.push_back(layout.number[n]);
-    return numbers;
-  });
-  fast_ = parallel::gather_all<std::int64_t>(group, mine);
-  std::ranges::sort(fast_);
-  mark_fast();
-  find_farthest();
-}
-
-void ContactTerm::mark_fast() {
-  const auto& number = context_.body->subdomain().layout.number;
-  for (std::size_t n = 0; n < is_fast_.size(); ++n)
-    is_fast_[n] = std::ranges::binary_search(fast_, number[n]) ? 1 : 0;
+  if (n_steps_ % ContactPaces::steps_per_look == 1) search(nodes);
 }
 
 /// Finds the pairs again if nodes have moved so far that others may meet. Collective.
 void ContactTerm::search(MovingNodes& nodes) {
   const parallel::Communicator& group = *context_.group;
   nodes.movements(work_);
-  find_farthest();
-  bool are_found = n_steps_ > 1;
-  for (Pace& pace : paces_) {
-    pace.moved += steps_per_look * pace.farthest;
-    are_found = are_found && 2 * pace.moved < pace.margin;
-  }
-  if (!are_found) {
-    find_fast();
-    for (Pace& pace : paces_) pace.moved = 0;
-  }
-  // Any node may be thrown off and become as fast as the fastest.
-  const double next_look = largest_speedup * steps_per_look * paces_[1].farthest;
-  for (Pace& pace : paces_) pace.reach = pace.moved + next_look;
-  if (are_found) {
+  if (!paces_.look(work_, n_steps_ == 1, scale_.spacing)) {
     find_gaps(nodes);
     return;
   }
-  for (Pace& pace : paces_)
-    pace.margin = std::clamp(std::max(steps_per_search * pace.farthest, looks_per_margin * next_look),
-                             least_margin * scale_.spacing, largest_margin * scale_.spacing);
   for (std::size_t n = 0; n < work_.size(); ++n)
     work_[n] = nodes.whole_displacement(static_cast<std::int32_t>(n));
   parallel::agree(group, [&] {
@@ -595,7 +524,7 @@ void ContactTerm::search(MovingNodes& nodes) {
       if (meeting.contact.face >= 0 && is_mine(meeting))
         known_.emplace(corners_[meeting.node].number, meeting.contact);
   });
-  pairs_ = find_contact_pairs(group, *context_.body, work_, {paces_[0].margin, paces_[1].margin, is_fast_});
+  pairs_ = find_contact_pairs(group, *context_.body, work_, paces_.margins());
   connect();
   touches_ = touches_ && !pairs_.empty();
 }
@@ -620,17 +549,15 @@ void ContactTerm::add_lost_at_rest(const parallel::NodeField& displacement, std:
 std::vector<parallel::NumberedRows> ContactTerm::save() const {
   const parallel::Communicator& group = *context_.group;
   const geometry::Subdomain& part = context_.body->subdomain();
-  parallel::NumberedRows course, pairs, contacts, dissipated, gaps, fast;
-  course.width = 7;
+  parallel::NumberedRows course, pairs, contacts, dissipated, gaps;
+  parallel::NumberedRows fast = paces_.fast_nodes();
+  course.width = 1 + ContactPaces::n_words;
   pairs.width = 9;
   contacts.width = 8;
   if (group.is_root()) {
     course.numbers = {0};
     course.values = {n_steps_};
-    for (const Pace& pace : paces_)
-      course.values.insert(course.values.end(),
-                           {as_word(pace.margin), as_word(pace.moved), as_word(pace.reach)});
-    for (const std::int64_t one : fast_) fast.add(one, std::int64_t{1});
+    std::ranges::copy(paces_.words(), std::back_inserter(course.values));
     for (const auto& [one, gap] : known_gaps_) gaps.add(one, gap);
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
       const ContactPair& pair = pairs_[p];
@@ -656,7 +583,7 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
   for (std::size_t n = 0; n < dissipated_.size(); ++n)
     if (dissipated_[n] != 0) dissipated.add(part.layout.number[n], dissipated_[n]);
   std::vector<parallel::NumberedRows> rows;
-  for (const auto* const table : {&course, &pairs, &contacts, &dissipated, &gaps, &fast})
+  for (const parallel::NumberedRows* const table : {&course, &pairs, &contacts, &dissipated, &gaps, &fast})
     rows.push_back(parallel::gather_rows(group, *table));
   rows.push_back(save_cuts(group, *context_.body));
   return rows;
@@ -664,15 +591,10 @@ std::vector<parallel::NumberedRows> ContactTerm::save() const {
 
 void ContactTerm::restore(const std::vector<parallel::NumberedRows>& rows) {
   const geometry::Subdomain& part = context_.body->subdomain();
-  if (rows.size() != 7 || rows[0].values.size() != 7)
+  if (rows.size() != 7 || rows[0].values.size() != 1 + ContactPaces::n_words)
     throw std::runtime_error("the checkpoint has another kind of contact");
   n_steps_ = rows[0].values[0];
-  for (std::size_t p = 0; p < paces_.size(); ++p) {
-    const auto v = std::span(rows[0].values).subspan(1 + 3 * p, 3);
-    paces_[p] = {as_number(v[0]), as_number(v[1]), as_number(v[2])};
-  }
-  fast_ = rows[5].numbers;
-  mark_fast();
+  paces_.restore(std::span(rows[0].values).subspan(1), rows[5]);
   pairs_.clear();
   for (std::size_t p = 0; p < rows[1].numbers.size(); ++p) {
     const auto v = std::span(rows[1].values).subspan(9 * p, 9);

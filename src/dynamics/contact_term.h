@@ -5,7 +5,7 @@
 #include "dynamics/term.h"
 #include "parallel/ghost_exchange.h"
 
-#include "contact_search.h"
+#include "contact_paces.h"
 
 #include <array>
 #include <cstdint>
@@ -97,13 +97,6 @@ private:
     Vector at_start;
     Vector now{};
   };
-  /// How far nodes get: most of them, or all, with the few that are much faster, such as splinters.
-  struct Pace {
-    double margin = 0;    // of the search [m]
-    double moved = 0;     // since the search, at most, as far as is known [m]
-    double reach = 0;     // from there until the next look [m]
-    double farthest = 0;  // in the last step, of all ranks [m]
-  };
   /// A node relative to a face.
   struct Position {
     Vector normal;
@@ -126,15 +119,11 @@ private:
   void connect();
   void receive(const MovingNodes& nodes);
   void place(std::size_t corner, const MovingNodes& nodes);
-  const Pace& pace(bool fast) const { return paces_[fast ? 1 : 0]; }
   bool is_awake(const Meeting& meeting) const;
   void find_awake();
   double gap(const Meeting& meeting) const;
   void find_gaps(const MovingNodes& nodes);
   void search(MovingNodes& nodes);
-  void find_farthest();
-  void find_fast();
-  void mark_fast();
   Position position(const Meeting& meeting, const Candidate& candidate) const;
   /// The barycentric coordinates of a point in the plane of a face. @param on_face any position relative to
   /// it
@@ -152,8 +141,9 @@ private:
   MotionContext context_;
   ContactScale scale_;
   bool cuts_acted_before_ = true;
-  std::vector<double> dissipated_;                       // at owned nodes [J]
-  std::vector<Vector> work_;                             // of local nodes
+  std::vector<double> dissipated_;  // at owned nodes [J]
+  std::vector<Vector> work_;        // of local nodes
+  ContactPaces paces_;
   std::vector<ContactPair> pairs_;                       // of all ranks
   std::unordered_map<std::int64_t, Contact> known_;      // of owned nodes, until they are connected
   std::unordered_map<std::int64_t, double> known_gaps_;  // of nodes of the pairs, likewise
@@ -164,9 +154,6 @@ private:
   std::vector<Meeting> meetings_;
   std::optional<parallel::GhostExchange<std::array<double, 3>>> exchange_;
   std::int64_t n_steps_ = 0;
-  std::array<Pace, 2> paces_{};        // of most nodes and of all
-  std::vector<std::int64_t> fast_;     // the nodes that only the latter bounds, of all ranks, ascending
-  std::vector<std::uint8_t> is_fast_;  // each local node
   std::vector<std::size_t> awake_;  // places in meetings_ of those that may have contact before the next look
   std::vector<std::size_t> awake_corners_;  // the places of their nodes in corners_
   std::vector<std::uint8_t> is_awake_;      // of each corner
