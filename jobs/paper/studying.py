@@ -14,6 +14,7 @@ import tomllib
 import zlib
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any, Callable, Iterable, Sequence
 
@@ -27,6 +28,7 @@ from crackle_report.sample_files import SampleFiles
 from crackle_report.writing import write_light_figure
 from matplotlib import pyplot
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 from scipy import stats
 
@@ -46,6 +48,7 @@ SHARP, DEEPER = 0.2, 0.4  # height of the slots that stand for sharp cracks, and
 SHARP_LOAD = 500  # at which that is done [N]
 MOMENTS = (0, 40)  # at which fringes are compared, since the onset [µs]
 DPI = 130
+TICKS = (1, 1.5, 2, 3, 4)  # of the surplus
 
 
 @dataclass(frozen=True)
@@ -98,8 +101,9 @@ class Point:
     def sharp_load(self, folder: Path, program: Path) -> float:
         """Load at which the toughness is the energy release rate of sharp cracks as deep as the slots, by the energies of two depths [N]."""
         name = f"sharp-{self.distance:g}-{self.depth:g}"
-        shallow, deep = (np.mean([sample.energy.strain[-1] for sample in run(self.with_sharp_slots(self.depth + change), folder / f"{name}{change:+g}", program)])
-                         for change in (-DEEPER, DEEPER))
+        energies = [[sample.energy.strain[-1] for sample in run(self.with_sharp_slots(self.depth + change), folder / f"{name}{change:+g}", program)]
+                    for change in (-DEEPER, DEEPER)]
+        shallow, deep = np.mean(energies, axis=1)
         rate = (deep - shallow) / (2 * 2 * DEEPER * THICKNESS * 1e-6)  # of both cracks
         return SHARP_LOAD * math.sqrt(self.toughness / rate)
 
@@ -233,63 +237,78 @@ def draw_means(axes: Axes, known: Known, points: Iterable[Point], values: Callab
     axes.errorbar([of(point) for point in there], [mean for mean, *_ in found], bars, **{"fmt": "o-", "ms": 4, "lw": 1, "capsize": 2} | style_of)
 
 
-def panels(n: int) -> tuple[Any, Sequence[Axes]]:
+def panels(n: int) -> tuple[Figure, Sequence[Axes]]:
     style.apply()
-    return pyplot.subplots(1, n, figsize=(style.PAGE_WIDTH, 2.7), layout="constrained")
+    return pyplot.subplots(1, n, figsize=(style.PAGE_WIDTH, 2.9), layout="constrained")
 
 
-def draw_two_cracks(known: Known) -> Any:
-    """Each panel changes one thing; the last one has all points over the surplus."""
-    figure, (distance, depth, all_of_them) = panels(3)
-    of_surplus = lambda point: surplus(known[point])  # noqa: E731
-    for k, (axes, points, of, label) in enumerate(((distance, DISTANCES, lambda point: point.distance, "distance of the notches [mm]"),
-                                                   (depth, DEPTHS, lambda point: point.depth, "their depth [mm]"),
-                                                   (None, BY_SPEED, None, "toughness"))):
-        colour = {"color": style.notch_colour(k)}
-        if axes is not None:
-            draw_shares(axes, known, points, "two cracks", of, **colour)
-            axes.set(xlabel=label, ylabel="two cracks [% of samples]")
-        draw_shares(all_of_them, known, points, "two cracks", of_surplus, **colour, fmt="o", label=("distance", "depth", "toughness")[k])
-    all_of_them.set(xlabel="surplus", ylabel="two cracks [% of samples]")
-    all_of_them.legend(title="what differs")
+def put_legend(axes: Axes) -> None:
+    """Above the panel, where it hides no bar."""
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=3, columnspacing=1, handletextpad=0.4)
+
+
+def surplus_in(known: Known) -> Callable[[Point], float]:
+    return lambda point: surplus(known[point])
+
+
+def beside(k: int) -> Callable[[Point], float]:
+    """The spacing, of several kinds a little beside each other."""
+    return lambda point: point.spacing + 0.015 * k
+
+
+def draw_two_cracks(known: Known) -> Figure:
+    """A panel for the distance of the notches, one for their depth, and one of all points over the surplus."""
+    figure, (distance, depth, together) = panels(3)
+    for axes, points, of, label, colour in ((distance, DISTANCES, attrgetter("distance"), "distance of the notches [mm]", style.notch_colour(0)),
+                                            (depth, DEPTHS, attrgetter("depth"), "depth of the notches [mm]", style.notch_colour(1))):
+        draw_shares(axes, known, points, "two cracks", of, color=colour)
+        axes.set_xticks([of(point) for point in points])
+        axes.set(xlabel=label, ylabel="two cracks [% of samples]")
+    for k, (points, label) in enumerate(((DISTANCES, "distance"), (DEPTHS, "depth"), (BY_SPEED, "toughness"))):
+        draw_shares(together, known, points, "two cracks", surplus_in(known), color=style.notch_colour(k), fmt="o", label=label)
+    together.set(xlabel="surplus", ylabel="two cracks [% of samples]")
+    put_legend(together)
     return figure
 
 
-def draw_forks(known: Known) -> Any:
+def draw_forks(known: Known) -> Figure:
+    """Shares and speeds over the surplus, with both releases."""
     figure, (forks, speeds) = panels(2)
     for k, (points, label) in enumerate(((BY_SPEED, "release by speed"), (AT_ONCE, "immediate release"))):
-        of, look = lambda point: surplus(known[point]), {"color": style.notch_colour(k), "label": label}
-        draw_shares(forks, known, points, "long forks", of, **look)
-        draw_means(speeds, known, points, lambda found: found["largest speed over c_R"], of, **look)
-    forks.set(ylabel="forks from 2 mm [% of samples]")
-    speeds.set(ylabel="largest speed / c_R")
-    for axes in (forks, speeds):
-        axes.set(xlabel="surplus", xscale="log")
-        ticks = [value for value in (0.7, 1, 1.5, 2, 3, 4) if axes.get_xlim()[0] <= value <= axes.get_xlim()[1]]
-        axes.set_xticks(ticks, [f"{value:g}" for value in ticks])
+        look = {"color": style.notch_colour(k), "label": label}
+        draw_shares(forks, known, points, "long forks", surplus_in(known), **look)
+        draw_means(speeds, known, points, itemgetter("largest speed over c_R"), surplus_in(known), **look)
+    for axes, label in ((forks, "forks from 2 mm [% of samples]"), (speeds, "largest speed / c_R")):
+        axes.set(xlabel="surplus", ylabel=label, xscale="log")
+        axes.set_xticks(TICKS, [f"{value:g}" for value in TICKS])
         axes.xaxis.set_minor_locator(NullLocator())
-    forks.legend()
+        put_legend(axes)
     return figure
 
 
-def draw_mesh(known: Known) -> Any:
+def draw_mesh(known: Known) -> Figure:
+    """Shares, the leading path, speed and fringes over the spacing."""
+    def at(place: int) -> Callable[[dict[str, Any]], list[float]]:
+        return lambda found: [1e3 * value for value in found["leading path"][place][:2]] + found["leading path"][place][2:]
+
+    def rough(place: int) -> Callable[[dict[str, Any]], list[float]]:
+        return lambda found: found["roughness"][place]
+
     figure, (shares, path, speed, fringes) = panels(4)
-    of = lambda point: point.spacing  # noqa: E731
     for k, (name, label) in enumerate((("two cracks", "two cracks"), ("long forks", "forks from 2 mm"))):
-        draw_shares(shares, known, MESHES, name, of, color=style.notch_colour(k), label=label)
-    for k, (place, label) in enumerate(((0, "y = 7 mm"), (2, "12.25 mm"), (4, "17.5 mm"))):
-        draw_means(path, known, MESHES, lambda found, place=place: [1e3 * value for value in found["leading path"][place][:2]] + found["leading path"][place][2:],
-                   of, is_scatter=True, color=style.notch_colour(k), label=label)
-    draw_means(speed, known, MESHES, lambda found: found["leader's speed"], of, color=style.notch_colour(0))
+        draw_shares(shares, known, MESHES, name, beside(k), color=style.notch_colour(k), label=label)
+    for k, (place, label) in enumerate(((0, "y = 7"), (2, "12.25"), (4, "17.5 mm"))):
+        draw_means(path, known, MESHES, at(place), beside(k), is_scatter=True, color=style.notch_colour(k), label=label)
+    draw_means(speed, known, MESHES, itemgetter("leader's speed"), beside(0), color=style.notch_colour(0))
     for k, moment in enumerate(MOMENTS):
-        draw_means(fringes, known, MESHES, lambda found, k=k: found["roughness"][k], of, color=style.notch_colour(k), label=f"t₀ + {moment} µs" if moment else "t₀")
-    for axes, label in ((shares, "% of samples"), (path, "leading path z, mean ± scatter [mm]"), (speed, "leader's speed [m/s]"),
+        draw_means(fringes, known, MESHES, rough(k), beside(k), color=style.notch_colour(k), label=f"t₀ + {moment} µs" if moment else "t₀")
+    for axes, label in ((shares, "% of samples"), (path, "leading path z, scatter [mm]"), (speed, "leader's speed [m/s]"),
                         (fringes, "roughness of the fringes' order")):
         axes.set(xlabel="spacing [mm]", ylabel=label, xlim=(0, 1))
-        if axes is not path:
-            axes.set_ylim(bottom=-3 if axes is shares else 0)
-        if axes is not speed:
-            axes.legend()
+    for axes in (speed, fringes):
+        axes.set_ylim(bottom=0)
+    for axes in (shares, path, fringes):
+        put_legend(axes)
     return figure
 
 
@@ -297,7 +316,7 @@ def draw_mesh(known: Known) -> Any:
 class Study:
     points: tuple[Point, ...]
     columns: dict[str, Callable[[Point, dict[str, Any]], str]]
-    draw: Callable[[Known], Any]
+    draw: Callable[[Known], Figure]
     title: str
 
     def table(self, known: Known) -> str:
@@ -314,6 +333,12 @@ STUDIES = {
     "forks": Study(BY_SPEED + AT_ONCE, RELEASE | TOUGHNESS | ONSET | FORKS | SPEED, draw_forks, "What makes cracks fork"),
     "mesh": Study(MESHES, SPACING | ONSET | TWO | FORKS | SPEED | SETTLING, draw_mesh, "Does it settle with the mesh"),
 }
+NOTE = f"""Surplus: the square of the load at the onset over that at which sharp cracks as deep as the slots hold the toughness, by the energies of
+slots {SHARP:g} mm high that are {DEEPER:g} mm shallower and deeper. With both releases the strength of 35 MPa counts alike: where no crack is near, for
+means around nodes. Otherwise notches are {BASE.distance:g} mm apart and {BASE.depth:g} mm deep, the toughness is {BASE.toughness:g} J/m², the spacing {BASE.spacing:g} mm.
+Brackets: 95 % intervals (Wilson's); ±: standard deviations.
+
+"""
 POINTS = {point.name: point for study in STUDIES.values() for point in study.points}
 
 
@@ -324,7 +349,7 @@ def shown(known: Known) -> dict[str, Study]:
 
 def page(known: Known) -> str:
     """The part of the page: pictures and tables."""
-    return "\n".join(f"![{study.title}]({name}.png)\n\n{study.table(known)}" for name, study in shown(known).items())
+    return NOTE + "\n".join(f"![{study.title}]({name}.png)\n\n{study.table(known)}" for name, study in shown(known).items())
 
 
 # The command
@@ -333,8 +358,10 @@ def is_enough(point: Point, found: dict[str, Any] | None, n_samples: int) -> boo
     return found is not None and found["input"] == checksum(point) and found["samples"] + found["failed"] >= n_samples
 
 
-def kept_elsewhere(point: Point, folders: Iterable[Path]) -> crackle.Ensemble | None:
-    return next((ensemble for ensemble in map(crackle.open, folders) if meaning(ensemble.input) == meaning(point.text)), None)
+def kept_elsewhere(point: Point, folders: Iterable[Path], n_samples: int) -> crackle.Ensemble | None:
+    """The ensemble that has the point's input, and so many samples."""
+    return next((ensemble for ensemble in map(crackle.open, folders)
+                 if meaning(ensemble.input) == meaning(point.text) and len(ensemble.done) >= n_samples), None)
 
 
 def core_hours(point: Point, n_samples: int, program: Path, folder: Path) -> float:
@@ -360,7 +387,7 @@ def chosen(names: Sequence[str], parser: argparse.ArgumentParser) -> list[Point]
 def compute(points: Sequence[Point], known: Known, arguments: argparse.Namespace) -> None:
     """Those that have too few samples; what is found is stored after each."""
     missing = [point for point in points if not is_enough(point, known.get(point), arguments.samples)]
-    elsewhere = {point: ensemble for point in missing if (ensemble := kept_elsewhere(point, arguments.ensembles)) is not None}
+    elsewhere = {point: ensemble for point in missing if (ensemble := kept_elsewhere(point, arguments.ensembles, arguments.samples)) is not None}
     print(f"{len(points) - len(missing)} of {len(points)} points are stored, {len(elsewhere)} are in the ensembles given", flush=True)
     hours = {}
     for point in missing:
@@ -394,7 +421,7 @@ def main() -> int:
                         f"{', '.join(POINTS)}")
     parser.add_argument("--samples", type=int, default=48, help="of each point (%(default)s)")
     parser.add_argument("--ranks", type=int, default=3, help="of mpirun: a master and workers (%(default)s)")
-    parser.add_argument("--ensembles", type=Path, nargs="+", default=[], metavar="FOLDER", help="of `crackle run`: points whose input they have are taken from there")
+    parser.add_argument("--ensembles", type=Path, nargs="+", default=[], metavar="FOLDER", help="of `crackle run`: points whose input they have are taken from there, where the samples are enough")
     parser.add_argument("--estimate", action="store_true", help="print what it costs, and compute nothing")
     parser.add_argument("--stored", action="store_true", help="tables and pictures of what is stored; nothing is computed")
     parser.add_argument("--keep", action="store_true", help="put tables and pictures into jobs/paper; without it pictures are in the output folder")
@@ -404,7 +431,10 @@ def main() -> int:
         if arguments.samples < 1:
             parser.error("--samples must be 1 or more")
         if not arguments.stored:
-            compute(points, known, arguments)
+            try:
+                compute(points, known, arguments)
+            except crackle.ResultsError as error:  # of a folder that was given
+                raise RunError(str(error)) from None
         if arguments.estimate:
             return 0
         for point in (point for point, found in known.items() if not is_enough(point, found, 1)):

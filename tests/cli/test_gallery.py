@@ -150,6 +150,9 @@ class Pictures(unittest.TestCase):
             stress = (3300e6 / (1 - 0.38**2) * point.toughness / (np.pi * depth))**0.5 / problems.notch_factor(share)
             handbook = stress * studying.WIDTH * studying.THICKNESS * 1e-6
             self.assertTrue(0.95 < found["sharp load"] / handbook < 1.1, point.name)
+        base, found = studying.BASE, known[studying.BASE]
+        self.assertEqual([studying.is_enough(base, one, n) for one, n in ((found, found["samples"]), (found, found["samples"] + 1), ({**found, "input": 0}, 1),
+                                                                          (None, 1))], [True, False, False, False])
         wrong = in_process.call(studying.main, "spacing-7", "--program", OPTIONS.program)
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("there is no study or point 'spacing-7'", wrong.stderr)
