@@ -36,12 +36,12 @@ def fringes(frames: Frames, moments: list[int]) -> list[Fringes]:
     return make_series(frames.nodes, frames.tetrahedra, [stresses[k] for k in moments], GRID)
 
 
-def away_from(crack: CrackSurface) -> np.ndarray:
-    """The pixels at a distance of AWAY or more from the crack's facets and from the notches."""
+def away_from(crack: CrackSurface, depth: float = DEPTH) -> np.ndarray:
+    """The pixels at a distance of AWAY or more from the crack's facets and from the notches, which are so deep."""
     free = np.ones(GRID.shape, bool)
     y, z = (np.round((crack.corner.mean(axis=1)[:, axis] - origin[0]) / PIXEL).astype(int) for axis, origin in ((1, GRID.y), (2, GRID.z)))
     free[np.clip(z, 0, free.shape[0] - 1), np.clip(y, 0, free.shape[1] - 1)] = False
-    for notch, tip in ((67, (0.0, DEPTH)), (73, (WIDTH - DEPTH, WIDTH))):
+    for notch, tip in ((67, (0.0, depth)), (73, (WIDTH - depth, WIDTH))):
         free[np.abs(GRID.z - notch * MILLIMETRE).argmin(), (GRID.y >= tip[0]) & (GRID.y <= tip[1])] = False
     return distance_transform_edt(free) * PIXEL >= AWAY
 

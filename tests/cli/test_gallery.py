@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests of jobs: every input is accepted; the gallery's closed forms, and coarse runs of its problems beside their references."""
+"""Tests of jobs: every input is accepted; the gallery's closed forms, and coarse runs of its problems beside their references; the studies of
+the paper's plate."""
 from __future__ import annotations
 
 import argparse
@@ -18,13 +19,16 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery")]
+sys.path[:0] = [str(ROOT / name) for name in ("tools", "jobs/gallery", "jobs/verification", "jobs/paper")]
 
 import command_lines  # noqa: E402
+import in_process  # noqa: E402
 import measured  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
+import studying  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+from crackle_readme import block  # noqa: E402
 from crackle_runs import run  # noqa: E402
 from small_input import small_input  # noqa: E402
 
@@ -63,7 +67,10 @@ class Inputs(unittest.TestCase):
             result = check(file)
             self.assertEqual(result.returncode, 0, f"{file}: {result.stderr}")
         with tempfile.TemporaryDirectory() as name:
-            for file in FINE:  # refused only after the whole input was read
+            texts = [text for point in studying.POINTS.values() for text in (point.text, point.with_sharp_slots(point.depth))]
+            for number, text in enumerate(texts):
+                (Path(name) / f"{number}.toml").write_text(text)
+            for file in (*FINE, *Path(name).glob("*.toml")):  # refused only after the whole input was read
                 result = crackle("run", file, "-o", f"{name}/out", "--part", "0/1000000")
                 self.assertRegex(result.stderr, r"\Acrackle: 1000000 parts are more than ensemble.samples = \d+; .*\n\Z")
 
@@ -124,6 +131,31 @@ class Pictures(unittest.TestCase):
                 pictures.draw_cracks(picture, samples, rings, quasi_static)
                 self.assertGreater(picture.stat().st_size, 5000)
                 picture.unlink()
+
+
+    def test_the_papers_studies_are_what_is_stored(self):
+        known = studying.stored()
+        self.assertEqual(block("studies"), studying.page(known))
+        with tempfile.TemporaryDirectory() as name:
+            drawn = in_process.call(studying.main, "--stored", "-o", name, "--program", OPTIONS.program)
+            self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
+            for study in studying.STUDIES:
+                self.assertGreater((Path(name) / f"{study}.png").stat().st_size, 5000)
+                self.assertTrue((ROOT / "jobs" / "paper" / f"{study}.png").is_file())
+        lines = {line for line in drawn.stdout.splitlines() if line.startswith("|")}
+        self.assertEqual(lines, {line for line in block("studies").splitlines() if line.startswith("|")})
+        # Brown and Srawley, plane strain; two slots that are near each other share the load, and are not bent as one is.
+        for point, found in known.items():
+            share, depth = point.depth / studying.WIDTH, point.depth * 1e-3
+            stress = (3300e6 / (1 - 0.38**2) * point.toughness / (np.pi * depth))**0.5 / problems.notch_factor(share)
+            handbook = stress * studying.WIDTH * studying.THICKNESS * 1e-6
+            self.assertTrue(0.95 < found["sharp load"] / handbook < 1.1, point.name)
+        base, found = studying.BASE, known[studying.BASE]
+        self.assertEqual([studying.is_enough(base, one, n) for one, n in ((found, found["samples"]), (found, found["samples"] + 1), ({**found, "input": 0}, 1),
+                                                                          (None, 1))], [True, False, False, False])
+        wrong = in_process.call(studying.main, "spacing-7", "--program", OPTIONS.program)
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("there is no study or point 'spacing-7'", wrong.stderr)
 
 
 class Runs(unittest.TestCase):
