@@ -153,7 +153,7 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
   const std::int64_t n_stiff =
       mesh.perturbation == 0
           ? 0
-          : redraw_stiffest(*tessellation, base.movable, [&](std::int32_t node, std::int32_t number) {
+          : redraw_stiffest(*tessellation, base, [&](std::int32_t node, std::int32_t number) {
               return draw_from(again, index(node), number, 1);
             });
 

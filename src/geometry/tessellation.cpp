@@ -129,17 +129,19 @@ struct Tessellation::Data {
     return result;
   }
 
-  /// What a cell adds to the stiffness and to the mass of its node `corner`, opposite to three others.
-  std::pair<double, double> share(std::int32_t corner, std::int32_t a, std::int32_t b, std::int32_t c) const {
-    const Point& p = points[index(a)];
-    const Point normal = cross(points[index(b)] - p, points[index(c)] - p) / 2;
+  /// The shares of a cell in the stiffness and the mass of its node `corner`.
+  /// @param face the other three; in ascending order, for bitwise equal shares of equal cells
+  std::pair<double, double> share(std::int32_t corner, Triangle face) const {
+    std::ranges::sort(face);
+    const Point& p = points[index(face[0])];
+    const Point normal = cross(points[index(face[1])] - p, points[index(face[2])] - p) / 2;
     const double volume = std::abs(dot(normal, points[index(corner)] - p)) / 3;
     return {dot(normal, normal) / (9 * volume), volume / 4};
   }
 
   std::pair<double, double> share(CellHandle cell, std::size_t corner) const {
     const Tetrahedron t = nodes(cell);
-    return share(t[corner], t[(corner + 1) % 4], t[(corner + 2) % 4], t[(corner + 3) % 4]);
+    return share(t[corner], {t[(corner + 1) % 4], t[(corner + 2) % 4], t[(corner + 3) % 4]});
   }
 
   /// Records a new cell's place and quality; appends its nodes to `bad` if it is bad.
@@ -217,8 +219,7 @@ double Tessellation::stiffness_over_mass(std::int32_t node) const {
   for (const CellHandle cell : cells)
     if (cell->info().place != Containment::outside)
       shares.push_back(data.share(cell, index(cell->index(vertex))));
-  // The sums do not depend on the order of the cells.
-  std::ranges::sort(shares);
+  std::ranges::sort(shares);  // sums that do not depend on the order of the cells
   double stiffness = 0;
   double mass = 0;
   for (const auto& [to_stiffness, to_mass] : shares) {
@@ -316,7 +317,7 @@ double Tessellation::tried_stiffness_over_mass() const {
       nodes[index(k)] = vertex->info();
     }
     if (is_infinite) continue;
-    const auto [to_stiffness, to_mass] = data.share(nodes[0], nodes[1], nodes[2], nodes[3]);
+    const auto [to_stiffness, to_mass] = data.share(nodes[0], {nodes[1], nodes[2], nodes[3]});
     // Only cells all of whose nodes are on the surface can be outside the body.
     if (std::ranges::all_of(nodes, [&](std::int32_t node) { return data.on_surface[index(node)] != 0; })) {
       sort4(nodes);

@@ -66,7 +66,7 @@ public:
   void lift(std::int32_t node);
   /// @param enough the trial may stop early once it is known not to be better than this one
   Trial try_at(const Point& p, const Trial& enough) const;
-  /// What the last trial, if it found no bad cell, would give stiffness_over_mass of the lifted node, up to
+  /// stiffness_over_mass of the lifted node at the point of the last trial, if that found no bad cell; up to
   /// rounding.
   double tried_stiffness_over_mass() const;
   /// Inserts the lifted node at p. Appends the bad ones among the changed cells to `bad`, unordered.

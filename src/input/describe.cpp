@@ -16,7 +16,7 @@ namespace crackle::input {
 
 namespace {
 
-/// Keys that version 1.0.0 called otherwise, whose identities stay.
+/// Names of keys in identities, which stay those of version 1.0.0.
 constexpr std::array<std::array<std::string_view, 2>, 2> names_in_identities{
     {{"mesh.symmetry", "mesh.turn"}, {"fracture.accumulation", "fracture.memory"}}};
 

@@ -16,7 +16,7 @@ struct Sweep {
 
 /// The typed, immutable parameters of an ensemble, with the file that gave them.
 struct Parameters : Study {
-  /// The input file as it was read, with the current names of keys and the points of an outline file.
+  /// The input file as it was read, with the points of an outline file.
   std::string text;
   std::vector<std::string> notes = {};  ///< on the file, such as keys without effect
   std::vector<Sweep> sweeps = {};

@@ -97,7 +97,7 @@ inline constexpr std::int64_t oldest_schema_version = 4;
 
 /// Incremented with every change that affects the results of some inputs: samples of different models cannot
 /// belong to one ensemble. Files without it are of model 1.
-inline constexpr std::int64_t model_version = 8;
+inline constexpr std::int64_t model_version = 9;
 
 /// The first model in which samples have base points of their own if the input does not say; before, they
 /// shared one set.
