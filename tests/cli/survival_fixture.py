@@ -58,7 +58,7 @@ def slow_plate(text, program, seconds):
 
 class SurvivalCase(unittest.TestCase):
     """`small` is an input that is computed at once, `slow` one of seconds for each sample."""
-    SLOW_SECONDS = 0.6
+    SLOW_SECONDS = 0.4
 
     @classmethod
     def setUpClass(cls):

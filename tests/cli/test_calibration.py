@@ -72,7 +72,7 @@ class Command(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             text = small_input()  # with cracks long enough to have a speed in each sample
-            for old, new in (('"2 mm"\nnotch_spacing = "1 mm"', '"0.7 mm"'), ("30 mm", "20 mm"), ("15 mm", "10 mm"), ('"1 mm"', '"0.6 mm"'), ("20 us", "90 us")):
+            for old, new in (('"2 mm"\nnotch_spacing = "1 mm"', '"0.9 mm"'), ("30 mm", "20 mm"), ("15 mm", "10 mm"), ('"1 mm"', '"0.6 mm"'), ("20 us", "90 us")):
                 self.assertIn(old, text)
                 text = text.replace(old, new)
             (folder / "plate.toml").write_text(text)

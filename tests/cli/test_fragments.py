@@ -25,6 +25,7 @@ import crackle  # noqa: E402
 import in_process  # noqa: E402
 from effort import repetitions  # noqa: E402
 from crackle_report.fields import Tool  # noqa: E402
+from crackle_report.figures import fragments  # noqa: E402
 from crackle_report.sample_files import SampleFiles  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 
@@ -175,7 +176,7 @@ class Fragments(unittest.TestCase):
         self.assertEqual(len(Tool(shape="plane", axis=np.array((1, 0, 0)), size=np.array(()), **at_rest).outline(0)), 0)
 
     def test_pictures_show_them(self):
-        result = in_process.report(self.out, "--program", OPTIONS.program, "--no-animation")
+        result = in_process.report(self.out, "--program", OPTIONS.program, "--no-animation", sections=(fragments.section,))
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertTrue((self.out / "report/fragments.png").is_file())
         self.assertIn("Fragments are pieces of the body", (self.out / "report.html").read_text())

@@ -42,7 +42,7 @@ class Installed(unittest.TestCase):
     def test_the_program_and_the_tools_beside_it(self):
         self.call("crackle", "init", "plate.toml", "--from", "ring")
         self.assertIn("ensemble.samples", self.call("crackle", "check", "plate.toml"))
-        write_ensemble(self.folder / "out", 2)
+        write_ensemble(self.folder / "out", 1)
         # What draws random inputs is found where it is installed.
         self.call("crackle", "init", "strip.toml", "--from", "uncertain-strip")
         self.assertIn("median 298.5", self.call("crackle", "check", "--no-measure", "strip.toml"))

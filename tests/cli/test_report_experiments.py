@@ -32,7 +32,7 @@ from small_input import run, small_input  # noqa: E402
 from test_report import overlapping_texts  # noqa: E402
 
 PROGRAM = Path()
-N = 12
+N = 8
 HELD_OUT = 0  # the first sample whose crack has several points
 SCALE = 0.13e-3  # of a pixel [m]
 ORIGIN = (1e-3, 14e-3)  # of the experiment's axes in the body [m]

@@ -145,7 +145,7 @@ values = ["facet", "element"]
             drawn = [container.lines[0].get_xydata() for container in axes.containers]
             peaks = [one["value"][column] for one in document["cases"]]
             np.testing.assert_allclose(drawn, [[(35, peaks[0]), (45, peaks[2])], [(35, peaks[1]), (45, peaks[3])]])
-            with mock.patch.object(command, "SECTIONS", command.SECTIONS[:2]):  # of each case's report
+            with mock.patch.object(command, "SECTIONS", command.SECTIONS[:1]):  # of each case's report
                 self.assertEqual(in_process.report(folder, "--cases", "--no-animation", "--no-fringes").returncode, 0)
             self.assertEqual(len(list(folder.glob("case-*/report.html"))), 4)
             self.assertIn('<a href="case-3/report.html">case-3</a>', (folder / "report.html").read_text(encoding="utf-8"))

@@ -48,7 +48,7 @@ class SampleSurvival(SurvivalCase):
     def suspended_at_a_time_limit(self, n_ranks):
         """A run that has run for a while before its time limit came."""
         for limit in (1, 2, 4, 8, 16, 32):  # a busy machine or a sanitizer may take seconds to start
-            result = self.call(*self.sample("--resume", "--time-limit", f"{limit}s"), n_ranks=n_ranks)
+            result = self.call(*self.sample("--resume", "--time-limit", f"0:{limit:02}"), n_ranks=n_ranks)
             self.assertIn(f"the time limit of {limit} s: stopping", result.stdout)
             self.assert_suspended(result)
             if "continues at step" in result.stdout:

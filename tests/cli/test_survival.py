@@ -48,14 +48,12 @@ class Survival(SurvivalCase):
         self.assertTrue(list(self.out.glob("lock-*")), "it took the time to end in order")
 
     def test_time_limits_suspend(self):
-        for text, seconds in (("0.5s", "0"), ("0:01", "1")):
-            shutil.rmtree(self.out, ignore_errors=True)
-            result = self.call("run", self.slow, "-o", self.out, "--time-limit", text)
-            self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-            self.assertIn(f"the time limit of {seconds} s: stopping", result.stdout)
+        result = self.call("run", self.slow, "-o", self.out, "--time-limit", "0.5s")
+        self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+        self.assertIn("the time limit of 0 s: stopping", result.stdout)
         shutil.rmtree(self.out)
         result = self.call("run", self.slow, "-o", self.out,
-                           extra_environment={"SLURM_JOB_END_TIME": str(int(time.time()) + 1)})
+                           extra_environment={"SLURM_JOB_END_TIME": str(int(time.time()))})
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
         self.assertIn(f"to continue: {survival_fixture.PROGRAM} run {self.slow} -o {self.out} --resume\n", result.stdout)
         result = self.call("run", self.slow, "-o", self.out, "--resume")
@@ -292,10 +290,10 @@ class Survival(SurvivalCase):
             self.skipTest("the address sanitizer needs all addresses")
         # A limit of memory that the frames do not keep to, and that is lifted afterwards.
         setting = self.root / "frames.toml"
-        text = SMALL.replace("samples = 3", "samples = 1").replace('step = "auto"', 'step = "4 ns"').replace('"60 us"', '"20 us"')
+        text = SMALL.replace("samples = 3", "samples = 1").replace('step = "auto"', 'step = "8 ns"').replace('"60 us"', '"20 us"')
         setting.write_text(text.replace("frames = 4", "frames = 1"))
         limit = self.peak_of_addresses(0, "run", setting, "-o", self.root / "few")
-        setting.write_text(text.replace("frames = 4", "frames = 5000"))
+        setting.write_text(text.replace("frames = 4", "frames = 2500"))
         self.whole(setting)
         result = self.call("run", setting, "-o", self.out, memory_limit=limit, extra_environment=self.ONE_ARENA)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)

@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import command_lines  # noqa: E402
 from crackle_launch import environment, mpirun  # noqa: E402
+from effort import repetitions  # noqa: E402
 
 PROGRAM = Path()
 PLATE = (ROOT / "tests" / "support" / "plate.toml").read_text().replace('"100 N"', '"5 N"').replace('step = "20 ns"', 'step = "auto"')
@@ -212,8 +213,27 @@ class Uncertainty(unittest.TestCase):
 
     # Sweeps
 
-    def test_a_sweep_is_its_cases(self):
-        self.call("run", self.write(PLATE.replace("samples = 6", "samples = 3") + SWEEP), "-o", "out", ranks=3)
+    def test_a_sweep_is_its_cases_also_when_it_was_stopped_and_resumed(self):
+        name = self.write(PLATE.replace("samples = 6", "samples = 3") + SWEEP)
+        process = subprocess.Popen([str(PROGRAM), "run", name, "-o", "out"], cwd=self.folder, env=environment(),
+                                   stdout=subprocess.PIPE, text=True)
+        for line in process.stdout:
+            if "sample 0 done" in line:
+                process.send_signal(signal.SIGTERM)
+                break
+        rest = process.stdout.read()
+        process.stdout.close()
+        self.assertEqual(process.wait(timeout=100), 3, rest)
+        self.assertIn("to continue: ", rest)
+        done = len(list((self.folder / "out").glob("case-*/samples/*.h5")))
+        self.assertTrue(0 < done < 12, done)
+        output = self.call("run", name, "-o", "out", "--resume", ranks=3)
+        self.assertIn("4 cases: 12 done, 0 failed, 0 pending", output)
+        if repetitions(False, True):
+            self.call("run", name, "-o", "whole")
+            self.assertEqual((self.folder / "out/summary.csv").read_text(), (self.folder / "whole/summary.csv").read_text())
+            for number in range(4):
+                self.assertTrue(same_content(self.folder / f"out/case-{number}/ensemble.h5", self.folder / f"whole/case-{number}/ensemble.h5"))
         with (self.folder / "out" / "summary.csv").open() as file:
             table = list(csv.DictReader(file))
         self.assertEqual([(row["fracture.release"], row["mesh.perturbation"]) for row in table],
@@ -267,27 +287,6 @@ values = ["independent", "sobol"]
                 self.assertTrue(same_content(self.folder / f"out/case-{number}" / name, self.folder / f"alone-{number}" / name), name)
         refused = self.call("stats", "out", "--sections", "y=3 mm", ranks=2, status=1)
         self.assertEqual(refused.count("holds a sweep"), 1, refused)
-
-    def test_a_stopped_sweep_can_be_resumed(self):
-        name = self.write(PLATE.replace("samples = 6", "samples = 3") + SWEEP)
-        self.call("run", name, "-o", "whole")
-        process = subprocess.Popen([str(PROGRAM), "run", name, "-o", "out"], cwd=self.folder, env=environment(),
-                                   stdout=subprocess.PIPE, text=True)
-        for line in process.stdout:
-            if "sample 0 done" in line:
-                process.send_signal(signal.SIGTERM)
-                break
-        rest = process.stdout.read()
-        process.stdout.close()
-        self.assertEqual(process.wait(timeout=100), 3, rest)
-        self.assertIn("to continue: ", rest)
-        done = len(list((self.folder / "out").glob("case-*/samples/*.h5")))
-        self.assertTrue(0 < done < 12, done)
-        output = self.call("run", name, "-o", "out", "--resume", ranks=2)
-        self.assertIn("4 cases: 12 done, 0 failed, 0 pending", output)
-        self.assertEqual((self.folder / "out/summary.csv").read_text(), (self.folder / "whole/summary.csv").read_text())
-        for number in range(4):
-            self.assertTrue(same_content(self.folder / f"out/case-{number}/ensemble.h5", self.folder / f"whole/case-{number}/ensemble.h5"))
 
     def test_what_a_sweep_cannot_replace_it_names(self):
         name = self.write(PLATE.replace("samples = 6", "samples = 1") + SWEEP)

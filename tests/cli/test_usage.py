@@ -15,6 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
 import command_lines  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+from effort import repetitions  # noqa: E402
 
 OPTIONS = None
 COMMANDS = ["init", "check", "mesh", "sample", "run", "watch", "stats", "compare", "match", "calibrate"]
@@ -248,13 +249,13 @@ class Usage(unittest.TestCase):
         self.assertGreater(int(shared[2]), int(shared[3]))
         self.assertLess(int(shared[5]), 100 * int(plan[1]) / (4 * int(shared[1])) + 1)
 
-    def test_a_mesh_of_a_hundred_million_tetrahedra_is_not_made(self):
-        """It is estimated from a coarser one."""
-        rows, text = self.check("--no-measure", spacing='"0.105 mm"', notch_spacing='"0.105 mm"', step='"auto"')
+    def test_a_mesh_of_many_million_tetrahedra_is_not_made(self):
+        """It is estimated from a coarser one: 20 million, and 100 million under tools/check --full."""
+        spacing = repetitions(0.18, 0.105)  # [mm]
+        rows, text = self.check("--no-measure", spacing=f'"{spacing} mm"', notch_spacing=f'"{spacing} mm"', step='"auto"')
         self.assertIn("takes minutes or more to make", text)
         n = float(rows["tetrahedra"].removeprefix("about "))
-        self.assertGreater(n, 8e7)
-        self.assertLess(n, 1.2e8)
+        self.assertAlmostEqual(n * (spacing / 0.105)**3, 1e8, delta=2e7)
         n_coarse, factor = re.match(r"from a mesh of (\d+) tetrahedra, with ([\d.]+) times the spacings; --samples 1 makes",
                                     rows["estimated"]).groups()
         self.assertAlmostEqual(float(factor), (n / int(n_coarse)) ** (1 / 3), delta=0.15 * float(factor))

@@ -22,6 +22,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 import small_input  # noqa: E402
 from command_lines import with_server  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+from effort import repetitions  # noqa: E402
 
 PROGRAM, MPIRUN = Path(), ""
 # Open MPI finds no component of this name, and ends the program.
@@ -70,13 +71,15 @@ class WithoutMpi(unittest.TestCase):
         commands = (["--version"], ["--help"], ["run", "--help"], ["stats", "--columns"], ["check", "--keys"],
                     ["check", "--no-measure", self.input], ["stats", "--read-only", self.out], ["stats", self.out, "--json"],
                     ["stats", "--sections", "y=6 mm", self.out], ["compare", self.out, self.out],
-                    ["match", self.out, "loads.toml"], ["match", self.out, "--held-out", "each"], ["calibrate", self.out, "loads.toml"],
-                    ["watch", "--once", self.out], ["mesh", self.input, "--sample", "1", "-o", "mesh.vtkhdf"])
+                    ["match", self.out, "loads.toml"], *repetitions((), (["match", self.out, "--held-out", "each"],)),
+                    ["calibrate", self.out, "loads.toml"], ["watch", "--once", self.out], ["mesh", self.input, "--sample", "1", "-o", "mesh.vtkhdf"])
         for arguments in commands:
             with self.subTest(arguments=arguments):
                 found = self.call(*arguments, **BROKEN)
                 self.assertEqual(found.returncode, 0, found.stderr)
                 if "--help" in arguments or "--keys" in arguments:  # texts, as --version is
+                    continue
+                if arguments[0] in repetitions(("match", "calibrate"), ()):  # in Python on the first rank, as "compare" is
                     continue
                 usual = self.call(*arguments, launcher=(*shlex.split(MPIRUN), "-n", "2"))
                 self.assertEqual(usual.returncode, 0, usual.stderr)

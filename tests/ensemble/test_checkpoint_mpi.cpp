@@ -7,6 +7,7 @@
 #include "parallel/collectives.h"
 
 #include "support/box_mesh.h"
+#include "support/effort.h"
 #include "support/group.h"
 #include "support/same_result.h"
 
@@ -178,7 +179,7 @@ TEST_F(Checkpoints, KeepWhatStickAndSlip) {
         test::boundary(plane::Face::z_max, input::BoundaryKind::velocity, {true, true, true}, {5, 0, -60})};
     compare("rubble", parameters, true);
     parameters.time.integrator = input::Integrator::verlet;
-    compare("rubble, verlet", parameters, true);
+    if (release == input::Release::element || test::is_full()) compare("rubble, verlet", parameters, true);
     // Two bars that meet.
     const auto in_one =
         std::exchange(mesh_, test::make_box({.size = parameters.specimen.size,
@@ -233,10 +234,11 @@ TEST_F(Checkpoints, KeepTheStrengthsNearCracks) {
   for (auto parameters : {torn_bar(), test::pulled_bar(torn_bar())}) {
     parameters.fracture.toughness = 50;
     parameters.time.step = 1e-8;
-    for (const double strength : {45e6, 12e6}) {  // more and less than at cracks
-      parameters.fracture.strength = strength;
-      compare("strength and toughness", parameters, true);
-    }
+    parameters.fracture.strength = 45e6;  // more than at cracks
+    compare("strength and toughness", parameters, true);
+    if (parameters.time.start != input::Start::rest && !test::is_full()) continue;
+    parameters.fracture.strength = 12e6;  // less
+    compare("strength and toughness", parameters, true);
     parameters.fracture.strength = 45e6;
     parameters.fracture.nucleation = input::Nucleation::own_stress;
     compare("strength and toughness, own stress", parameters, true);

@@ -165,7 +165,7 @@ TEST_P(FailingAllocation, EndsTheSampleOnAllRanks) {
   allocations.records = false;
   // Some places in the code on each rank, most of them on two ranks, unless all are requested.
   const bool is_thorough = std::getenv("CRACKLE_ALL_ALLOCATIONS") != nullptr;
-  const std::int64_t n_tried = world.size() == 2 ? 60 : 20;
+  const std::int64_t n_tried = world.size() == 2 ? 40 : 12;
   int n_runs = 0, n_failed = 0;
   for (int rank = 0; rank < world.size(); ++rank) {
     auto n_places = static_cast<std::int64_t>(allocations.places.size());

@@ -96,7 +96,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   const auto mesh =
       test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
-  constexpr std::int64_t failing_step = 400;
+  constexpr std::int64_t failing_step = 200;
 
   for (const Place place : {Place::stages, Place::check, Place::strain, Place::release}) {
     fracture::BreakableBody body(part, parameters.material(), fracture::make_release(parameters.fracture));

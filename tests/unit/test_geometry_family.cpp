@@ -200,7 +200,7 @@ std::string true_reason(const MeshProblem& problem, const std::string& refusal) 
 
 TEST(Family, EveryBodyConformsOrIsRefusedForATrueReason) {
   const auto n_bodies =
-      static_cast<std::uint64_t>(test::from_environment("CRACKLE_FAMILY", test::repetitions(8, 60)));
+      static_cast<std::uint64_t>(test::from_environment("CRACKLE_FAMILY", test::repetitions(5, 60)));
   const double max_points = test::from_environment("CRACKLE_FAMILY_POINTS", 6000);
   std::map<std::string, int> refused;
   std::map<int, int> conforming;  // by the number of notches

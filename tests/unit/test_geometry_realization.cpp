@@ -4,6 +4,7 @@
 #include "geometry/realization.h"
 #include "geometry/symmetry.h"
 
+#include "support/effort.h"
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>
@@ -60,7 +61,8 @@ TEST(Realization, ConformsToTheBody) {
   for (const Case& each : cases()) {
     SCOPED_TRACE(each.name);
     const MotherPoints base = make_mother_points(each.body, each.mesh, 2012);
-    for (std::uint64_t sample = 0; sample < 3; ++sample) {
+    const auto n_samples = static_cast<std::uint64_t>(test::repetitions(1, 3));
+    for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
       const Realization made = make_realization(each.body, base, each.mesh, 2012, sample);
       EXPECT_NO_THROW(verify(made, each.body, each.mesh.min_quality));
       double volume = 0;

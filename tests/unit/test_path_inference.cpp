@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Paths as wholes: how often bands hold, and the mean of cracks of which some stopped.
 #include "analysis/path_inference.h"
+#include "common/index.h"
 #include "common/random.h"
 
+#include "support/effort.h"
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>
@@ -39,10 +41,10 @@ bool holds(const std::vector<FramedPath>& paths, const std::vector<double>& half
 }
 
 TEST(PathInference, BandsHoldAtAllSectionsTogether) {
-  constexpr int n_trials = 300;
+  const int n_trials = test::repetitions(150, 300);
   for (const std::size_t n : {8, 30}) {
     int n_band = 0, n_alone = 0;
-    for (std::uint64_t trial = 0; trial < n_trials; ++trial) {
+    for (std::uint64_t trial = 0; trial < index(n_trials); ++trial) {
       RandomStream stream(1, trial, "band");
       const auto paths = made_paths(n, 5, 0.8, 0.6, stream);
       n_band += holds(paths, band_half_widths(paths, {}, 0.95)) ? 1 : 0;
@@ -62,10 +64,10 @@ TEST(PathInference, BandsHoldAtAllSectionsTogether) {
 }
 
 TEST(PathInference, TheMeanOfAllIncludesCracksThatStopped) {
-  constexpr int n_trials = 100;
+  const int n_trials = test::repetitions(50, 100);
   int n_plain = 0, n_all = 0, n_seen = 0, n_known = 0;
   double plain_bias = 0, bias = 0;
-  for (std::uint64_t trial = 0; trial < n_trials; ++trial) {
+  for (std::uint64_t trial = 0; trial < index(n_trials); ++trial) {
     RandomStream stream(1, trial, "stop");
     auto paths = made_paths(60, 3, 1.2, 0.5, stream);
     for (FramedPath& path : paths)

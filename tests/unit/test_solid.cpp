@@ -320,7 +320,7 @@ TEST(Solid, OfAnyShapeIsFilledExactly) {
   fill(read(test::off_of(hollow), ".off"), 1, 2);
   const RandomStream streams(5, 0, "bodies");
   std::map<std::string, int> outcomes;
-  const int n = test::repetitions(20, 300);
+  const int n = test::repetitions(12, 300);
   for (int i = 0; i < n; ++i) {
     RandomStream stream = streams.substream(static_cast<std::uint64_t>(i));
     Facets facets = test::random_hull(stream, static_cast<std::size_t>(stream.uniform(2, 14)));
@@ -375,7 +375,7 @@ double size_of_region(const input::Model& model, std::uint64_t sample) {
 TEST(Solid, HasRegionsOnObliqueFacesExactly) {
   const RandomStream streams(12, 0, "regions");
   int n_areas = 0;
-  for (int i = 0; i < test::repetitions(5, 60); ++i) {
+  for (int i = 0; i < test::repetitions(4, 60); ++i) {
     RandomStream stream = streams.substream(static_cast<std::uint64_t>(i));
     const Solid solid = read(test::obj_of(test::random_hull(stream, 6)), ".obj");
     input::Model model;

@@ -252,14 +252,14 @@ void VibratingBlock::expect_plain_dynamics(int n_steps, double accuracy) {
 }
 
 TEST_F(VibratingBlock, FollowsThePlainDynamicsOverManySteps) {
-  expect_plain_dynamics(test::repetitions(2000, 20000), 1e-8);
+  expect_plain_dynamics(test::repetitions(1000, 20000), 1e-8);
 }
 TEST_F(MixedBlock, FollowsThePlainDynamicsOverManySteps) {
   // Numbers have the range of the stiffest material.
   expect_plain_dynamics(4000, 4e-8);
 }
 TEST_F(StrainedBlock, FollowsThePlainDynamicsOverManySteps) {
-  expect_plain_dynamics(test::repetitions(2000, 4000), 1e-8);
+  expect_plain_dynamics(test::repetitions(1000, 4000), 1e-8);
 }
 TEST_F(StrainedBlock, WithBreaksFollowsThePlainDynamics) {
   auto state = start(0.002, 1), plain_state = start(0.002, 1), petsc_state = start(0.002, 1);

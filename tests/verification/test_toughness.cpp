@@ -85,6 +85,7 @@ TEST(Toughness, MakesTheLoadAtRunAwayIndependentOfTheSpacing) {
 class CrackedStrip : public ::testing::TestWithParam<double> {};
 
 TEST_P(CrackedStrip, BecomesUnstableAtTheLoadThatItsToughnessPredicts) {
+  if (GetParam() == 0.2 && !test::is_full()) GTEST_SKIP() << "lies between the others";
   auto parameters = test::job("verification/griffith-strip.toml");
   const double nu = parameters.materials[0].poisson_ratio = GetParam();
   parameters.mesh.regions.front().spacing = 1e-3;
