@@ -16,7 +16,7 @@ namespace {
 /// Nodes that count as outliers. Twice as many would lengthen steps by a few percent more.
 constexpr double share_of_nodes = 1e-2;
 constexpr std::int32_t draws_per_node = 16;
-constexpr std::size_t n_nearest = 8;
+constexpr std::size_t n_nearest = 8;  // with three, up to twice as many nodes stay above the limit
 /// Between sums over the same cells in another order.
 constexpr double rounding = 1e-9;
 /// A trial may stop at the first bad cell.

@@ -331,7 +331,7 @@ at = ["0 mm", "0 mm", "0 mm"]
 center = ["0 mm", "0 mm", "5 mm"]
 semi_axes = ["9 mm", "4 mm"]
 normal = [0, 0, 1]"""
-        for pull, has_forks in ((0.05, True), (0.02, False)):
+        for pull, has_forks in ((0.06, True), (0.02, False)):
             moved = "".join(f'[[boundary]]\non = "{face}"\ndisplacement = ["0 mm", "0 mm", "{sign}{pull} mm"]\n' for face, sign in (("z-min", "-"), ("z-max", "")))
             self.input.write_text(body(crack, spacing=0.4, poisson=0.35, strength=300, toughness=300, rest='release_speed = "1670 m/s"\n' + moved + """[time]
 start = "equilibrium"

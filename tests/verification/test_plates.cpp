@@ -49,7 +49,7 @@ fix = ["y"]
       worst = std::max(worst, std::abs(u[3 * n + i] - strain * plate.subdomain.nodes[n][i]));
   std::printf("pressure from all sides: largest displacement error %.1e of the largest displacement\n",
               worst / std::abs(strain * 0.024));
-  EXPECT_LT(worst, 1e-6 * std::abs(strain * 0.024));
+  EXPECT_LT(worst, 3e-7 * std::abs(strain * 0.024));
 }
 
 // Resultants of a pin and of a pressure on half of a hole.
