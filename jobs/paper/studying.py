@@ -40,7 +40,7 @@ from problems import projected_branching
 
 PAPER = Path(__file__).resolve().parent
 RECORD = PAPER / "studies.json"
-"""What was found at each point, so that tables and pictures need no sample."""
+"""The findings at each point, so that tables and pictures need no sample."""
 CONFIDENCE = 0.95
 WIDTH, LENGTH, THICKNESS = 24.5, 140, 5  # of the plate [mm]
 BESIDE = 5  # of the notches, how far the fine mesh goes [mm]
@@ -112,7 +112,7 @@ BASE = Point()
 TOUGHNESSES = (20, 28, 34, 40, 57, 72)  # [J/m^2]
 
 
-# What is found at a point
+# Findings at a point
 
 def mean_and_deviation(values: Iterable[float]) -> list[float]:
     """And the number, of those that are there; rounded for the record."""
@@ -278,7 +278,7 @@ def draw_forks(known: Known) -> Figure:
         draw_shares(forks, known, points, "long forks in space", surplus_in(known), **look)
         draw_shares(forks, known, points, "forks", surplus_in(known), color=look["color"], fmt="s:", mfc="none")
         draw_means(speeds, known, points, itemgetter("largest speed over c_R"), surplus_in(known), **look)
-    for axes, label in ((forks, "forks from 2 mm [% of samples]"), (speeds, "largest speed / c_R")):
+    for axes, label in ((forks, "samples with forks [%]"), (speeds, "largest speed / c_R")):
         axes.set(xlabel="surplus", ylabel=label, xscale="log")
         axes.set_xticks(TICKS, [f"{value:g}" for value in TICKS])
         axes.xaxis.set_minor_locator(NullLocator())
@@ -336,7 +336,7 @@ STUDIES = {
 NOTE = f"""Surplus: the square of the load at the onset over that at which sharp cracks as deep as the slots hold the toughness, by the energies of
 slots {SHARP:g} mm high that are {DEEPER:g} mm shallower and deeper. With both releases the strength of 35 MPa counts alike: where no crack is near, for
 means around nodes. Otherwise notches are {BASE.distance:g} mm apart and {BASE.depth:g} mm deep, the toughness is {BASE.toughness:g} J/m², the spacing {BASE.spacing:g} mm.
-Forks seen through the plate: of any length, open squares. Brackets: 95 % intervals (Wilson's); ±: standard deviations.
+Forks seen through the plate: of any length, open squares. Brackets and bars: 95 % intervals; ±, and bars of paths: standard deviations.
 
 """
 POINTS = {point.name: point for study in STUDIES.values() for point in study.points}
@@ -358,10 +358,15 @@ def is_enough(point: Point, found: dict[str, Any] | None, n_samples: int) -> boo
     return found is not None and found["input"] == checksum(point) and found["samples"] + found["failed"] >= n_samples
 
 
+def has_frames(ensemble: crackle.Ensemble) -> bool:
+    return bool(tomllib.loads(ensemble.input).get("output", {}).get("frames", 0))
+
+
 def kept_elsewhere(point: Point, folders: Iterable[Path], n_samples: int) -> crackle.Ensemble | None:
     """The ensemble that has the point's input, and so many samples."""
     return next((ensemble for ensemble in map(crackle.open, folders)
-                 if meaning(ensemble.input) == meaning(point.text) and len(ensemble.done) >= n_samples), None)
+                 if meaning(ensemble.input) == meaning(point.text) and (ensemble.samples.status.isin(["done", "failed"])).sum() >= n_samples
+                 and has_frames(ensemble) >= (point in STUDIES["mesh"].points)), None)
 
 
 def core_hours(point: Point, n_samples: int, program: Path, folder: Path) -> float:
