@@ -21,6 +21,7 @@ BLOCKS = {
     "peers": "tests/benchmark/README.md",  # tools/benchmark --peers --readme
     "scaling": "tests/benchmark/README.md",  # tools/benchmark --scaling --readme
     **{name: "jobs/verification/README.md" for name in ("verification", "interface", "nucleation", "solids", "fast")},  # jobs/verification/verify --readme
+    "campaigns": "jobs/paper/README.md",  # jobs/paper/campaigns --keep
     "studies": "jobs/paper/README.md",  # jobs/paper/studies --keep
     # jobs/gallery/gallery --keep
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk", "twisted-rod",

@@ -5,6 +5,7 @@ the paper's plate."""
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import re
 import signal
@@ -22,6 +23,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / name) for name in ("tools", "jobs/gallery", "jobs/verification", "jobs/paper")]
 
 import command_lines  # noqa: E402
+import comparing  # noqa: E402
 import in_process  # noqa: E402
 import measured  # noqa: E402
 import pictures  # noqa: E402
@@ -40,7 +42,7 @@ ACCEPTED = {  # what a coarse run may find of each figure; forks of so few sampl
 
 # Their meshes take half a second or more, that of the corridor a minute: read here, meshed by Runs.
 FINE = tuple(ROOT / "jobs" / name for name in (
-    "paper.toml", "paper/clock-from-zero.toml", "paper/corridor.toml", "paper/release-in-time.toml", "paper/round-slots.toml",
+    "paper.toml", "paper/clock-from-zero.toml", "paper/corridor.toml", "paper/round-slots.toml",
     "uncertain/plate.toml", "thin-plate.toml",
     "verification/glass-plate.toml", "verification/blunt-notch.toml", "verification/disk.toml", "verification/pmma-strip.toml",
     "sweeps/heterogeneity.toml", "sweeps/notches.toml", "sweeps/spacing-in-time.toml", "gallery/bend-bar.toml", "gallery/layered-plate.toml",
@@ -132,6 +134,16 @@ class Pictures(unittest.TestCase):
                 self.assertGreater(picture.stat().st_size, 5000)
                 picture.unlink()
 
+    def test_the_papers_campaigns_are_what_is_stored(self):
+        self.assertEqual(block("campaigns"), comparing.table())
+        # The program's own intervals.
+        ours = json.loads(crackle("stats", "--read-only", "--json", comparing.ENSEMBLES["ours"]).stdout)
+        row = next(line for line in block("campaigns").splitlines() if line.startswith("| its load "))
+        load = next(one for one in ours["results"] if one["name"] == "onset_force")
+        self.assertIn(f"{load['quantiles'][2]:.1f} N ({load['median_lower']:.1f} to {load['median_upper']:.1f})", row)
+        for pattern, lower, upper in zip(("one crack", "two cracks"), *(ours["statistics"][f"pattern_{end}"][1:3] for end in ("lower", "upper"))):
+            row = next(line for line in block("campaigns").splitlines() if line.startswith(f"| {pattern} "))
+            self.assertIn(f"({100 * lower:.1f} to {100 * upper:.1f})", row)
 
     def test_the_papers_studies_are_what_is_stored(self):
         known = studying.stored()
