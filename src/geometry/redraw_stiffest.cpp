@@ -101,7 +101,7 @@ private:
   void redraw(std::int32_t node) {
     if (base_.movable[index(node)] == 0) return;
     const std::vector<std::int32_t> neighbours = tessellation_.neighbours(node);
-    double least = stiffest(node, neighbours, std::numeric_limits<double>::infinity());
+    double least = stiffest(node, {}, std::numeric_limits<double>::infinity());
     if (least <= limit_) return;
     Point best = tessellation_.points()[index(node)];
     std::vector<Tetrahedron> bad;  // stays empty

@@ -44,8 +44,8 @@ public:
   /// The nodes that share a cell with `node`, ascending.
   std::vector<std::int32_t> neighbours(std::int32_t node) const;
 
-  /// Of a node of the body's cells: sum over its cells of |n|^2 / (9 V), where n is the area vector of the
-  /// face opposite, over a quarter of their volume [1/m^2]. Times the squared speed of P waves it bounds the
+  /// The sum over a node's cells of |n|^2 / (9 V), where n is the area vector of the face opposite, over a
+  /// quarter of their volume [1/m^2]. Times the squared speed of P waves it bounds the
   /// diagonal block of the node in K / m, and thus tells apart the nodes that need the shortest steps. In
   /// bodies of several materials these would count by their wave speeds, which this ignores.
   double stiffness_over_mass(std::int32_t node) const;
