@@ -11,13 +11,13 @@ import crackle
 import numpy as np
 import pandas as pd
 from crackle.files import ENSEMBLE_KIND, results
-from crackle.inference import median_interval, wilson
+from crackle.inference import median_interval
 from crackle_readme import put_block
 from crackle_runs import markdown
+from shares import CONFIDENCE, share_text
 
 PAPER = Path(__file__).resolve().parent
 ENSEMBLES = {"its model": PAPER, "ours": PAPER / "round-slots"}
-CONFIDENCE = 0.95
 SYMMETRIC = 0.8  # overlap from which on two cracks count as a symmetric pair
 
 Cell = Callable[[crackle.Ensemble], str]
@@ -28,9 +28,7 @@ def share(column: str, is_one: Callable[[pd.Series], pd.Series]) -> Cell:
     def text(ensemble: crackle.Ensemble) -> str:
         if column not in ensemble.samples:  # of an older version
             return "–"
-        part, n = is_one(done(ensemble)[column]).mean(), len(ensemble.done)
-        interval = wilson(part, n, CONFIDENCE)
-        return f"{100 * part:.1f} % ({100 * interval.lower:.1f} to {100 * interval.upper:.1f})"
+        return share_text(int(is_one(done(ensemble)[column]).sum()), len(ensemble.done), decimals=1)
     return text
 
 

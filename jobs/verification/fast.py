@@ -166,10 +166,12 @@ def paper_plate(spacing: float) -> str:
 
 
 def leaders_speed(ensemble: crackle.Ensemble) -> list[float]:
-    """Of the leading crack between the first section and the last [m/s]; NaN where it does not cross both."""
+    """Of the leading crack between the first section and the last [m/s]; NaN where it does not cross all of them, or none leads."""
     y = [float(place.removesuffix(" mm")) * MILLIMETRE for place in tomllib.loads(ensemble.input)["sections"]["y"]]
-    times = ensemble.paths.arrival_time.values[ensemble.done, ensemble.samples.leading_notch[ensemble.done].to_numpy(int)]
-    return [abs(float(np.polyfit(some, y, 1)[0])) if np.isfinite(some).all() else math.nan for some in times]
+    leaders = ensemble.samples.leading_notch[ensemble.done].to_numpy(int)
+    times = ensemble.paths.arrival_time.values[ensemble.done, leaders]
+    return [abs(float(np.polyfit(some, y, 1)[0])) if leader >= 0 and np.isfinite(some).all() else math.nan
+            for leader, some in zip(leaders, times)]
 
 
 plate = Comparison(

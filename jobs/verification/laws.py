@@ -25,7 +25,8 @@ N_SAMPLES = {"averaged": 2, "softening": 2}  # 4 with the other laws
 REFERENCE = "at most 1.5 at 40 µs; 0.48, Suzuki et al. 2007"
 MOMENTS = (0, 20, 40, 70, 100)  # [µs] since the onset
 PIXEL, COARSE, AWAY = 0.25 * MILLIMETRE, 1 * MILLIMETRE, 3 * MILLIMETRE
-WIDTH, DEPTH, Z = 24.5 * MILLIMETRE, 2.5 * MILLIMETRE, (50 * MILLIMETRE, 90 * MILLIMETRE)  # of the plate, its notches, the pictures
+WIDTH, Z = 24.5 * MILLIMETRE, (50 * MILLIMETRE, 90 * MILLIMETRE)  # of the plate, the pictures
+DEPTH, PLACES = 2.5 * MILLIMETRE, (67 * MILLIMETRE, 73 * MILLIMETRE)  # of the notches; along z
 GRID = Grid.over((0.0, WIDTH), Z, PIXEL)
 PICTURE = ROOT / "jobs" / "images" / "laws.png"
 
@@ -36,13 +37,13 @@ def fringes(frames: Frames, moments: list[int]) -> list[Fringes]:
     return make_series(frames.nodes, frames.tetrahedra, [stresses[k] for k in moments], GRID)
 
 
-def away_from(crack: CrackSurface, depth: float = DEPTH) -> np.ndarray:
-    """The pixels at a distance of AWAY or more from the crack's facets and from the notches, which are so deep."""
+def away_from(crack: CrackSurface, places: tuple[float, float] = PLACES, depth: float = DEPTH) -> np.ndarray:
+    """The pixels at a distance of AWAY or more from the crack's facets and from the notches of the two edges, at these z and so deep."""
     free = np.ones(GRID.shape, bool)
     y, z = (np.round((crack.corner.mean(axis=1)[:, axis] - origin[0]) / PIXEL).astype(int) for axis, origin in ((1, GRID.y), (2, GRID.z)))
     free[np.clip(z, 0, free.shape[0] - 1), np.clip(y, 0, free.shape[1] - 1)] = False
-    for notch, tip in ((67, (0.0, depth)), (73, (WIDTH - depth, WIDTH))):
-        free[np.abs(GRID.z - notch * MILLIMETRE).argmin(), (GRID.y >= tip[0]) & (GRID.y <= tip[1])] = False
+    for place, tip in zip(places, ((0.0, depth), (WIDTH - depth, WIDTH))):
+        free[np.abs(GRID.z - place).argmin(), (GRID.y >= tip[0]) & (GRID.y <= tip[1])] = False
     return distance_transform_edt(free) * PIXEL >= AWAY
 
 

@@ -28,6 +28,8 @@ import in_process  # noqa: E402
 import measured  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
+import study_pages  # noqa: E402
+import study_points  # noqa: E402
 import studying  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from crackle_readme import block  # noqa: E402
@@ -69,7 +71,7 @@ class Inputs(unittest.TestCase):
             result = check(file)
             self.assertEqual(result.returncode, 0, f"{file}: {result.stderr}")
         with tempfile.TemporaryDirectory() as name:
-            texts = [text for point in studying.POINTS.values() for text in (point.text, point.with_sharp_slots(point.depth))]
+            texts = [text for point in study_pages.POINTS.values() for text in (point.text, point.with_sharp_slots(point.depth))]
             for number, text in enumerate(texts):
                 (Path(name) / f"{number}.toml").write_text(text)
             for file in (*FINE, *Path(name).glob("*.toml")):  # refused only after the whole input was read
@@ -147,22 +149,22 @@ class Pictures(unittest.TestCase):
 
     def test_the_papers_studies_are_what_is_stored(self):
         known = studying.stored()
-        self.assertEqual(block("studies"), studying.page(known))
+        self.assertEqual(block("studies"), study_pages.page(known))
         with tempfile.TemporaryDirectory() as name:
             drawn = in_process.call(studying.main, "--stored", "-o", name, "--program", OPTIONS.program)
             self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
-            for study in studying.STUDIES:
+            for study in study_pages.STUDIES:
                 self.assertGreater((Path(name) / f"{study}.png").stat().st_size, 5000)
                 self.assertTrue((ROOT / "jobs" / "paper" / f"{study}.png").is_file())
         lines = {line for line in drawn.stdout.splitlines() if line.startswith("|")}
         self.assertEqual(lines, {line for line in block("studies").splitlines() if line.startswith("|")})
         # Brown and Srawley, plane strain; two slots that are near each other share the load, and are not bent as one is.
         for point, found in known.items():
-            share, depth = point.depth / studying.WIDTH, point.depth * 1e-3
+            share, depth = point.depth / study_points.WIDTH, point.depth * 1e-3
             stress = (3300e6 / (1 - 0.38**2) * point.toughness / (np.pi * depth))**0.5 / problems.notch_factor(share)
-            handbook = stress * studying.WIDTH * studying.THICKNESS * 1e-6
+            handbook = stress * study_points.WIDTH * study_points.THICKNESS * 1e-6
             self.assertTrue(0.95 < found["sharp load"] / handbook < 1.1, point.name)
-        base, found = studying.BASE, known[studying.BASE]
+        base, found = study_points.BASE, known[study_points.BASE]
         self.assertEqual([studying.is_enough(base, one, n) for one, n in ((found, found["samples"]), (found, found["samples"] + 1), ({**found, "input": 0}, 1),
                                                                           (None, 1))], [True, False, False, False])
         wrong = in_process.call(studying.main, "spacing-7", "--program", OPTIONS.program)
