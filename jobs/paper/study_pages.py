@@ -18,9 +18,13 @@ from scipy import stats
 
 from shares import CONFIDENCE, share_in_percent, share_text
 from study_points import AT_ONCE, BASE, BY_SPEED, DEEPER, DEPTHS, DISTANCES, MESHES, SHARP, Point
+from threshold import threshold
 
 MOMENTS = (0, 40)  # at which fringes are compared, since the onset [µs]
 TICKS = (1, 1.5, 2, 3, 4)  # of the surplus
+PAPERS_FORKS = (4, 8)  # of the samples that it shows
+ENOUGH = 3  # points for a share to be fitted
+HALF = (10**6, 2 * 10**6)  # so many that the share has no error of its own
 
 Found = dict[str, Any]
 """What was found at a point: counts of samples; [mean, standard deviation, number] of other results, in SI units."""
@@ -65,6 +69,24 @@ FORKS = {"forks, branches from 2 mm": share_of("long forks in space"), "seen thr
 SPEED = {"largest speed / c_R": spread("largest speed over c_R", ".2f")}
 SETTLING = {"leading path, y = 7, 12.25, 17.5 mm": path_text, "leader's speed": spread("leader's speed", ".0f", " m/s"),
             "roughness of the fringes at t₀ + 40 µs over that at t₀": roughness_text}
+
+
+def found_at(known: Known, points: Iterable[Point], name: str, of: Callable[[Point], float], seen: tuple[int, int], form: str) -> str:
+    """At which value of the points a share of the samples is as `seen`."""
+    there = [point for point in points if point in known]
+    value, (low, high) = threshold([of(point) for point in there], [known[point][name] for point in there], [known[point]["samples"] for point in there], seen)
+    return f"{value:{form}} ({low:{form}} to {high:{form}})"
+
+
+def forks_text(known: Known) -> str:
+    """Where the fitted shares of forks pass a half, and that of the paper's pictures; nothing before enough points are known."""
+    if any(sum(point in known for point in points) < ENOUGH for points in (BY_SPEED, AT_ONCE)):
+        return ""
+    halves = [found_at(known, points, "long forks in space", surplus_in(known), HALF, ".2f") for points in (BY_SPEED, AT_ONCE)]
+    toughness = found_at(known, BY_SPEED, "forks", attrgetter("toughness"), PAPERS_FORKS, ".0f")
+    return (f"By logistic regression over the logarithms, half of the samples have forks with branches from 2 mm at a surplus of {halves[0]} with release\n"
+            f"by speed, of {halves[1]} with immediate release; forks are seen through the plate as often as in the paper's pictures,\n"
+            f"{PAPERS_FORKS[0]} of {PAPERS_FORKS[1]}, at {toughness} J/m², whose interval counts how few these pictures are.\n")
 
 
 # Pictures
@@ -171,18 +193,21 @@ class Study:
     columns: dict[str, Callable[[Point, Found], str]]
     draw: Callable[[Known], Figure]
     title: str
+    text: Callable[[Known], str] | None = None
 
     def table(self, known: Known) -> str:
-        return markdown(self.columns, [[cell(point, known[point]) for cell in self.columns.values()] for point in self.points if point in known])
+        """And what follows from it."""
+        text = self.text(known) if self.text else ""
+        return text + ("\n" if text else "") + markdown(self.columns, [[cell(point, known[point]) for cell in self.columns.values()] for point in self.points if point in known])
 
 
 STUDIES = {
     "two-cracks": Study(tuple(dict.fromkeys(DISTANCES + DEPTHS + BY_SPEED)), PLATE | TOUGHNESS | ONSET | TWO, draw_two_cracks, "One crack or two"),
-    "forks": Study(BY_SPEED + AT_ONCE, RELEASE | TOUGHNESS | ONSET | FORKS | SPEED, draw_forks, "What makes cracks fork"),
+    "forks": Study(BY_SPEED + AT_ONCE, RELEASE | TOUGHNESS | ONSET | FORKS | SPEED, draw_forks, "What makes cracks fork", forks_text),
     "mesh": Study(MESHES, SPACING | ONSET | TWO | FORKS | SPEED | SETTLING, draw_mesh, "Does it settle with the mesh"),
 }
-NOTE = f"""Surplus: the square of the load at the onset over that at which sharp cracks as deep as the slots hold the toughness, by the energies of
-slots {SHARP:g} mm high that are {DEEPER:g} mm shallower and deeper. With both releases the strength of 35 MPa counts alike: where no crack is near, for
+NOTE = f"""Surplus: (load at the onset / Griffith's load of sharp cracks as deep as the slots)²; that load from the strain energies of slots {SHARP:g} mm high
+that are {DEEPER:g} mm shallower and deeper. With both releases the strength of 35 MPa counts alike: where no crack is near, for
 means around nodes. Otherwise notches are {BASE.distance:g} mm apart and {BASE.depth:g} mm deep, the toughness is {BASE.toughness:g} J/m², the spacing {BASE.spacing:g} mm.
 Forks seen through the plate: of any length, open squares. Brackets and bars: 95 % intervals; ±, and bars of paths: standard deviations.
 
@@ -191,8 +216,8 @@ POINTS = {point.name: point for study in STUDIES.values() for point in study.poi
 
 
 def shown(known: Known) -> dict[str, Study]:
-    """The studies of which a point is known."""
-    return {name: study for name, study in STUDIES.items() if any(point in known for point in study.points)}
+    """The studies of which more than one point is known."""
+    return {name: study for name, study in STUDIES.items() if sum(point in known for point in study.points) > 1}
 
 
 def page(known: Known) -> str:

@@ -106,14 +106,14 @@ strips = {f"strip-{stored}": Comparison(
     released_in("0.2 us")) for travel, stored in TRAVELS.items()}
 
 graded_strip = Comparison(
-    "The same, 704 J/m², spacing 0.2 mm up to y = 16 mm, 0.4 mm beyond", "strip-graded",
+    "The same, 704 J/m², spacing 0.2 mm up to y = 16 mm, 0.4 mm beyond; before: release in 0.125 µs", "strip-graded",
     {"0.2": with_keys(strip(0.2, 0.040) + '[[mesh.region]]\ny = ["0 mm", "16 mm"]\nspacing = "0.2 mm"\n',
                       {"mesh.spacing": '"0.4 mm"', "mesh.growth": "1"})},
     (Quantity("speed / c_R, y = 7 to 15 mm", each(front_speed(7, 15)), ".3f"), Quantity("y = 18 to 27 mm", each(front_speed(18, 27)), ".3f")), 8,
     released_in("0.125 us"))
 
 slow_strip = Comparison(
-    "The same, three times its toughness stored, release speed 300 m/s, spacing 0.25 mm", "strip-slow",
+    "The same, three times its toughness stored, release speed 300 m/s, spacing 0.25 mm; before: immediate release", "strip-slow",
     {"0.25": strip(0.25, 0.0452, {"fracture.release_speed": '"300 m/s"', "time.duration": '"130 us"'})},
     (Quantity(MEAN_SPEED.title, MEAN_SPEED.of, ".3f", "0.2 to 0.4, Scheibert et al. 2010"), ENERGY), 8, IMMEDIATE)
 

@@ -13,7 +13,9 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <iterator>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -53,6 +55,18 @@ void sort4(Tetrahedron& t) {
   order(1, 3);
   order(1, 2);
 }
+
+/// A cell's share in the stiffness and the mass of one of its nodes, or a sum of such shares.
+struct NodeShare {
+  double stiffness = 0;
+  double mass = 0;
+
+  auto operator<=>(const NodeShare&) const = default;
+  NodeShare operator+(const NodeShare& other) const {
+    return {stiffness + other.stiffness, mass + other.mass};
+  }
+  double ratio() const { return stiffness / mass; }
+};
 
 /// A cell's shape; `quality` is the third power of the mean ratio.
 struct Rating {
@@ -131,7 +145,7 @@ struct Tessellation::Data {
 
   /// The shares of a cell in the stiffness and the mass of its node `corner`.
   /// @param face the other three; in ascending order, for bitwise equal shares of equal cells
-  std::pair<double, double> share(std::int32_t corner, Triangle face) const {
+  NodeShare share(std::int32_t corner, Triangle face) const {
     std::ranges::sort(face);
     const Point& p = points[index(face[0])];
     const Point normal = cross(points[index(face[1])] - p, points[index(face[2])] - p) / 2;
@@ -139,7 +153,7 @@ struct Tessellation::Data {
     return {dot(normal, normal) / (9 * volume), volume / 4};
   }
 
-  std::pair<double, double> share(CellHandle cell, std::size_t corner) const {
+  NodeShare share(CellHandle cell, std::size_t corner) const {
     const Tetrahedron t = nodes(cell);
     return share(t[corner], {t[(corner + 1) % 4], t[(corner + 2) % 4], t[(corner + 3) % 4]});
   }
@@ -214,36 +228,28 @@ double Tessellation::stiffness_over_mass(std::int32_t node) const {
   std::vector<CellHandle> cells;
   cells.reserve(64);
   data.delaunay.finite_incident_cells(vertex, std::back_inserter(cells));
-  std::vector<std::pair<double, double>> shares;
+  std::vector<NodeShare> shares;
   shares.reserve(cells.size());
   for (const CellHandle cell : cells)
     if (cell->info().place != Containment::outside)
       shares.push_back(data.share(cell, index(cell->index(vertex))));
   std::ranges::sort(shares);  // sums that do not depend on the order of the cells
-  double stiffness = 0;
-  double mass = 0;
-  for (const auto& [to_stiffness, to_mass] : shares) {
-    stiffness += to_stiffness;
-    mass += to_mass;
-  }
-  return stiffness / mass;
+  return std::accumulate(shares.begin(), shares.end(), NodeShare{}).ratio();
 }
 
 std::vector<double> Tessellation::stiffness_over_mass() const {
   const Data& data = *data_;
-  std::vector<double> stiffness(data.points.size(), 0);
-  std::vector<double> mass(data.points.size(), 0);
+  std::vector<NodeShare> shares(data.points.size());
   for (const CellHandle cell : data.delaunay.finite_cell_handles()) {
     if (cell->info().place == Containment::outside) continue;
     for (std::size_t k = 0; k < 4; ++k) {
-      const auto [to_stiffness, to_mass] = data.share(cell, k);
       const std::size_t node = index(cell->vertex(static_cast<int>(k))->info());
-      stiffness[node] += to_stiffness;
-      mass[node] += to_mass;
+      shares[node] = shares[node] + data.share(cell, k);
     }
   }
-  for (std::size_t i = 0; i < mass.size(); ++i) stiffness[i] /= mass[i];
-  return stiffness;
+  std::vector<double> result(shares.size());
+  std::ranges::transform(shares, result.begin(), &NodeShare::ratio);
+  return result;
 }
 
 void Tessellation::lift(std::int32_t node) {
@@ -306,8 +312,7 @@ Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) co
 
 double Tessellation::tried_stiffness_over_mass() const {
   const Data& data = *data_;
-  double stiffness = 0;
-  double mass = 0;
+  NodeShare sum;
   for (const auto& [inside, opposite] : data.zone_boundary) {
     Tetrahedron nodes{data.lifted};
     bool is_infinite = false;
@@ -317,16 +322,15 @@ double Tessellation::tried_stiffness_over_mass() const {
       nodes[index(k)] = vertex->info();
     }
     if (is_infinite) continue;
-    const auto [to_stiffness, to_mass] = data.share(nodes[0], {nodes[1], nodes[2], nodes[3]});
+    const NodeShare share = data.share(nodes[0], {nodes[1], nodes[2], nodes[3]});
     // Only cells all of whose nodes are on the surface can be outside the body.
     if (std::ranges::all_of(nodes, [&](std::int32_t node) { return data.on_surface[index(node)] != 0; })) {
       sort4(nodes);
       if (data.place_of(nodes) == Containment::outside) continue;
     }
-    stiffness += to_stiffness;
-    mass += to_mass;
+    sum = sum + share;
   }
-  return stiffness / mass;
+  return sum.ratio();
 }
 
 void Tessellation::put(const Point& p, std::vector<Tetrahedron>& bad) {

@@ -240,7 +240,7 @@ Table fracture_table() {
   return {
       "fracture",
       Occurrence::once,
-      "the Tuler-Butcher criterion",
+      "when tetrahedra break, and how they lose their stiffness",
       {optional_quantity_key(
            "strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension, positive_stress,
            optional("from toughness"),
@@ -265,8 +265,8 @@ Table fracture_table() {
        hidden_at_zero(
            impulse_key(in(&Parameters::fracture, &Fracture::impulse),
                        optional("small enough not to slow cracks down"),
-                       "K_f; by default (0.002 sigma_0)^exponent h / release_speed, with the local "
-                       "spacing h and 0.7 c_R without a release_speed"),
+                       "K_f; by default (0.002 sigma_0)^exponent h / v, with the local spacing h and v "
+                       "the release_speed, or else 0.7 c_R"),
            in(&Parameters::fracture, &Fracture::impulse))
            .also_called({"K_f"}),
        choice_key<Accumulation>("accumulation", in(&Parameters::fracture, &Fracture::accumulation),
@@ -274,11 +274,10 @@ Table fracture_table() {
                                 by_default("\"cumulative\""),
                                 "of damage over all steps, or in one only: a strength of sigma_0 + (impulse "
                                 "/ step)^(1 / exponent), without a toughness"),
-       choice_key<Release>(
-           "release", in(&Parameters::fracture, &Fracture::release), release_choices(),
-           by_default("\"element\""),
-           "a tetrahedron loses all its stiffness at once, that across one cut, or all in steps "
-           "(requires strength and toughness)"),
+       choice_key<Release>("release", in(&Parameters::fracture, &Fracture::release), release_choices(),
+                           by_default("\"element\""),
+                           "a tetrahedron loses all its stiffness, that across one cut, or all in steps "
+                           "(requires strength and toughness)"),
        release_time_key(in(&Parameters::fracture, &Fracture::release_time), optional("by release_speed"),
                         "time in which a breaking tetrahedron loses its stiffness in dynamic phases, on any "
                         "spacing; \"0 s\": at once")

@@ -35,6 +35,7 @@ from crackle_launch import environment  # noqa: E402
 from crackle_readme import block  # noqa: E402
 from crackle_runs import run  # noqa: E402
 from small_input import small_input  # noqa: E402
+from threshold import threshold  # noqa: E402
 
 ACCEPTED = {  # what a coarse run may find of each figure; forks of so few samples are a matter of chance
     "paper-plate": [(0, 2)], "pmma-strip": [(1, 2), (1, 90)], "glass-plate": [(7, 20), (25, 45), (45, 80), (0, 6), (0.4, 0.85), (1.2, 3)], "compact-tension": [(0.75, 1.25)],
@@ -124,6 +125,26 @@ class ClosedForms(unittest.TestCase):
         # Euler and Bernoulli's, 5130 N/mm, where shear does not count, and less where it does.
         self.assertAlmostEqual(problems.bar_stiffness(380e9, -1 + 1e-9) / 1e3, 5130, delta=1)
         self.assertAlmostEqual(problems.bar_stiffness(380e9, 0.22) / 1e3, 5047, delta=1)
+
+
+class Thresholds(unittest.TestCase):
+    def test_where_a_known_share_is_as_a_few_others(self):
+        # Shares known without error: the interval is that of the others' share, 4 of 8, by its ratio of likelihoods.
+        values, n = np.array([20, 28, 40, 57.0]), 10**7
+        shares = 1 / (1 + (values / 30)**3)
+        estimate, interval = threshold(values, shares * n, [n] * 4, (4, 8))
+        share = next(share for share in np.linspace(0.1, 0.5, 100001) if (4 * share * (1 - share))**4 > np.exp(-3.8414588 / 2))
+        self.assertAlmostEqual(estimate, 30, delta=1e-3)
+        self.assertAlmostEqual(interval.lower, 30 * (share / (1 - share))**(1 / 3), delta=0.01)
+        self.assertAlmostEqual(interval.upper, 30 * (share / (1 - share))**(-1 / 3), delta=0.01)
+
+    def test_intervals_cover_the_value(self):
+        values, random = np.array([20, 28, 40, 57.0]), np.random.default_rng(7)
+        shares = 1 / (1 + (values / 30)**3)
+        covered = [lower < 30 < upper for _ in range(200)
+                   for _, (lower, upper) in [threshold(values, random.binomial(48, shares), [48] * 4, (np.clip(random.binomial(8, 0.5), 1, 7), 8))]]
+        print(f"intervals of 95 % cover the value in {np.mean(covered):.1%} of 200 cases")
+        self.assertTrue(0.91 < np.mean(covered) < 0.99)
 
 
 class Pictures(unittest.TestCase):
