@@ -19,6 +19,7 @@
 #include "geometry/mesh_regions.h"
 #include "geometry/mesh_statistics.h"
 #include "geometry/partition.h"
+#include "geometry/pre_crack.h"
 #include "input/reader.h"
 #include "input/softening_limits.h"
 #include "mechanics/elasticity.h"
@@ -30,6 +31,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -208,6 +210,15 @@ void add_waves(Rows& rows, const input::Parameters& parameters, const fracture::
                 (start == input::Start::equilibrium ? ", counted from the first break on" : ""));
 }
 
+/// The cracks of the input that open no tetrahedron.
+std::vector<std::size_t> idle_pre_cracks(const FirstSample& subject) {
+  std::vector<std::size_t> idle(subject.stand_in ? 0 : subject.parameters.specimen.cracks.size());
+  std::iota(idle.begin(), idle.end(), std::size_t{0});
+  for (const std::int32_t code : subject.realization.pre_crack)
+    if (code != 0) std::erase(idle, static_cast<std::size_t>(geometry::PreCrackCut::from(code).crack));
+  return idle;
+}
+
 /// Estimates of a mesh that is not made.
 Rows estimated_rows(const FirstSample& subject) {
   return {
@@ -369,6 +380,10 @@ void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& 
              refining_regions_text(parameters));
   for (const auto& warning : dynamics::resolution_warnings(parameters, subject.body, subject.phase.grid.step))
     fmt::print("\nWarning: {}\n", warning);
+  for (const std::size_t crack : idle_pre_cracks(subject))
+    fmt::print(
+        "\nWarning: specimen.crack[{}] opens nothing: it lies outside the body, or between its nodes\n",
+        crack);
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(subject.memory(), whose, available))

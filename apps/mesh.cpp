@@ -185,6 +185,8 @@ int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
   const auto make = [&] {
     ensemble::require_sample(parameters.ensemble, options.sample);
     for (const auto& file : {options.output, options.dual_output}) refuse_other_file(file);
+    if (options.dual_output == options.output)
+      fail("{} is to hold the mesh; give --dual-facets another name", options.output.string());
     make_mesh(parameters, options, crew);
   };
   crew.agree_on_root(make, [&](const ensemble::PointTask& task, std::vector<input::MeshRegion> regions) {

@@ -98,7 +98,7 @@ void add_samples(const StoredSamples& stored, const input::Parameters& parameter
              {"leading_start", row.leading_start},
              {"onset_load", onset},
              {"peak_load", row.peak_load},
-             {"is_unbroken", analysis::is_unbroken(row)},
+             {"is_unbroken", analysis::is_unbroken(row) || analysis::is_held(row)},
              {"inputs", row.inputs}};
     if (has_random_body(parameters)) {
       const input::Parameters own = uncertainty::sample_parameters(parameters, i);

@@ -132,8 +132,8 @@ std::string cell(const ResultInfo& info, Value value, const SampleSummary& row) 
   if (*info.categories != 0)
     return analysis::category_name(info.categories, static_cast<std::int64_t>(value));
   if constexpr (std::is_floating_point_v<Value>) {
-    const bool is_bound = analysis::is_unbroken(row) && info.of_unbroken == analysis::OfUnbroken::bound;
-    return analysis::shown({value, is_bound && !std::isnan(value)}, info.format, info.shown_factor);
+    return analysis::shown({value, analysis::is_bound(info, row) && !std::isnan(value)}, info.format,
+                           info.shown_factor);
   } else {
     return fmt::format("{}", value);
   }

@@ -12,8 +12,8 @@
 #include <vector>
 
 /// Shares and quantiles of values of which some are known by a lower bound only (right-censored), such as the
-/// loads of samples that did not break. Bounds must not depend on the values that they bound, as where all
-/// samples are loaded alike.
+/// loads of samples that did not break, or were held. Bounds must not depend on the values that they bound,
+/// as where all samples are loaded alike.
 namespace crackle::analysis {
 
 /// The number, NaN if only a bound is known.
@@ -35,8 +35,8 @@ struct CensoredValues {
 /// from rest.
 template <class Member>
 bool has_bounds(const ResultInfo& info, Member member, std::span<const SampleSummary> rows) {
-  const auto broke = [](const SampleSummary& row) {
-    return row.status == SampleStatus::done && !is_unbroken(row);
+  const auto broke = [&](const SampleSummary& row) {
+    return row.status == SampleStatus::done && !is_open(info, row);
   };
   return std::ranges::none_of(rows, broke) || std::ranges::any_of(rows, [&](const SampleSummary& row) {
            return broke(row) && !std::isnan(observed(info, member, row).value);

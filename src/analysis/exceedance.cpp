@@ -41,8 +41,8 @@ Exceedance exceedance(const std::string& condition, std::span<const SampleSummar
       return is_undecided(row) && !std::isnan(observed(info, member, row).value);
     }));
   });
-  if (sign == std::string::npos)
-    fail("'{}' is not a condition; give one such as \"peak_load > 500 N\"", condition);
+  if (sign == std::string::npos || condition.find('=') != std::string::npos)
+    fail("'{}' is not a condition with < or >; give one such as \"peak_load > 500 N\"", condition);
   if (!is_known) fail("there is no result '{}'; give one of {}", name, fmt::join(names, ", "));
   found.is_above = condition[sign] == '>';
   found.limit = input::read_value(trimmed(all.substr(sign + 1)), found.info.units);
@@ -58,8 +58,9 @@ Exceedance exceedance(const std::string& condition, std::span<const SampleSummar
 }
 
 std::string to_text(const Exceedance& found) {
-  std::string text = fmt::format("{} {} {:g} {}: ", found.info.name, found.is_above ? '>' : '<', found.limit,
-                                 found.info.units);
+  const std::string_view units = found.info.units;
+  std::string text = fmt::format("{} {} {:g}{}{}: ", found.info.name, found.is_above ? '>' : '<', found.limit,
+                                 units.empty() || units == "1" ? "" : " ", units == "1" ? "" : units);
   auto out = std::back_inserter(text);
   const CensoredShare& share = found.share;
   const auto interval = [&] {
@@ -69,15 +70,15 @@ std::string to_text(const Exceedance& found) {
     text += "no sample has this result";
   else if (share.n_unknown == 0)
     fmt::format_to(out, "{} of {} samples, {:.1f} % {}{}", share.n_hits, found.n_values, 100 * share.share,
-                   interval(), found.n_bounds > 0 ? fmt::format(", with {} unbroken", found.n_bounds) : "");
+                   interval(),
+                   found.n_bounds > 0 ? fmt::format(", {} of them by lower bounds", found.n_bounds) : "");
   else if (std::isnan(share.share))
-    fmt::format_to(
-        out, "{:.1f} to {:.1f} % of {} samples {}: {} did not break, and none of them was loaded as far",
-        100 * share.least, 100 * share.most, found.n_values, interval(), share.n_unknown);
+    fmt::format_to(out, "{:.1f} to {:.1f} % of {} samples {}: {} bore all that was applied, which was less",
+                   100 * share.least, 100 * share.most, found.n_values, interval(), share.n_unknown);
   else
     fmt::format_to(out,
-                   "{:.1f} % of {} samples {} by Kaplan and Meier's estimate: {} are known to be, {} did not "
-                   "break at lower loads",
+                   "{:.1f} % of {} samples {} by Kaplan and Meier's estimate: {} are known to be, of {} "
+                   "only lower bounds are known",
                    100 * share.share, found.n_values, interval(), share.n_hits, share.n_unknown);
   if (found.n_undecided > 0) fmt::format_to(out, ", {} of them undecided", found.n_undecided);
   text += '\n';

@@ -42,7 +42,8 @@ enum ShortTable : unsigned {
   in_sensitivities = 4,  ///< the report's sensitivities to random inputs
 };
 
-/// The meaning of a result for a sample that did not break.
+/// The meaning of a result for a sample that did not break, or that was held (is_held) if the result `tells
+/// the end`.
 enum class OfUnbroken {
   value,    ///< its value, like any other sample's
   bound,    ///< that it lies above the largest load applied, the sample's peak load (right-censored)
@@ -65,7 +66,8 @@ struct ResultInfo {
   std::int64_t since =
       4;  ///< first version of the file format with this result, from the oldest that is read
   OfUnbroken of_unbroken = OfUnbroken::value;
-  bool is_start = false;  ///< the number of a crack start, or -1
+  bool is_start = false;       ///< the number of a crack start, or -1
+  bool tells_the_end = false;  ///< it would change if a held sample were loaded further
 
   /// True for numbers that stand for a word or a crack start: these have shares, no mean.
   bool is_nominal() const { return *categories != 0 || is_start; }
@@ -108,14 +110,14 @@ void for_each_result(Visit&& visit) {
       ResultInfo{
           "onset_time", "s",
           "load time at the start of the last dynamic phase; NaN if no quasi-static loading preceded it",
-          body, quantiles, nowhere, "onset time", "s", 1, ".6f", "", 4, OfUnbroken::nothing},
+          body, quantiles, nowhere, "onset time", "s", 1, ".6f", "", 4, OfUnbroken::nothing, false, true},
       &Row::onset_time);
   visit(ResultInfo{"onset_force", "N", "load of the testing machine at that time", body, quantiles,
-                   in_watch | in_sweep, "onset force", "N", 1, ".3f", "", 4, OfUnbroken::bound},
+                   in_watch | in_sweep, "onset force", "N", 1, ".3f", "", 4, OfUnbroken::bound, false, true},
         &Row::onset_force);
   visit(ResultInfo{"peak_load", "N", "largest load of the testing machine up to separation", body, quantiles,
                    in_watch | in_sweep | in_sensitivities, "peak load", "N", 1, ".3f", "", 4,
-                   OfUnbroken::bound},
+                   OfUnbroken::bound, false, true},
         &Row::peak_load);
   visit(
       ResultInfo{
@@ -123,14 +125,14 @@ void for_each_result(Visit&& visit) {
           "displacement of the machine along its drive when that load first comes within 0.1 % of its peak: "
           "the prescribed one, or the mean over the loaded area",
           body, quantiles, in_sensitivities, "displacement at peak", "mm", 1e3, ".5f", "", 4,
-          OfUnbroken::nothing},
+          OfUnbroken::nothing, false, true},
       &Row::displacement_at_peak);
   visit(
       ResultInfo{"work_of_fracture", "J",
                  "external work up to separation: the area below the load-displacement curve, and the energy "
                  "of stress and velocity at the start",
                  body, quantiles, in_sensitivities, "work of fracture", "mJ", 1e3, ".3f", "", 4,
-                 OfUnbroken::nothing},
+                 OfUnbroken::nothing, false, true},
       &Row::work_of_fracture);
   visit(ResultInfo{"dynamic_phases", "", "number of dynamic phases", body, none, nowhere, "dynamic phases",
                    "", 1, "d"},
@@ -146,6 +148,12 @@ void for_each_result(Visit&& visit) {
           body, shares, in_watch, "outcome", "", 1, "d",
           "0 unbroken, 1 arrested, 2 separated, 3 in one piece, 4 undecided"},
       &Row::outcome);
+  visit(
+      ResultInfo{"held", "",
+                 "1 if the body arrested at its largest load, that at the end of the loading: peak load and "
+                 "onset lie above it",
+                 body, none, nowhere, "held", "", 1, "d", "", 8},
+      &Row::held);
   visit(ResultInfo{"pattern", "", "crack pattern", path, none, in_watch | in_sweep | in_sensitivities,
                    "pattern", "", 1, "d", pattern_categories},
         &Row::pattern);
@@ -345,12 +353,22 @@ struct Observation {
   bool is_bound = false;        ///< the number lies above it
 };
 
+/// True if the sample ended before the result was decided.
+inline bool is_open(const ResultInfo& info, const SampleSummary& row) {
+  return info.of_unbroken != OfUnbroken::value && (is_unbroken(row) || (info.tells_the_end && is_held(row)));
+}
+
+/// True if the result lies above the sample's peak load.
+inline bool is_bound(const ResultInfo& info, const SampleSummary& row) {
+  return info.of_unbroken == OfUnbroken::bound && is_open(info, row);
+}
+
 /// The observation of a result by a sample: none unless it is done.
 template <class Member>
 Observation observed(const ResultInfo& info, Member member, const SampleSummary& row) {
   if (row.status != SampleStatus::done) return {};
-  if (!is_unbroken(row) || info.of_unbroken == OfUnbroken::value) return {number_or_nan(row.*member)};
-  return info.of_unbroken == OfUnbroken::bound ? Observation{row.peak_load, true} : Observation{};
+  if (!is_open(info, row)) return {number_or_nan(row.*member)};
+  return is_bound(info, row) ? Observation{row.peak_load, true} : Observation{};
 }
 
 /// The value, NaN if there is at most a bound.

@@ -126,6 +126,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.dynamic_phases = static_cast<std::int32_t>(result.counts.dynamic_phases);
   if (!std::isnan(result.phase_start)) row.crack_area_before_onset = surface.area_before_phase();
   row.outcome = static_cast<std::int32_t>(result.outcome);
+  row.held = result.outcome == dynamics::Outcome::arrested && result.loads.end_at_peak ? 1 : 0;
   row.pattern = static_cast<std::int32_t>(cracks::classify(body, surface));
   row.leading_start = cracks::leading_start(body, surface);
   const cracks::LeadersHole met = cracks::leaders_hole(body, surface, row.leading_start);

@@ -64,6 +64,7 @@ struct SampleSummary {
   std::int32_t dynamic_phases = 0;
   double crack_area_before_onset = none;
   std::int32_t outcome = -1;        ///< dynamics::Outcome; -1 without results
+  std::int32_t held = 0;            ///< see is_held
   std::int32_t pattern = 0;         ///< see Pattern
   std::int32_t leading_start = -1;  ///< see cracks::leading_start
   std::int32_t hole = -1;           ///< see LeadersHole
@@ -107,6 +108,12 @@ inline bool is_separated(const SampleSummary& row) {
 inline bool is_unbroken(const SampleSummary& row) {
   return row.status == SampleStatus::done &&
          row.outcome == static_cast<std::int32_t>(dynamics::Outcome::unbroken);
+}
+
+/// True for a completed sample whose cracks arrested, and whose load was at its largest when the loading
+/// ended: it bears more than that.
+inline bool is_held(const SampleSummary& row) {
+  return row.status == SampleStatus::done && row.held == 1;
 }
 
 /// True for a sample with more than two fragments: bodies that only come apart leave two of them, dust and

@@ -68,7 +68,8 @@ std::vector<Subject> all_subjects(const input::Study& study, std::size_t n_posit
     add_result(
         info, [info, member](const SampleSummary& row) { return observed(info, member, row).value; },
         n_starts, subjects);
-    if (info.of_unbroken == OfUnbroken::bound) subjects.back().is_bound = is_unbroken;
+    if (info.of_unbroken == OfUnbroken::bound)
+      subjects.back().is_bound = [info](const SampleSummary& row) { return is_bound(info, row); };
   });
   const std::size_t n_sections = study.sections.size();
   for_each_position_result([&](const ResultInfo& info, auto member) {

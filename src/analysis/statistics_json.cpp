@@ -62,6 +62,7 @@ Json describe_results(const std::vector<ResultStatistics>& results) {
                 {"format_of_any", info.format},
                 {"n_values", found.n_values},
                 {"of_unbroken", unbroken_words[static_cast<std::size_t>(info.of_unbroken)]},
+                {"tells_the_end", info.tells_the_end},
                 {"n_bounds", found.n_bounds}};
     for (int k = 0; k < n_categories(info.categories); ++k)
       result["categories"].push_back(category_name(info.categories, k));
@@ -122,10 +123,25 @@ Json leaders(std::span<const SampleSummary> samples, const LeaderFrame& frame) {
   });
 }
 
-/// The input lines that determine the bodies of the samples.
+/// The input lines that determine the bodies of the samples: those of random inputs, too, if these change
+/// bodies.
 std::vector<std::string> settings_of_bodies(const input::Parameters& parameters) {
   using enum input::Affects;
-  std::vector<std::string> settings = input::settings_of(parameters, {body, points, mesh, draws});
+  std::vector<std::string> settings = input::settings_of(parameters, {body, points, mesh});
+  const auto is_of_bodies = [](const std::string& key) {
+    const input::Affects what = input::affects(key);
+    return what == body || what == points || what == place || what == mesh;
+  };
+  const auto changes_bodies = [&](const input::RandomInput& random) {
+    return is_of_bodies(random.key) ||
+           std::ranges::any_of(random.moved, is_of_bodies, &input::MovedNumber::key);
+  };
+  if (!parameters.flaws.empty() || std::ranges::any_of(parameters.random, changes_bodies)) {
+    auto drawn = input::settings_of(parameters, {draws});
+    // What is random tells more than how it is drawn.
+    std::ranges::stable_partition(drawn, [](const std::string& line) { return line.starts_with("random"); });
+    settings.insert(settings.begin(), drawn.begin(), drawn.end());
+  }
   if (!parameters.mesh.points_digest.empty())
     settings.push_back("mesh.points with digest " + parameters.mesh.points_digest);
   return settings;
@@ -414,6 +430,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
                 {"n_failed", n_failed},
                 {"n_undecided", std::ranges::count_if(samples, is_undecided)},
                 {"n_unbroken", std::ranges::count_if(samples, is_unbroken)},
+                {"n_held", std::ranges::count_if(samples, is_held)},
                 {"headline_load", headline_load(samples)},
                 {"n_left", statistics.n_needed - statistics.n_done - n_failed},
                 {"notes", origin.notes},

@@ -387,6 +387,13 @@ void append_left_out(std::string& text, const Statistics& statistics,
                    "{} unbroken: loads count them as stronger than the largest load applied (Kaplan and "
                    "Meier); times, displacements and work below are of those that broke\n",
                    n_unbroken);
+  const auto n_held = std::ranges::count_if(samples, is_held);
+  if (n_held > 0)
+    fmt::format_to(std::back_inserter(text),
+                   "{} arrested at {} largest load, when the loading ended: onset and peak load count {} as "
+                   "stronger; {} left out of times, displacements and work\n",
+                   n_held, n_held == 1 ? "its" : "their", n_held == 1 ? "it" : "them",
+                   n_held == 1 ? "it is" : "they are");
 }
 
 }  // namespace

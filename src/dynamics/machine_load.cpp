@@ -89,9 +89,11 @@ LoadResults load_results(const SampleResult& result) {
   const auto load = [](const HistoryRow* row) { return row->load; };
   const auto peak = std::ranges::max_element(rows, {}, load);
   results.peak_load = load(*peak);
-  const auto first = std::ranges::find_if(
-      rows, [&](const HistoryRow* row) { return row->load >= peak_share * results.peak_load; });
+  const auto is_peak = [&](const HistoryRow* row) { return row->load >= peak_share * results.peak_load; };
+  const auto first = std::ranges::find_if(rows, is_peak);
   results.displacement_at_peak = (**(first != rows.end() ? first : peak)).load_displacement;
+  results.end_at_peak =
+      results.peak_load > 0 && is_peak(rows.back()) && rows.back() == &result.history.back();
   return results;
 }
 

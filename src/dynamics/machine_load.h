@@ -22,7 +22,8 @@
 ///   and where loads turn; of applied loads exactly. In a dynamic phase after quasi-static loading, a
 ///   reaction is capped at the static force for the current displacement, with the stiffness at the start of
 ///   the phase: fracture cannot stiffen the body, so any excess is inertia, which no load cell would follow.
-/// - Displacement at peak: when the load first comes within 0.1 % of its peak.
+/// - Displacement at peak: when the load first comes within 0.1 % of its peak; it ends there if its last
+///   value is within that.
 /// - Work of fracture: the external work of all loads up to separation, or to the end of the history of a
 ///   body that stays in one piece.
 /// - Separation: when two boundary conditions no longer act on a common piece; parts connected by nodes or

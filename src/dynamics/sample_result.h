@@ -78,6 +78,7 @@ struct LoadResults {
   double peak_load = not_a_number;             ///< [N]
   double displacement_at_peak = not_a_number;  ///< [m]
   double work_of_fracture = not_a_number;      ///< [J]
+  bool end_at_peak = false;                    ///< the last load is the peak, which so may not be the last
 };
 
 /// A snapshot of the fields during the last dynamic phase; on the group's root only.

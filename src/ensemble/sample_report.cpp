@@ -41,9 +41,9 @@ std::string length_text(double length) {
 }
 
 /// "onset 381.2 N", after the peak load if that was clearly higher; without an onset, "first break at 252.1
-/// N"; of an unbroken sample "held 381.2 N".
+/// N"; of an unbroken or held sample "held 381.2 N".
 std::string loads_text(const analysis::SampleSummary& summary) {
-  if (is_unbroken(summary))
+  if (is_unbroken(summary) || is_held(summary))
     return std::isnan(summary.peak_load) ? "" : fmt::format("held {}, ", force_text(summary.peak_load));
   if (!std::isnan(summary.onset_force) &&
       analysis::headline_load({&summary, 1}) == std::string_view("peak_load"))

@@ -104,7 +104,7 @@ void add_cells(const ResultInfo& info, Number SampleSummary::*member, std::span<
       analysis::student_half_width(moments.standard_deviation(), n, analysis::default_confidence);
   const double mean = n == 0 ? not_a_number : moments.mean();
   const bool is_of_broken =
-      info.of_unbroken != analysis::OfUnbroken::value && std::ranges::any_of(rows, analysis::is_unbroken);
+      std::ranges::any_of(rows, [&](const SampleSummary& row) { return analysis::is_open(info, row); });
   cells.push_back({info, not_a_share, mean, mean - half, mean + half, is_of_broken});
   if (info.reduction == analysis::Reduction::counts)
     cells.push_back(share_cell(info, any, std::ranges::count_if(values, [](double v) { return v > 0; }), n));
@@ -227,7 +227,9 @@ std::string sweep_text(std::span<const CaseRows> cases) {
   for (std::size_t i = 0; i < cases.size(); ++i) table[i + 1].push_back(to_string(cases[i].of->settings));
   std::string text = aligned(table, 0, true);
   if (text.find('*') != std::string::npos)
-    text += "*: of the samples that broke; crackle stats of a case estimates the loads of all\n";
+    text +=
+        "*: of the samples that broke, and were not held; crackle stats of a case estimates the loads of "
+        "all\n";
   return text;
 }
 

@@ -154,6 +154,23 @@ void check_line(const SectionLine& line, const std::string& key, const plane::Sp
   }
 }
 
+void check_plane(const SectionPlane& plane, const std::string& key, const plane::Specimen& specimen,
+                 Findings& findings) {
+  if (findings.faulty(key) || !size_is_known(findings)) return;
+  const plane::Region bounds = bounds_of(specimen);
+  int n_ahead = 0;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    double ahead = 0;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const auto [lower, upper] = bounds[axis];
+      ahead += plane.normal[axis] * (((corner >> axis) & 1U ? upper : lower) - plane.point[axis]);
+    }
+    n_ahead += ahead > 0 ? 1 : 0;
+  }
+  if (n_ahead == 0 || n_ahead == 8)
+    findings.report(key + ".point", "the plane does not pass through the body; give a point in it");
+}
+
 void check_variation(Findings& findings, const Variation& variation) {
   const std::string table = "fracture.variation";
   const auto needs = [&](const char* key, const char* why, const char* example) {
@@ -201,6 +218,16 @@ void check_specimen(const Parameters& parameters, Findings& findings) {
   }
 }
 
+void check_stop(const Parameters& parameters, Findings& findings) {
+  if (!parameters.ensemble.stop || findings.faulty("ensemble")) return;
+  if (findings.given("specimen.solid"))
+    findings.report("ensemble.stop", "judges the paths of cracks, which a solid has not; leave it out");
+  const int least = parameters.ensemble.stop->min_samples;
+  if (findings.given("ensemble.stop.min_samples") && least > parameters.ensemble.samples)
+    findings.report("ensemble.stop.min_samples", "{} is more than ensemble.samples = {}; give fewer", least,
+                    parameters.ensemble.samples);
+}
+
 void check_sections(const Parameters& parameters, Findings& findings) {
   const Sections& sections = parameters.sections;
   if (findings.given("specimen.solid")) {
@@ -221,6 +248,8 @@ void check_sections(const Parameters& parameters, Findings& findings) {
   check_sections_along(2, sections.z, "sections.z", parameters.specimen, is_draw, findings);
   for (std::size_t i = 0; i < sections.lines.size(); ++i)
     check_line(sections.lines[i], fmt::format("sections.line[{}]", i), parameters.specimen, findings);
+  for (std::size_t i = 0; i < sections.planes.size(); ++i)
+    check_plane(sections.planes[i], fmt::format("sections.plane[{}]", i), parameters.specimen, findings);
 }
 
 std::vector<std::string> section_warnings(const Study& study) {

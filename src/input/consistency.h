@@ -45,6 +45,7 @@ void check_release(const std::string& table, Findings& findings);
 void check_specimen(const Parameters& parameters, Findings& findings);
 void check_materials(const Parameters& parameters, Findings& findings);
 void check_mesh(const Parameters& parameters, Findings& findings);
+void check_stop(const Parameters& parameters, Findings& findings);
 void check_sections(const Parameters& parameters, Findings& findings);
 /// Warnings about sections outside the ligaments of all notches of a body with holes, whose cracks may reach
 /// them: one sentence each.

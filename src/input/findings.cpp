@@ -50,7 +50,9 @@ std::vector<std::string> Findings::messages(const std::filesystem::path& file) c
 }
 
 std::vector<std::string> Findings::notes(const std::filesystem::path& file) const {
-  return lines(file, notes_);
+  std::vector<Finding> warnings = notes_;
+  for (Finding& one : warnings) one.key = "warning: " + one.key;
+  return lines(file, std::move(warnings));
 }
 
 std::vector<std::string> Findings::lines(const std::filesystem::path& file, std::vector<Finding> sorted) {

@@ -123,8 +123,8 @@ void check_governing(const Parameters& parameters, Findings& findings) {
                     known_conditions(parameters));
   if (const auto* const name = std::get_if<std::string>(&governing);
       name != nullptr && std::ranges::find(names, *name) == names.end())
-    findings.report("output.governing", "no [[boundary]] is called \"{}\"; give one of {}", shortened(*name),
-                    known_conditions(parameters));
+    findings.report("output.governing", "no [[boundary]] or [[tool]] is called \"{}\"; give one of {}",
+                    shortened(*name), known_conditions(parameters));
 }
 
 }  // namespace

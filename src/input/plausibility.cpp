@@ -224,6 +224,22 @@ double prescribed_speed(const Boundary& condition, double duration) {
   return speed * (condition.factor ? condition.factor->largest_magnitude() : 1);
 }
 
+/// Displacements from rest that are not 0 at time 0: nodes jump in no time, by strains over one spacing.
+std::string of_jump(const Model& model) {
+  if (model.time.start != Start::rest) return {};
+  for (std::size_t i = 0; i < model.boundaries.size(); ++i) {
+    const Boundary& condition = model.boundaries[i];
+    const auto& history = condition.history;
+    const double factor = history.empty() || history.front().first < 0 ? 1 : history.front().second;
+    if (condition.kind != BoundaryKind::displacement || norm(condition.value) * factor == 0) continue;
+    return fmt::format(
+        "boundary[{}] is displaced by {} at time 0 already, in no time, with stresses that follow the "
+        "spacing; give a rate or a history from 0 on, or time.start = \"equilibrium\"",
+        i, quantity_text(norm(condition.value) * std::abs(factor), "m"));
+  }
+  return {};
+}
+
 std::string of_release_time(const Model& model) {
   double release = 0;
   for (std::size_t i = 0; i < model.materials.size(); ++i) {
@@ -339,7 +355,7 @@ std::vector<std::string> plausibility_warnings(const Study& study) {
   for (std::size_t i = 0; i < study.interfaces.size(); ++i) look_at_interface(study, i, add);
   if (moves_as_meant)
     for (const auto warning_on : {of_duration, of_speed}) add(warning_on(study));
-  for (const auto warning_on : {of_release_time, of_reference_volume}) add(warning_on(study));
+  for (const auto warning_on : {of_jump, of_release_time, of_reference_volume}) add(warning_on(study));
   add(of_output(study.output, study.time));
   add(of_use(study));
   for (std::string& text : section_warnings(study)) add(std::move(text));

@@ -160,9 +160,9 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   check_specimen(parameters, findings);
   complete_regions(parameters, findings);
   complete_map(parameters, findings);
-  for (const auto check :
-       {check_materials, check_mesh, check_sections, check_fracture, check_boundaries, check_loads,
-        check_tools, check_contact, check_initial_stresses, check_time, check_output, check_sweeps})
+  for (const auto check : {check_materials, check_mesh, check_stop, check_sections, check_fracture,
+                           check_boundaries, check_loads, check_tools, check_contact, check_initial_stresses,
+                           check_time, check_output, check_sweeps})
     check(parameters, findings);
   if (!parameters.draw) check_random(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));

@@ -157,11 +157,12 @@ Key solid_key() {
             if (parameters.specimen.solid) return;
             const Value* const unit = find_path(*source.context.root, "specimen.unit");
             if (unit == nullptr || unit->kind != ValueKind::string) return;  // reported there
-            Value one = *unit;
-            one.string = "1 " + unit->string;
-            const auto metres =
-                read_quantity({one, "specimen.unit", source.context}, length_dimension, positive_length);
-            if (!metres) return;
+            const Quantity one = source.context.units.read("1 " + unit->string, length_dimension);
+            if (one.error != QuantityError::none || !positive_length.contains(one.value)) {
+              Source{*unit, "specimen.unit", source.context}.report(
+                  "\"{}\" is no unit of length; give one such as \"mm\"", shortened(unit->string));
+              return;
+            }
             const auto& given = source.context.files.solid;
             const std::filesystem::path file = given.empty() ? source.context.folder / *name : given;
             const std::string shown = shortened(file.string(), 200);
@@ -176,7 +177,7 @@ Key solid_key() {
             });
             try {
               parameters.specimen.solid = std::make_shared<const solid::Solid>(
-                  solid::read_solid(std::move(*content), extension, unit->string, *metres));
+                  solid::read_solid(std::move(*content), extension, unit->string, one.value));
             } catch (const std::exception& error) {
               source.report("\"{}\" {}", shown, shortened(error.what(), 500));
             }

@@ -172,10 +172,10 @@ void check_shape(const Tool& tool, const std::string& table, Findings& findings)
   if (!tool.size.empty() && tool.size.size() != n_sizes)
     findings.report(table + ".size", "has {} lengths; a {} needs {}", tool.size.size(),
                     tool_shape_names[index(tool.shape)], n_sizes == 3 ? "three" : "one");
-  else if (tool.rounding > 0 && tool.size.empty())
+  else if (tool.rounding > 0 && tool.shape == ToolShape::cylinder && tool.size.empty())
     findings.report(table + ".rounding",
                     "a cylinder without size has no ends; give its size, or leave it out");
-  else if (tool.rounding > 0) {
+  else if (tool.rounding > 0 && has(tool.shape, "rounding")) {
     double most = 0.5 * std::ranges::min(tool.size);
     if (tool.radius > 0) most = std::min(most, tool.radius);
     if (tool.rounding > most)
@@ -226,11 +226,14 @@ void check_motion(const Tool& tool, const std::string& table, const Time& time, 
   }
   if (findings.given(path("rate")) && findings.given(path("history")))
     findings.report(path("history"), "is given together with rate; give only one of the two");
-  if (tool.force && tool.free && !findings.faulty(path("free")))
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (((*tool.force)[axis] != 0 || tool.rate[axis] != 0) && !(*tool.free)[axis])
-        findings.report(path("free"), "the force has a component along {}, along which the tool cannot move",
-                        axis_names[axis]);
+  if (!tool.free || findings.faulty(path("free"))) return;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool is_pushed = tool.force && ((*tool.force)[axis] != 0 || tool.rate[axis] != 0);
+    const bool is_thrown = tool.velocity && tool.has_mass() && (*tool.velocity)[axis] != 0;
+    if ((is_pushed || is_thrown) && !(*tool.free)[axis])
+      findings.report(path("free"), "the {} has a component along {}, along which the tool cannot move",
+                      is_pushed ? "force" : "velocity", axis_names[axis]);
+  }
 }
 
 }  // namespace
@@ -299,6 +302,10 @@ void check_tools(const Parameters& parameters, Findings& findings) {
     if (!names.insert(name_of(tool, i)).second)
       findings.report(table + ".name", "\"{}\" is the name of another tool; give each its own",
                       name_of(tool, i));
+    // Their loads would be added as those of one machine.
+    if (const std::string name = name_of(tool, i);
+        std::ranges::find(parameters.boundaries, name, &Boundary::name) != parameters.boundaries.end())
+      findings.report(table, "\"{}\" is the name of a [[boundary]], too; give another", name);
     check_shape(tool, table, findings);
     check_motion(tool, table, parameters.time, findings);
   }

@@ -51,7 +51,7 @@
 namespace crackle::io {
 
 /// Incremented with every change of the file's contents.
-inline constexpr std::int64_t ensemble_schema_version = 7;
+inline constexpr std::int64_t ensemble_schema_version = 8;
 
 /// Rows first..first+rows.size() of the ensemble, written by one rank.
 struct EnsembleBlock {

@@ -89,7 +89,7 @@
 namespace crackle::io {
 
 /// Incremented with every change of the file's contents.
-inline constexpr std::int64_t sample_schema_version = 7;
+inline constexpr std::int64_t sample_schema_version = 8;
 
 /// Oldest version of sample and ensemble files whose results can still be read, that of version 1.0.0 of the
 /// program; samples cannot continue from them.

@@ -157,7 +157,7 @@ class Compare(unittest.TestCase):
         comparison = json.loads(self.compare("--json", "shared", "own").stdout)["comparisons"][0]
         self.assertTrue(comparison["has_shared_base"])
         self.assertIn("with another base the answer may differ", " ".join(comparison["notes"]))
-        self.assertEqual(comparison["samples"][0], {"n_done": 11, "n_undecided": 0, "n_unbroken": 0, "n_failed": 1, "n_left": 0})
+        self.assertEqual(comparison["samples"][0], {"n_done": 11, "n_undecided": 0, "n_unbroken": 0, "n_held": 0, "n_failed": 1, "n_left": 0})
         self.assertGreater(comparison["n_looks"], 5)
         self.assertEqual(comparison["p_least"], 1e-4)
         scaled = json.loads(self.compare("--json", "a", "slots").stdout)["comparisons"][0]["results"]

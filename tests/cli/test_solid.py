@@ -112,7 +112,8 @@ class Solids(unittest.TestCase):
     def test_what_is_refused(self):
         self.refused(body('solid = "none.stl"\nunit = "mm"'), ":5: specimen.solid: there is no file", "give the name of a file with a closed surface")
         self.refused(body('solid = "cube.stl"'), ":4: specimen.unit: the key is missing, but solid requires it")
-        self.refused(body('solid = "cube.stl"\nunit = "N"'), ":6: specimen.unit: ", "does not have the dimension of a length")
+        self.refused(body('solid = "cube.stl"\nunit = "N"'), ":6: specimen.unit: ", '"N" is no unit of length; give one such as "mm"')
+        self.refused(body('solid = "cube.stl"\nunit = "1 mm"'), ":6: specimen.unit: ", '"1 mm" is no unit of length')
         self.refused(body('size = ["5 mm", "5 mm", "5 mm"]\nunit = "mm"', rest=PULLED + '[sections]\ny = ["2 mm"]\n'),
                      ":6: specimen.unit: requires solid")
         self.refused(body(FROM_FILE + '\nsize = ["5 mm", "5 mm", "5 mm"]'), ":7: specimen.size: cannot be combined with solid")

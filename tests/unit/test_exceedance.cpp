@@ -40,8 +40,8 @@ TEST(Exceedance, CountsSamplesAndKnowsThatReplicatesAreAlike) {
   EXPECT_EQ(exceedance("peak_load<500 N", alike, 2).share.n_hits, 48);
   EXPECT_EQ(to_text(of_draws).substr(0, 45), "peak_load > 500 N: 16 of 64 samples, 25.0 % (");
   EXPECT_EQ(to_text(of_draws).find("planned"), std::string::npos) << "nothing is left out";
-  for (const char* const wrong :
-       {"peak_load 500 N", "peak > 500 N", "peak_load > 500", "peak_load > 5 mm", ""})
+  for (const char* const wrong : {"peak_load 500 N", "peak_load >= 500 N", "outcome == 2", "peak > 500 N",
+                                  "peak_load > 500", "peak_load > 5 mm", ""})
     EXPECT_THROW(exceedance(wrong, alike, 2), std::runtime_error) << wrong;
 }
 
@@ -94,7 +94,7 @@ TEST(Exceedance, CountsSamplesThatDidNotBreakAsStronger) {
     EXPECT_EQ(found.n_without, 0);
   }
   EXPECT_THAT(to_text(exceedance("peak_load > 36.5 N", rows)),
-              HasSubstr("28 of 64 samples, 43.8 % (32.3 to 55.9 %), with 28 unbroken\n"));
+              HasSubstr("28 of 64 samples, 43.8 % (32.3 to 55.9 %), 28 of them by lower bounds\n"));
   EXPECT_EQ(exceedance("work_of_fracture > 0.5 J", rows).n_values, 0);
   // Nobody knows how many would have held 50 N.
   const Exceedance beyond = exceedance("peak_load > 50 N", rows);
@@ -103,8 +103,33 @@ TEST(Exceedance, CountsSamplesThatDidNotBreakAsStronger) {
   EXPECT_EQ(beyond.share.most, 28 / 64.0);
   EXPECT_EQ(beyond.share.interval.lower, 0);
   EXPECT_NEAR(beyond.share.interval.upper, 0.559, 0.001);
-  EXPECT_THAT(to_text(beyond),
-              HasSubstr("0.0 to 43.8 % of 64 samples (0.0 to 55.9 %): 28 did not break, and none"));
+  EXPECT_THAT(
+      to_text(beyond),
+      HasSubstr("0.0 to 43.8 % of 64 samples (0.0 to 55.9 %): 28 bore all that was applied, which was less"));
+}
+
+/// A crack has run and arrested in them, and they bear more than what they were loaded to at the end.
+TEST(Exceedance, CountsHeldSamplesAsStronger) {
+  auto rows = bars(false);
+  const auto expected = exceedance("peak_load > 36.5 N", bars(true));
+  for (SampleSummary& row : rows) {
+    if (!is_unbroken(row)) continue;
+    row.outcome = static_cast<std::int32_t>(dynamics::Outcome::arrested);
+    row.first_break_load = 20;
+    row.onset_force = 30;
+  }
+  EXPECT_EQ(exceedance("peak_load > 36.5 N", rows).share.n_hits, 0) << "as if their peaks were known";
+  for (SampleSummary& row : rows)
+    row.held = row.outcome == static_cast<std::int32_t>(dynamics::Outcome::arrested) ? 1 : 0;
+  for (const char* const condition : {"peak_load > 36.5 N", "onset_force > 36.5 N"}) {
+    const Exceedance found = exceedance(condition, rows);
+    EXPECT_EQ(found.share.n_hits, expected.share.n_hits) << condition;
+    EXPECT_EQ(found.n_bounds, 28) << condition;
+  }
+  // They did break, and where they first did is known.
+  EXPECT_EQ(exceedance("first_break_load > 19 N", rows).n_bounds, 0);
+  EXPECT_EQ(exceedance("first_break_load > 19 N", rows).n_values, 64);
+  EXPECT_EQ(exceedance("work_of_fracture > 0.5 J", rows).n_values, 0);
 }
 
 TEST(Exceedance, FromRestNoSampleHasAnOnsetThatCouldBeBounded) {

@@ -154,6 +154,22 @@ TEST(Plausibility, AnImpulseThatKeepsTetrahedraFromBreakingIsHardlyMeant) {
   EXPECT_THAT(input::plausibility_warnings(parse_tables(tables)), IsEmpty());
 }
 
+TEST(Plausibility, NothingMovesInNoTimeFromRest) {
+  const auto warnings = [](const char* start, const InputTable& table) {
+    auto tables = minimal_tables();
+    set_key(tables, "[time]", "start", start);
+    tables.push_back(table);
+    return input::plausibility_warnings(parse_tables(tables));
+  };
+  const InputTable moved{"[[boundary]]",
+                         {{"on", R"("z-max")"}, {"displacement", R"(["free", "free", "0.1 mm"])"}}};
+  EXPECT_THAT(warnings(R"("rest")", moved), ElementsAre(HasSubstr("displaced by 0.1 mm at time 0 already")));
+  EXPECT_THAT(warnings(R"("equilibrium")", moved), IsEmpty());
+  InputTable slowly = moved;
+  slowly.keys.emplace_back("history", R"([["0 s", 0], ["50 us", 1]])");
+  EXPECT_THAT(warnings(R"("rest")", slowly), IsEmpty());
+}
+
 /// Of a wave in a bar of epoxy, 1672 m/s.
 TEST(Plausibility, SmallStrainsEndAtAHundredthOfAWavesSpeed) {
   const auto warnings = [](const InputTable& table) {

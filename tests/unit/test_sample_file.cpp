@@ -426,6 +426,7 @@ TEST(Schema, IsRaisedWithTheColumns) {
   EXPECT_EQ(names[5], "first_break_x first_break_y first_break_z ");
   EXPECT_EQ(names[6], "hole hole_passage crack_area_in ");
   EXPECT_EQ(names[7], "long_bifurcations ");
+  EXPECT_EQ(names[8], "held ");
   EXPECT_EQ(names.rbegin()->first, sample_schema_version);
   EXPECT_EQ(sample_schema_version, ensemble_schema_version);
 }

@@ -105,6 +105,19 @@ TEST(LoadResults, EndAtSeparation) {
   EXPECT_EQ(load_results(result).peak_load, 50) << "from rest, inertia is the load";
 }
 
+TEST(LoadResults, EndAtThePeakIfTheLastLoadIsTheLargest) {
+  SampleResult result;
+  for (const auto& [loads, expected] : {std::pair{std::array{0.0, 10.0, 8.0, 12.0}, true},
+                                        {std::array{0.0, 12.0, 8.0, 11.995}, true},
+                                        {std::array{0.0, 12.0, 8.0, 11.0}, false},
+                                        {std::array{0.0, 0.0, 0.0, 0.0}, false}}) {
+    result.history.clear();
+    for (const double load : loads) result.history.push_back(moment(0, 0, load, 0, 0));
+    EXPECT_EQ(load_results(result).end_at_peak, expected) << loads[1] << ' ' << loads[3];
+  }
+  EXPECT_FALSE(load_results({}).end_at_peak);
+}
+
 TEST(LoadResults, InterpolateTheDisplacementBetweenMoments) {
   std::vector<HistoryRow> history(3);
   for (std::size_t i = 0; i < history.size(); ++i) {

@@ -113,22 +113,31 @@ class Rows:
     def unbroken(self) -> np.ndarray:
         return self.is_done & (self.outcome == UNBROKEN)
 
+    def held(self) -> np.ndarray:
+        """Which arrested at their largest load, as the loading ended."""
+        return self.is_done & (np.array(self.rows.get("held", [0] * self.n)) == 1)
+
+    def is_open(self, info: dict[str, Any]) -> np.ndarray:
+        """Which ended before a result was decided."""
+        return (self.unbroken() | (self.held() & info["tells_the_end"])) & (info["of_unbroken"] != "value")
+
     def known(self, info: dict[str, Any]) -> np.ndarray:
         """A result of each sample; NaN where there is none, or a bound at most."""
         column = self.rows[info["name"]]
         values = _numbers(column)
         if all(isinstance(value, int) for value in column):
             values[values < 0] = np.nan
-        values[~self.is_done | (self.unbroken() if info["of_unbroken"] != "value" else False)] = np.nan
+        values[~self.is_done | self.is_open(info)] = np.nan
         return values
 
     def observed(self, info: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """And whether it is a bound."""
-        is_bound = self.unbroken() if info["of_unbroken"] == "bound" else np.zeros(self.n, bool)
+        is_bound = self.is_open(info) & (info["of_unbroken"] == "bound")
         return np.where(is_bound, self.peak, self.known(info)), is_bound & ~np.isnan(self.peak)
 
     def counts(self) -> dict[str, int]:
         return {"n_done": int(self.is_done.sum()), "n_undecided": int(np.sum(self.is_done & (self.outcome == UNDECIDED))), "n_unbroken": int(self.unbroken().sum()),
+                "n_held": int(self.held().sum()),
                 "n_failed": int(np.sum(self.status == FAILED)), "n_left": int(np.sum(self.status == PENDING))}
 
 
@@ -322,6 +331,7 @@ class _Comparison:
         for key, sentence in (("n_failed", "Failed samples are in no number: {}."),
                               ("n_unbroken", "Some samples did not break ({}): loads count them as stronger than the largest applied, by medians (Kaplan and Meier) and p of "
                                "Gehan's scores; times, displacements and work are of those that broke."),
+                              ("n_held", "Some samples arrested at their largest load, as the loading ended ({}): onset and peak load count likewise."),
                               ("n_undecided", "Undecided samples count with what they had reached, in all numbers: {}.")):
             if counts[0][key] + counts[1][key]:
                 self.remarks.append(sentence.format(f"{counts[0][key]} in the first, {counts[1][key]} in the second"))

@@ -19,7 +19,7 @@ from .checksum import BLOCK, START, checksum  # noqa: E402
 
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 PENDING, DONE, FAILED = 0, 1, 2
-SCHEMA_VERSIONS = range(4, 8)  # of the files that can be read, as in src/io/sample_file.h
+SCHEMA_VERSIONS = range(4, 9)  # of the files that can be read, as in src/io/sample_file.h
 
 MARK = b"\ncrackle FNV-1a "  # before the check sum, 16 hexadecimal digits at the end of a sample file
 TRAILER = len(MARK) + 16

@@ -43,7 +43,7 @@ class Result:
     any: Optional[Share]  # of these; None for other results
     quantiles: tuple[float, ...] = ()  # least, 25 %, median, 75 %, greatest over the samples [SI]; NaN where only a bound is known
     bounds: tuple[float, ...] = ()  # these bounds; empty without
-    n_bounds: int = 0  # samples of which only a bound is known: they did not break
+    n_bounds: int = 0  # samples of which only a bound is known: they did not break, or were held
     about: str = "body"  # what it tells of: also "place", "path", "hole" or "computation"
     explained: bool = False  # one of those whose sensitivities a reader asks for first
 

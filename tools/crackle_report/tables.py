@@ -233,7 +233,7 @@ def _load(load: Result) -> tuple[str, str]:
         value, above = (bounds[k], "over ") if math.isnan(load.quantiles[k]) else (load.quantiles[k], "")
         return above + (f"{unit.of(value):.0f}" if unit == NEWTON else f"{unit.of(value):.3g}")
 
-    unbroken = f"; {load.n_bounds} unbroken" if load.n_bounds else ""
+    unbroken = f"; {load.n_bounds} bore more" if load.n_bounds else ""
     return f"{shown(2)} {unit.name}", f"median {load.label} ({shown(0)} to {shown(4)} {unit.name}{unbroken})"
 
 

@@ -43,7 +43,7 @@ def section(ensemble: Ensemble, _: Options) -> Section:
 
 def _unbroken(ensemble: Ensemble) -> str:
     n = ensemble.load.n_bounds
-    return f" {n} of {ensemble.done.size} samples did not break and have none." if n else ""
+    return f" {n} of {ensemble.done.size} samples bore all that was applied and have none." if n else ""
 
 
 def _meaning(ensemble: Ensemble) -> str:
