@@ -481,14 +481,32 @@ private:
       result_.onset_force = result_.loads.peak_load = result_.loads.displacement_at_peak = not_a_number;
   }
 
+  /// Appends to the sample's note.
+  void note(const std::string& text) {
+    if (!text.empty()) result_.note += (result_.note.empty() ? "" : "; ") + text;
+  }
+
+  /// Notes the tools that never came to the body.
+  void note_idle_tools() {
+    const std::vector<HistoryRow>& rows = result_.history;
+    for (std::size_t i = 0; !rows.empty() && i < model_.tools.size(); ++i) {
+      const auto is_idle = [&](const HistoryRow& row) {
+        return row.tools[i].reaction == Vector{} && row.tools[i].velocity == rows.front().tools[i].velocity;
+      };
+      if (std::ranges::all_of(rows, is_idle))
+        note(fmt::format("{} never touched the body", input::name_of(model_.tools[i], i)));
+    }
+  }
+
   void finish() {
     if (result_.note.empty()) result_.note = early_arrest_;
-    if (!marginal_onset_.empty()) result_.note += (result_.note.empty() ? "" : "; ") + marginal_onset_;
+    note(marginal_onset_);
     result_.breaks = gather_breaks(group_, body_.breaks());
     result_.bridge_releases = gather_bridge_releases(group_, body_.bridge_releases());
     result_.stiffness_reductions = gather_stiffness_reductions(group_, body_.stiffness_reductions());
     result_.history = history_.rows();
     truncate_results(result_, end_time_);
+    note_idle_tools();
     finish_history();
     result_.energy_error = energy_error(result_.energy);
     if (!result_.breaks.empty()) {

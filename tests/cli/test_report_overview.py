@@ -56,7 +56,7 @@ class Headlines(Ensembles):
 
     def test_loads_of_which_only_bounds_are_known(self):
         load = Result("peak_load", "peak load", "N", 1.0, ".3f", [], 0, None, (50.0, 60.0, np.nan, np.nan, np.nan), (np.nan,) * 2 + (70.0,) * 3, 5)
-        self.assertEqual(tables._load(load), ("over 70 N", "median peak load (50 to over 70 N; 5 unbroken)"))
+        self.assertEqual(tables._load(load), ("over 70 N", "median peak load (50 to over 70 N; 5 bore more)"))
 
     def test_warnings_of_the_program_stand_at_the_top(self):
         write_ensemble(self.folder, 6)

@@ -447,7 +447,7 @@ class Stats(unittest.TestCase):
     def test_files_of_another_schema_are_refused(self):
         with opened(self.sample) as root:
             root.attrs["schema_version"] = 99
-        self.assert_refused("version 99 of the file format; this program reads versions up to 7")
+        self.assert_refused("version 99 of the file format; this program reads versions up to 8")
 
     def older(self, version=4):
         """Makes the folder one of an older version of the format, with the names that this version had; what stats prints."""

@@ -89,6 +89,22 @@ TEST_P(Impact, OfAMassOnABarFollowsTheExactDecay) {
 INSTANTIATE_TEST_SUITE_P(Integrators, Impact,
                          testing::Values(input::Integrator::bilateral4, input::Integrator::verlet));
 
+TEST(Tools, ThatNeverTouchTheBodyAreNoted) {
+  const auto thrown = [](double speed) {
+    auto parameters = strong_bar({0.002, 0.002, 0.01});
+    parameters.time.start = input::Start::rest;
+    parameters.time.duration = 2e-5;
+    auto tool = plate_at(0.01 + 1e-6, -1);
+    tool.name = "ball";
+    tool.mass = 4e-4;
+    tool.velocity = Vector{0, 0, speed};
+    parameters.tools = {tool};
+    return run(parameters, test::make_box({.size = {0.002, 0.002, 0.01}, .cells = {2, 2, 10}})).note;
+  };
+  EXPECT_EQ(thrown(2), "ball never touched the body");
+  EXPECT_EQ(thrown(-2), "");
+}
+
 /// A block between two plates of which one is pressed, by a displacement or by a force.
 SampleResult pressed_block(const Tool& drive) {
   auto parameters = strong_bar({0.004, 0.004, 0.008});

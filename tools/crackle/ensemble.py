@@ -61,7 +61,7 @@ class Ensemble:
 
     def __getitem__(self, number: int) -> Sample:
         """A sample that has ended. Raises KeyError for any other number."""
-        if number not in self.samples.index:
+        if self._has_results and number not in self.samples.index:
             raise KeyError(f"there is no sample {number!r}; the ensemble has samples 0 to {len(self.samples) - 1}")
         if number not in self._files:
             raise KeyError(f"sample {number} has not ended; those that have: {', '.join(map(str, self._files)) or 'none'}")

@@ -55,7 +55,9 @@ class Sensitivities:
     def __str__(self) -> str:
         if self.table.empty:
             return "too few draws for sensitivity indices\n"
-        return self.table[[self._main, "rank_correlation"]].unstack("input").round(2).join(self.results[["mesh", "predicted"]].astype(float).round(2)).to_string() + "\n"
+        of_all = self.results[["mesh", "predicted"]].astype(float)
+        of_all.columns = pd.MultiIndex.from_product([of_all.columns, [""]])  # as those of the inputs
+        return self.table[[self._main, "rank_correlation"]].unstack("input").join(of_all).round(2).to_string() + "\n"
 
     def plot(self, axes: Optional["Axes"] = None) -> "Axes":
         """Total indices of each result, by input."""
