@@ -105,6 +105,8 @@ def draw_means(axes: Axes, known: Known, points: Iterable[Point], values: Callab
                is_scatter: bool = False, **style_of: Any) -> None:
     """Means with Student's intervals, or with standard deviations."""
     there = sorted((point for point in points if point in known and values(known[point])), key=of)
+    if not there:
+        return
     found = [values(known[point]) for point in there]
     bars = [deviation if is_scatter else stats.t.ppf((1 + CONFIDENCE) / 2, n - 1) * deviation / math.sqrt(n) if n > 1 else math.nan
             for _, deviation, n in found]
