@@ -72,9 +72,14 @@ SETTLING = {"leading path, y = 7, 12.25, 17.5 mm": path_text, "leader's speed": 
 
 
 def found_at(known: Known, points: Iterable[Point], name: str, of: Callable[[Point], float], seen: tuple[int, int], form: str) -> str:
-    """At which value of the points a share of the samples is as `seen`."""
+    """At which value of the points a share of the samples is as `seen`; the share grows with the surplus."""
     there = [point for point in points if point in known]
-    value, (low, high) = threshold([of(point) for point in there], [known[point][name] for point in there], [known[point]["samples"] for point in there], seen)
+    values, counts, numbers = zip(*((of(point), known[point][name], known[point]["samples"]) for point in there))
+    if counts == numbers:
+        return f"less than {min(values):{form}}"
+    if not any(counts):
+        return f"more than {max(values):{form}}"
+    value, (low, high) = threshold(values, counts, numbers, seen)
     return f"{value:{form}} ({low:{form}} to {high:{form}})"
 
 
@@ -86,7 +91,7 @@ def forks_text(known: Known) -> str:
     toughness = found_at(known, BY_SPEED, "forks", attrgetter("toughness"), PAPERS_FORKS, ".0f")
     return (f"By logistic regression over the logarithms, half of the samples have forks with branches from 2 mm at a surplus of {halves[0]} with release\n"
             f"by speed, of {halves[1]} with immediate release; forks are seen through the plate as often as in the paper's pictures,\n"
-            f"{PAPERS_FORKS[0]} of {PAPERS_FORKS[1]}, at {toughness} J/m², whose interval counts how few these pictures are.\n")
+            f"{PAPERS_FORKS[0]} of {PAPERS_FORKS[1]}, at {toughness} J/m² with release by speed; the interval counts how few these pictures are.\n")
 
 
 # Pictures
