@@ -293,7 +293,8 @@ Facets read_facets(const std::string& content, const std::string& extension) {
       extension == ".brep")
     fail("holds curved faces; mesh them first, such as by gmsh -2 FILE -o body.msh");
   const auto reader = readers.find(extension);
-  if (reader == readers.end()) fail("has a name of no known format; give a file .stl, .obj, .off, .ply, .msh or .vtk");
+  if (reader == readers.end())
+    fail("has a name of no known format; give a file .stl, .obj, .off, .ply, .msh or .vtk");
   return reader->second(content);
 }
 

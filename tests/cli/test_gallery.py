@@ -174,7 +174,7 @@ class Pictures(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             drawn = in_process.call(studying.main, "--stored", "-o", name, "--program", OPTIONS.program)
             self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
-            for study in study_pages.STUDIES:
+            for study in study_pages.shown(known):
                 self.assertGreater((Path(name) / f"{study}.png").stat().st_size, 5000)
                 self.assertTrue((ROOT / "jobs" / "paper" / f"{study}.png").is_file())
         lines = {line for line in drawn.stdout.splitlines() if line.startswith("|")}
