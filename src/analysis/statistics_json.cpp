@@ -138,7 +138,7 @@ std::vector<std::string> settings_of_bodies(const input::Parameters& parameters)
   };
   if (!parameters.flaws.empty() || std::ranges::any_of(parameters.random, changes_bodies)) {
     auto drawn = input::settings_of(parameters, {draws});
-    // What is random tells more than how it is drawn.
+    // The random inputs tell more than how they are drawn.
     std::ranges::stable_partition(drawn, [](const std::string& line) { return line.starts_with("random"); });
     settings.insert(settings.begin(), drawn.begin(), drawn.end());
   }

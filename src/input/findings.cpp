@@ -42,7 +42,7 @@ bool Findings::faulty(const std::string& key) const {
 }
 
 void Findings::note(const std::string& key, int line, const std::string& message) {
-  notes_.push_back({line, key, message});
+  notes_.push_back({line, "warning: " + key, message});
 }
 
 std::vector<std::string> Findings::messages(const std::filesystem::path& file) const {
@@ -50,9 +50,7 @@ std::vector<std::string> Findings::messages(const std::filesystem::path& file) c
 }
 
 std::vector<std::string> Findings::notes(const std::filesystem::path& file) const {
-  std::vector<Finding> warnings = notes_;
-  for (Finding& one : warnings) one.key = "warning: " + one.key;
-  return lines(file, std::move(warnings));
+  return lines(file, notes_);
 }
 
 std::vector<std::string> Findings::lines(const std::filesystem::path& file, std::vector<Finding> sorted) {

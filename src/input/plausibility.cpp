@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "input/plausibility.h"
 
+#include "common/interpolation.h"
 #include "common/quantity_text.h"
 #include "common/real.h"
 #include "consistency.h"
@@ -229,8 +230,7 @@ std::string of_jump(const Model& model) {
   if (model.time.start != Start::rest) return {};
   for (std::size_t i = 0; i < model.boundaries.size(); ++i) {
     const Boundary& condition = model.boundaries[i];
-    const auto& history = condition.history;
-    const double factor = history.empty() || history.front().first < 0 ? 1 : history.front().second;
+    const double factor = condition.history.empty() ? 1 : interpolated(condition.history, 0);
     if (condition.kind != BoundaryKind::displacement || norm(condition.value) * factor == 0) continue;
     return fmt::format(
         "boundary[{}] is displaced by {} at time 0 already, in no time, with stresses that follow the "
