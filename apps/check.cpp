@@ -41,7 +41,7 @@ struct CheckOptions {
   int phases = 0;            ///< expected number of dynamic phases; 0: as such inputs have
   std::int64_t samples = 0;  ///< number of samples to try; 0: sample 0 only
   bool measure = true;
-  std::string crack_speed;  ///< with its unit; empty: none
+  double crack_speed = 0;  ///< [m/s]; 0: none
 };
 
 /// Stresses of samples at time 0 were seen to differ by up to 1.5 between meshes of one body.
@@ -148,8 +148,7 @@ Estimate print_estimate(const input::Parameters& parameters, const CheckOptions&
   std::fflush(stdout);
   geometry::MotherPoints base;
   const FirstSample subject = make_subject(parameters, *body, base, options.samples > 0);
-  print_subject(subject, available,
-                options.crack_speed.empty() ? 0 : input::read_value(options.crack_speed, "m/s"));
+  print_subject(subject, available, options.crack_speed);
   if (const auto shortage = measuring_shortage(subject, available)) {
     fmt::print("\nNo sample was started and the cost was not measured: {}\n", *shortage);
     return {};
@@ -266,6 +265,21 @@ std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases
   return failures;
 }
 
+/// @throws CLI::ValidationError
+double read_speed(const std::string& text) {
+  const double speed = [&] {
+    try {
+      return input::read_value(text, "m/s");
+    } catch (const std::runtime_error& error) {
+      throw CLI::ValidationError("--crack-speed", error.what());
+    }
+  }();
+  if (!(speed > 0))
+    throw CLI::ValidationError("--crack-speed",
+                               fmt::format("{} is not above 0; give a speed such as \"450 m/s\"", text));
+  return speed;
+}
+
 int check(const parallel::Communicator& world, const CheckOptions& options,
           const std::function<void()>& start_mpi) {
   const std::string& file = options.file;
@@ -330,8 +344,9 @@ void add_check_command(CLI::App& app, const std::function<void()>& start_mpi, Ac
       ->add_flag("!--no-measure", options->measure,
                  "neither measure the cost of a sample on this machine nor solve for equilibria")
       ->excludes(ranks);
-  command->add_option("--crack-speed", options->crack_speed,
-                      "print the release_speed with which cracks run at this speed, such as \"450 m/s\"");
+  command->add_option_function<std::string>(
+      "--crack-speed", [options](const std::string& text) { options->crack_speed = read_speed(text); },
+      "print the release_speed with which cracks run at this speed, such as \"450 m/s\"");
   command->callback([options, start_mpi, &run] {
     if (options->keys != options->file.empty()) {
       throw CLI::ValidationError("check takes either an input file or --keys");

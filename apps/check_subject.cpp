@@ -382,7 +382,8 @@ void print_subject(const FirstSample& subject, const ensemble::AvailableMemory& 
     fmt::print("\nWarning: {}\n", warning);
   for (const std::size_t crack : idle_pre_cracks(subject))
     fmt::print(
-        "\nWarning: specimen.crack[{}] opens nothing: it lies outside the body, or between its nodes\n",
+        "\nWarning: specimen.crack[{}] opens nothing: it lies outside the body, between its nodes or on a "
+        "crack before it\n",
         crack);
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);

@@ -185,7 +185,8 @@ int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
   const auto make = [&] {
     ensemble::require_sample(parameters.ensemble, options.sample);
     for (const auto& file : {options.output, options.dual_output}) refuse_other_file(file);
-    if (options.dual_output == options.output)
+    if (!options.dual_output.empty() &&
+        weakly_canonical(options.dual_output) == weakly_canonical(options.output))
       fail("{} is to hold the mesh; give --dual-facets another name", options.output.string());
     make_mesh(parameters, options, crew);
   };
@@ -208,7 +209,7 @@ void add_mesh_command(CLI::App& app, Action& run) {
   add_sample_option(*command, options->sample)->capture_default_str();
   command
       ->add_option("--ranks", options->ranks, "number of ranks for which the table describes the partition")
-      ->check(CLI::Range(1, 100000))
+      ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "VTKHDF file to write; an existing one is replaced")
       ->required();

@@ -53,7 +53,7 @@ struct EndedPhase {
 struct Separation {
   std::int64_t checked_at = 0;        ///< step of the last check
   std::optional<std::int64_t> found;  ///< step at which the body was found separated
-  /// Step of the last break before the conditions were found to act on separate pieces.
+  /// Step of the last loss of stiffness before the conditions were found to act on separate pieces.
   std::optional<std::int64_t> unloaded;
 };
 
@@ -67,7 +67,7 @@ struct LoadCheck {
 struct RunningPhase {
   double load_time = 0;
   std::int64_t step = 0;
-  std::int64_t last_break = 0;  ///< step
+  std::int64_t last_break = 0;  ///< step of the last loss of stiffness
   Separation separation;
   fracture::Releases releases;
   MotionCheckpoint motion;

@@ -60,6 +60,7 @@ void measure_motions(const parallel::Communicator& group, const fracture::Breaka
   std::vector<double> force(displacement.local().size()), external(displacement.owned().size());
   body.force().evaluate(loads.constrained_tetrahedra, displacement.local(), force);
   loads.add_forces(time, external);
+  for (const auto& [component, push] : state.borne) external[component] += push;
   Addends terms;  // of each reaction, and of its conjugate where that differs
   for (const auto& motion : loads.motions) {
     std::vector<double> reaction;

@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -45,15 +46,18 @@ struct LoadState {
   std::vector<Work> works = {};
   std::vector<Record> records = {};
   std::vector<ToolState> tools = {};
+  /// Forces of tools on driven components, by 3 node + component, of this rank: what drives them bears these
+  /// too [N].
+  std::vector<std::pair<std::size_t, double>> borne = {};
   double stored = 0;  ///< in the body and its terms; set in equilibrium only [J]
 };
 
 /// Adds the forces that the loads apply at a time, without their works. Local.
 void apply_loads(const mechanics::Conditions& loads, double time, LoadState& state);
-/// Adds the loads, or the prescribed motions, with their works. Collective; bitwise equal for any number of
-/// ranks.
+/// Adds the loads with their works. Collective; bitwise equal for any number of ranks.
 void measure_forces(const parallel::Communicator& group, const mechanics::Conditions& loads,
                     const parallel::NodeField& displacement, double time, LoadState& state);
+/// Adds the prescribed motions with their works; they also bear what the state says. Likewise.
 void measure_motions(const parallel::Communicator& group, const fracture::BreakableBody& body,
                      const mechanics::Conditions& loads, const parallel::NodeField& displacement, double time,
                      LoadState& state);

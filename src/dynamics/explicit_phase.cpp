@@ -299,6 +299,7 @@ private:
     result_.frames = checkpoint.frames;
     result_.fragment_history = checkpoint.fragment_history;
     motion_.read(state_);
+    output_.start_again();
   }
 
   void finish() {

@@ -39,10 +39,10 @@ struct PhaseResult {
   bool separated = false;  ///< the body had separated when the phase ended
   bool suspended = false;  ///< the rest is undefined
   double time = 0;         ///< duration of the phase until it ended [s]
-  /// Time since the start of the phase of the last break before the conditions were found to act on separate
-  /// pieces; NaN if they were not [s].
+  /// Time since the start of the phase of the last loss of stiffness before the conditions were found to act
+  /// on separate pieces; NaN if they were not [s].
   double separated_at = not_a_number;
-  double last_break = 0;  ///< time of the last break, likewise [s]
+  double last_break = 0;  ///< time of the last loss of stiffness, likewise [s]
   /// Breaks up to this time count if this is the last phase: at most the duration [s].
   double end_time = 0;
   std::string note;          ///< reason for an unplanned early end

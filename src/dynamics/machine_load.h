@@ -20,8 +20,9 @@
 ///   motions, otherwise the mean over the loaded area or body, weighted with a factor.
 /// - Peak load: the largest load up to separation, in dynamic phases at 200 moments or more of the duration
 ///   and where loads turn; of applied loads exactly. In a dynamic phase after quasi-static loading, a
-///   reaction is capped at the static force for the current displacement, with the stiffness at the start of
-///   the phase: fracture cannot stiffen the body, so any excess is inertia, which no load cell would follow.
+///   reaction does not count while it exceeds the static force for the current displacement, with the
+///   stiffness at the start of the phase: fracture cannot stiffen the body, so the excess is inertia, which
+///   no load cell would follow.
 /// - Displacement at peak: when the load first comes within 0.1 % of its peak; it ends there if its last
 ///   value is within that.
 /// - Work of fracture: the external work of all loads up to separation, or to the end of the history of a

@@ -44,7 +44,8 @@ double largest_of(const parallel::Communicator& group, const std::vector<double>
 std::vector<std::uint8_t> find_corridor(const parallel::Communicator& group,
                                         const geometry::Subdomain& subdomain,
                                         const mechanics::PdsOperators& operators) {
-  std::vector<double> volume = operators.node_volume;  // mean of the tetrahedra around the node, times 4
+  std::vector<double> volume =
+      operators.node_volume;  // a quarter of the mean of the tetrahedra around the node
   std::vector<std::int32_t> n_around(volume.size(), 0);
   for (const auto& nodes : subdomain.tetrahedra)
     for (const auto node : nodes)

@@ -135,7 +135,7 @@ struct MotionContext {
   const mechanics::Conditions* loads;
   fracture::FractureLaw* law;
   double damping_rate = 0;  ///< of mass-proportional damping: force / (mass * velocity) [1/s]
-  /// Stiffness or initial strain differs between tetrahedra, on any rank.
+  /// Stiffness or initial strain may differ between tetrahedra.
   bool material_varies = false;
   input::BulkViscosity bulk_viscosity = {};
   std::vector<MakeTerm> more_terms = {};  ///< beside the conditions and the damping

@@ -159,15 +159,24 @@ void PhaseOutput::write_fragments(double time) {
   const bool is_known = has_labels_ && result_->energy.back().broken == 0;
   if (!is_known) labels_ = fracture::piece_labels(group, *context_.body);
   has_labels_ = true;
-  parallel::agree(group, [&] {
-    const auto u = state_->displacement.owned(), v = state_->velocity.owned();
-    displacement_.assign(u.begin(), u.end());
-    velocity_.assign(v.begin(), v.end());
-  });
+  remember_motion();
   if (!is_known) count_ = count_fragments(group, *context_.body, labels_, motion_->frozen(), time);
   count_.time = time;
   count_.frozen_energy = motion_->frozen_energy();
   parallel::agree_on_root(group, [&] { result_->fragment_history.push_back(count_); });
+}
+
+void PhaseOutput::remember_motion() {
+  parallel::agree(*context_.group, [&] {
+    const auto u = state_->displacement.owned(), v = state_->velocity.owned();
+    displacement_.assign(u.begin(), u.end());
+    velocity_.assign(v.begin(), v.end());
+  });
+}
+
+void PhaseOutput::start_again() {
+  labels_ = fracture::piece_labels(*context_.group, *context_.body);
+  remember_motion();
 }
 
 void PhaseOutput::write_last_fragments() {

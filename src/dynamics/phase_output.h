@@ -27,6 +27,8 @@ public:
   /// @throws std::runtime_error on every rank when the energies show that the motion is invalid
   void write(std::int64_t step, bool is_last);
 
+  /// The phase continues from a checkpoint, whose pieces are the last ones known. Collective.
+  void start_again();
   /// Takes the fragments at their last count as those of the end. Collective.
   void write_last_fragments();
 
@@ -40,6 +42,7 @@ private:
   EnergyRow measure(double time) const;
   Frame frame(double time) const;
   void write_fragments(double time);
+  void remember_motion();
 
   MotionContext context_;
   const MovingBody* motion_;

@@ -113,7 +113,7 @@ std::string unresolved_softening_text(const input::Model& model, const geometry:
 
 /// A warning if the mesh does not resolve the correlation of a random field, or the body is too small for it;
 /// otherwise empty.
-std::string unsuited_correlation_text(const char* of, double length, const char* uncorrelated,
+std::string unsuited_correlation_text(const std::string& of, double length, const std::string& uncorrelated,
                                       const input::Model& model, const geometry::Body& body) {
   if (length == 0) return uncorrelated;
   if (const double longest = std::ranges::max(body.size()); length > longest)
@@ -132,20 +132,24 @@ std::string unsuited_correlation_text(const char* of, double length, const char*
 std::string unresolved_strength_text(const input::Model& model, const geometry::Body& body) {
   const auto& variation = model.fracture.variation;
   if (!variation) return {};
+  const std::string what = variation->of == input::Varies::toughness ? "toughness" : "strength";
   return unsuited_correlation_text(
-      "strength", variation->correlation_length,
-      "each tetrahedron has a strength of its own, so only the load at the first break of a smoothly "
-      "stressed body does not depend on the spacing; give fracture.variation.correlation_length, of "
-      "several spacings, for cracks",
+      what, variation->correlation_length,
+      fmt::format("each tetrahedron has a {} of its own, so only the load at the first break of a smoothly "
+                  "stressed body does not depend on the spacing; give fracture.variation.correlation_length, "
+                  "of several spacings, for cracks",
+                  what),
       model, body);
 }
 
 std::string unresolved_stiffness_text(const input::Model& model, const input::StiffnessVariation& variation,
                                       const geometry::Body& body) {
+  const std::string what = variation.of == input::StiffnessVaries::density ? "density" : "stiffness";
   return unsuited_correlation_text(
-      "stiffness", variation.correlation_length,
-      "each tetrahedron has a stiffness of its own, so results depend on the spacing; give "
-      "material.variation.correlation_length, of several spacings",
+      what, variation.correlation_length,
+      fmt::format("each tetrahedron has a {} of its own, so results depend on the spacing; give "
+                  "material.variation.correlation_length, of several spacings",
+                  what),
       model, body);
 }
 

@@ -53,7 +53,7 @@ struct ToolState {
   std::array<double, 4> orientation{1, 0, 0, 0};
   Vector angular_velocity{};  ///< [rad/s]
   Vector reaction{};          ///< force on the body [N]
-  double friction_work = 0;   ///< lost by friction so far [J]
+  double friction_work = 0;   ///< lost by friction, in dynamic phases since their start [J]
   bool operator==(const ToolState&) const = default;
 };
 

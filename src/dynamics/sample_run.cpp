@@ -217,6 +217,7 @@ private:
       }
       group_.enter("quasi-static loading");
       account_.add_phase(phase.external_work, phase.dissipated);
+      end_time_ = infinity;  // the equilibrium follows from all breaks
       if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
         take_fragments(state.displacement);
@@ -224,7 +225,6 @@ private:
         return;
       }
       result_.separated_at = SampleResult::none;
-      end_time_ = infinity;  // loading continues from all breaks
     }
   }
 

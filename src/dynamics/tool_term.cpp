@@ -569,7 +569,10 @@ void ToolTerm::measure(double time, const parallel::NodeField& displacement, con
   for_touches(time, displacement.owned(), 0,
               [&](std::size_t tool, std::int32_t node, const Touch& now, const Pose& pose) {
                 const Vector push = pose.out(force(tool, node, now, anchor_of(tool, node)));
-                for (std::size_t i = 0; i < 3; ++i) terms[4 * tool + i].push_back(push[i]);
+                for (int i = 0; i < 3; ++i) {
+                  terms[4 * tool + index(i)].push_back(push[index(i)]);
+                  if (is_driven(node, i)) state.borne.emplace_back(index(node, i), push[index(i)]);
+                }
               });
   for (const Contact& contact : contacts_) terms[4 * contact.tool + 3].push_back(contact.lost());
   for (std::size_t t = 0; t < tools_->size(); ++t)

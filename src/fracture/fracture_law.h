@@ -36,7 +36,7 @@ public:
   struct Options {
     std::span<const SquareEnd> ends = {};  ///< that count as cracks
     bool follows_cracks = true;            ///< false: strengths do not depend on where cracks are
-    double weakening = 1;                  ///< divides the strengths
+    double weakening = 1;                  ///< divides the strengths away from cracks
   };
 
   /// That of a sample. Collective; equal for any number of ranks.

@@ -125,10 +125,10 @@ std::vector<double> strength_factors(const input::MaterialModel& model, std::uin
   const auto& variation = model.fracture.variation;
   if (!variation || variation->of != input::Varies::toughness) return factors;
   // Where both are given, they are independent.
-  if (model.fracture.has_strength_and_toughness())
-    std::ranges::fill(factors, 1.0);
-  else
-    for (double& factor : factors) factor = std::sqrt(factor);
+  for (std::size_t t = 0; t < factors.size(); ++t)
+    factors[t] = model.fracture_of(tetrahedra.material_of(t)).has_strength_and_toughness()
+                     ? 1.0
+                     : std::sqrt(factors[t]);
   return factors;
 }
 

@@ -86,14 +86,14 @@ private:
     for (std::size_t i = 0; i < specimen_.notches.size(); ++i) {
       const plane::Notch& notch = specimen_.notches[i];
       const auto depth_axis = index(axis_of(notch.face)), at_axis = index(position_axis(notch.face));
-      const auto [low, high] = plane::slot_of(notch, specimen_.size)[depth_axis];
+      const auto [low, high] = plane::slot_of(notch, bounds_of(specimen_))[depth_axis];
       CrackStart start{};
       start.name = fmt::format("notch {}", i + 1);
       start.tip[0] = thickness() / 2;
       start.tip[at_axis] = notch.at;
       start.tip[depth_axis] = is_upper(notch.face) ? low : high;
       start.end = start.tip;
-      start.end[depth_axis] = plane::ligament_end(specimen_.notches, i, specimen_.size);
+      start.end[depth_axis] = plane::ligament_end(specimen_, i);
       start.along[depth_axis] = 1;
       start.across[at_axis] = 1;
       start.direction = is_upper(notch.face) ? -1 : 1;

@@ -109,7 +109,7 @@ void check_region_of_box(const Boundary& condition, plane::Face face, const std:
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     const std::string notch = fmt::format("specimen.notch[{}]", i);
     if (specimen.notches[i].face != face || findings.faulty(notch)) continue;
-    const plane::Region slot = slot_of(specimen.notches[i], specimen.size);
+    const plane::Region slot = slot_of(specimen.notches[i], bounds_of(specimen));
     bool inside = true;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // A line on the lip of the slot has nodes.

@@ -49,9 +49,11 @@ void check_notch_in_body(const plane::Notch& notch, const std::string& key, cons
 
 /// The extent that a notch's crack can reach along the axis of its depth: from the tip to the opposite face,
 /// as it can pass another notch.
-std::pair<double, double> reach_of(const plane::Notch& notch, const Vector& size) {
-  const double extent = size[index(axis_of(notch.face))];
-  return is_upper(notch.face) ? std::pair{0.0, extent - notch.depth} : std::pair{notch.depth, extent};
+std::pair<double, double> reach_of(const plane::Notch& notch, const plane::Region& bounds) {
+  const auto axis = index(axis_of(notch.face));
+  const plane::Region slot = slot_of(notch, bounds);
+  return is_upper(notch.face) ? std::pair{bounds[axis].first, slot[axis].first}
+                              : std::pair{slot[axis].second, bounds[axis].second};
 }
 
 /// The extents that notch cracks advancing along an axis can reach, for advice: "between 6 mm and 24.5 mm
@@ -62,7 +64,7 @@ std::string describe_ligaments(const plane::Specimen& specimen, int axis) {
   std::string text;
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     if (axis_of(specimen.notches[i].face) != axis) continue;
-    const auto [from, to] = reach_of(specimen.notches[i], specimen.size);
+    const auto [from, to] = reach_of(specimen.notches[i], bounds_of(specimen));
     const std::string extent = fmt::format("between {} and {}", from == 0 ? "0" : show(from), show(to));
     if (std::ranges::find(extents, extent) != extents.end()) continue;
     if (extents.size() < max_shown)
@@ -77,19 +79,20 @@ bool can_arrive(const plane::Specimen& specimen, int axis, double position) {
   const double gap = touching * specimen.size[index(axis)];
   return std::ranges::any_of(specimen.notches, [&](const plane::Notch& notch) {
     if (axis_of(notch.face) != axis) return false;
-    const auto [from, to] = reach_of(notch, specimen.size);
+    const auto [from, to] = reach_of(notch, bounds_of(specimen));
     return position > from + gap && position < to - gap;
   });
 }
 
-/// @param is_draw parameters of a single sample; unreachable sections are allowed and have no crossings
+/// Unreachable sections of a single sample are allowed, and have no crossings.
 void check_sections_along(int axis, const std::vector<double>& positions, const std::string& name,
-                          const plane::Specimen& specimen, bool is_draw, Findings& findings) {
+                          const Parameters& parameters, Findings& findings) {
+  const plane::Specimen& specimen = parameters.specimen;
   const auto [lower, upper] = bounds_of(specimen)[index(axis)];
   const bool has_size = size_is_known(findings);
   // A body without notches has no crack paths, so its sections are not checked.
   const bool has_notches = has_size && is_box(specimen) && !findings.faulty("specimen.notch") &&
-                           !specimen.notches.empty() && specimen.cracks.empty();
+                           !specimen.notches.empty() && specimen.cracks.empty() && parameters.flaws.empty();
   const std::string ligaments = has_notches ? describe_ligaments(specimen, axis) : "";
   if (has_notches && ligaments.empty() && !positions.empty()) {
     const char* axis_name = axis == 1 ? "y" : "z";
@@ -109,7 +112,7 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
     } else if (i > 0 && positions[i] <= positions[i - 1]) {
       findings.report(key, "{} is not above {}, the length before it; give ascending lengths",
                       show(positions[i]), show(positions[i - 1]));
-    } else if (has_notches && !is_draw && !can_arrive(specimen, axis, positions[i])) {
+    } else if (has_notches && !parameters.draw && !can_arrive(specimen, axis, positions[i])) {
       findings.report(key, "no crack can reach {}; give a length in a notch's ligament: {}",
                       show(positions[i]), ligaments);
     }
@@ -222,6 +225,10 @@ void check_stop(const Parameters& parameters, Findings& findings) {
   if (!parameters.ensemble.stop || findings.faulty("ensemble")) return;
   if (findings.given("specimen.solid"))
     findings.report("ensemble.stop", "judges the paths of cracks, which a solid has not; leave it out");
+  else if (parameters.sections.size() == 0 && !findings.faulty("sections"))
+    findings.report("ensemble.stop",
+                    "judges the paths of cracks, but no section measures them; give sections.y, "
+                    "sections.z or [[sections.line]]");
   const int least = parameters.ensemble.stop->min_samples;
   if (findings.given("ensemble.stop.min_samples") && least > parameters.ensemble.samples)
     findings.report("ensemble.stop.min_samples", "{} is more than ensemble.samples = {}; give fewer", least,
@@ -243,9 +250,8 @@ void check_sections(const Parameters& parameters, Findings& findings) {
                     "there are no cross-sections; give y, an array of lengths such as [\"7 mm\", "
                     "\"12.25 mm\"], or z, or a [[sections.line]] or [[sections.plane]]");
   }
-  const bool is_draw = parameters.draw.has_value();
-  check_sections_along(1, sections.y, "sections.y", parameters.specimen, is_draw, findings);
-  check_sections_along(2, sections.z, "sections.z", parameters.specimen, is_draw, findings);
+  check_sections_along(1, sections.y, "sections.y", parameters, findings);
+  check_sections_along(2, sections.z, "sections.z", parameters, findings);
   for (std::size_t i = 0; i < sections.lines.size(); ++i)
     check_line(sections.lines[i], fmt::format("sections.line[{}]", i), parameters.specimen, findings);
   for (std::size_t i = 0; i < sections.planes.size(); ++i)

@@ -31,7 +31,7 @@ void check_contact(const Parameters& parameters, Findings& findings) {
   if (parameters.contact && !is_frictionless && !findings.given("contact.friction"))
     findings.report("contact.friction", "the key is missing; give a number such as 0.3");
   if (parameters.contact && findings.given("fracture.contact") && findings.given("contact.friction") &&
-      is_frictionless != (parameters.contact->friction == 0))
+      (!is_frictionless || parameters.contact->friction != 0))
     findings.report("contact.friction", "contradicts fracture.contact = \"{}\"; leave one of the two out",
                     is_frictionless ? "frictionless" : "none");
   if (parameters.time.engine == Engine::petsc && parameters.surface_contact())

@@ -285,6 +285,14 @@ Table flaws_table() {
 
 namespace {
 
+/// True for a distribution of sizes whose mean is neither given nor, as of a key of the input, known.
+bool needs_mean(const RandomInput& radii) {
+  using enum RandomDistribution;
+  const bool is_by_mean = radii.distribution == normal || radii.distribution == lognormal ||
+                          radii.distribution == beta || radii.distribution == truncated;
+  return is_by_mean && std::isnan(radii.mean);
+}
+
 void check_flaws(const Parameters& parameters, const plane::Region& bounds, Findings& findings) {
   for (std::size_t i = 0; i < parameters.flaws.size(); ++i) {
     const Flaws& flaws = parameters.flaws[i];
@@ -292,8 +300,19 @@ void check_flaws(const Parameters& parameters, const plane::Region& bounds, Find
     if (findings.given(key + ".number") == findings.given(key + ".density"))
       findings.report(key, "{}; give number or density, the mean number per volume",
                       flaws.number ? "number and density are both given" : "the number of flaws is missing");
-    if (!findings.faulty(key + ".size") && findings.given(key + ".size") && flaws.radius == 0)
-      check_distribution(flaws.radii, key + ".size", findings);
+    if (!findings.faulty(key + ".size") && findings.given(key + ".size") && flaws.radius == 0) {
+      if (needs_mean(flaws.radii))
+        findings.report(key + ".size.mean", "the key is missing; give a length such as \"1 mm\"");
+      else
+        check_distribution(flaws.radii, key + ".size", findings);
+    }
+    double number = flaws.density;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      number *= std::max(0.0, std::min(bounds[axis].second, flaws.region[axis].second) -
+                                  std::max(bounds[axis].first, flaws.region[axis].first));
+    if (number > most_flaws)
+      findings.report(key + ".density", "gives some {:.3g} flaws; give a density with at most {}", number,
+                      most_flaws);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto& [lower, upper] = flaws.region[axis];
       const std::string region = fmt::format("{}.region.{}", key, axis_names[axis]);

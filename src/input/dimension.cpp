@@ -105,7 +105,9 @@ std::vector<Dimension> known_dimensions(double exponent) {
                                     acceleration_rate_dimension,
                                     body_force_rate_dimension,
                                     mass_dimension,
-                                    share_dimension};
+                                    share_dimension,
+                                    angle_dimension,
+                                    number_density_dimension};
   for (const BoundaryTraits& traits : boundary_kinds) {
     if (!has_quantity(traits.kind)) continue;
     dimensions.push_back(value_dimension(traits.kind));

@@ -66,7 +66,7 @@ MeshSpacing::MeshSpacing(const Parameters& parameters) : mesh_(parameters.mesh) 
       tips_.push_back({notch.slot->from, radius});
       tips_.push_back({notch.slot->to, radius});
     } else {
-      const plane::Region slot = slot_of(notch, parameters.specimen.size);
+      const plane::Region slot = slot_of(notch, bounds_of(parameters.specimen));
       const auto [lower, upper] = slot[index(axis_of(notch.face))];
       Point tip{};
       tip[index(axis_of(notch.face)) - 1] = is_upper(notch.face) ? lower : upper;

@@ -84,7 +84,7 @@ std::optional<std::string> reason_outside(const plane::Specimen& specimen, const
     return "the position is outside the body, or in a hole or a notch; give one in the material";
   }
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
-    const plane::Region slot = slot_of(specimen.notches[i], specimen.size);
+    const plane::Region slot = slot_of(specimen.notches[i], bounds_of(specimen));
     bool is_inside = true;
     for (std::size_t axis = 1; axis < 3; ++axis)
       is_inside = is_inside && p[axis] > slot[axis].first + slack && p[axis] < slot[axis].second - slack;
@@ -101,7 +101,7 @@ std::vector<std::string> condition_names(const Model& model) {
   return names;
 }
 
-/// Conditions that can be governing: "0 to 3, \"rollers\" or \"grip\"".
+/// Advice which condition to give: "give one of 0 to 3, \"rollers\"".
 std::string known_conditions(const Parameters& parameters) {
   const std::size_t n = parameters.boundaries.size();
   std::vector<std::string> known;
@@ -110,21 +110,21 @@ std::string known_conditions(const Parameters& parameters) {
     const std::string name = fmt::format("\"{}\"", one);
     if (!one.empty() && std::ranges::find(known, name) == known.end()) known.push_back(name);
   }
-  return fmt::format("{}", fmt::join(known, ", "));
+  return known.empty() ? "leave it out" : fmt::format("give one of {}", fmt::join(known, ", "));
 }
 
 void check_governing(const Parameters& parameters, Findings& findings) {
   const auto& governing = parameters.governing;
   const std::vector<std::string> names = condition_names(parameters);
-  if (findings.faulty("output.governing") || findings.faulty("boundary") || names.empty()) return;
+  if (findings.faulty("output.governing") || findings.faulty("boundary")) return;
   if (const auto* const number = std::get_if<int>(&governing);
       number != nullptr && *number >= std::ssize(parameters.boundaries))
-    findings.report("output.governing", "there is no boundary[{}]; give one of {}", *number,
+    findings.report("output.governing", "there is no boundary[{}]; {}", *number,
                     known_conditions(parameters));
   if (const auto* const name = std::get_if<std::string>(&governing);
       name != nullptr && std::ranges::find(names, *name) == names.end())
-    findings.report("output.governing", "no [[boundary]] or [[tool]] is called \"{}\"; give one of {}",
-                    shortened(*name), known_conditions(parameters));
+    findings.report("output.governing", "no [[boundary]] or [[tool]] is called \"{}\"; {}", shortened(*name),
+                    known_conditions(parameters));
 }
 
 }  // namespace

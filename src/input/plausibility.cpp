@@ -282,7 +282,11 @@ std::string of_reference_volume(const Model& model) {
   const auto& variation = model.fracture.variation;
   const Vector& size = model.specimen.size;
   const double body = size[0] * size[1] * size[2];
-  if (!variation || !(variation->reference_volume > many_bodies * body)) return {};
+  if (!variation || variation->reference_volume == 0) return {};
+  if (variation->correlation_length > 0)
+    return "fracture.variation.reference_volume has no effect beside correlation_length: leave one of them "
+           "out";
+  if (!(variation->reference_volume > many_bodies * body)) return {};
   return fmt::format(
       "fracture.variation.reference_volume = {} is {:.2g} times the body's {}: the body is then {:.2g} times "
       "as strong as such a volume",

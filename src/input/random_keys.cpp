@@ -270,8 +270,15 @@ Key values_key() {
           if (!value) return;
           random.values.push_back(*value);
         }
+        std::size_t size = 0;  // in the stored input, which holds them all
+        for (const double value : random.values)
+          size += fmt::formatted_size("\"{} {}\", ", value, random.unit);
         if (random.values.size() > most_values)
           source.report("has {} values; give at most {}", random.values.size(), most_values);
+        else if (size > max_text_size / 2)
+          source.report(
+              "has values that take {} bytes as text; give fewer than {}, by fewer values or digits", size,
+              max_text_size / 2);
       },
       [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
         const RandomInput& random = parameters.random.at(i);

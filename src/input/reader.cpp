@@ -237,6 +237,12 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
   }
   Parameters result =
       parse(parameters.text, name, files_of(parameters), Draw{values, sample_settings(parameters)}, settings);
+  // Slots that meet are one, from which other cracks begin than from two.
+  if (is_box(result.specimen) != is_box(parameters.specimen))
+    throw InputError(
+        {fmt::format("specimen.notch: slots meet {}; draw places where all samples have the same slots",
+                     is_box(parameters.specimen) ? "here, but not with the values of the input"
+                                                 : "with the values of the input, but not here")});
   if (result.map) result.map->folder = parameters.map->folder;
   result.random = parameters.random;
   result.correlations = parameters.correlations;

@@ -407,10 +407,11 @@ void check_outline(const Parameters& parameters, Findings& findings) {
 /// @pre is_box(specimen)
 bool has_meeting_notches(const plane::Specimen& specimen) {
   const Vector& size = specimen.size;
+  const plane::Region bounds = bounds_of(specimen);
   const Vector near{touching * size[0], touching * size[1], touching * size[2]};
   for (std::size_t i = 0; i < specimen.notches.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (plane::meet(slot_of(specimen.notches[i], size), slot_of(specimen.notches[j], size), near))
+      if (plane::meet(slot_of(specimen.notches[i], bounds), slot_of(specimen.notches[j], bounds), near))
         return true;
   return false;
 }

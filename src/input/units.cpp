@@ -97,9 +97,10 @@ std::string square_of(const std::string& unit) {
 }  // namespace
 
 std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
+  constexpr const char* blanks = " \t\r";
+  const auto first = text.find_first_not_of(blanks);
   if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
 UnitSystem::UnitSystem() : system_(nullptr, ut_free_system) {
@@ -130,8 +131,8 @@ Quantity UnitSystem::convert(double number, const std::string& unit, const Dimen
       factor = looks_like_unit(unit) ? not_a_number : 0;
     }
   } else if (dimension.si_unit == "1" && unit != "%" && unit != "percent") {
-    // UDUNITS counts angles as numbers, too.
-    factor = looks_like_unit(unit) ? not_a_number : 0;
+    // UDUNITS counts angles as numbers, too. Draws of shares have the unit "1".
+    factor = unit == "1" ? 1 : looks_like_unit(unit) ? not_a_number : 0;
   } else {
     factor = factor_to(system_.get(), unit, dimension.si_unit);
   }

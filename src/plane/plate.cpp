@@ -26,7 +26,7 @@ void check_notch(const Specimen& specimen, std::size_t i) {
   const std::string name = name_of_notch(i);
   if (axis_of(notch.face) == 0) fail("{}: a notch is cut into y-min, y-max, z-min or z-max", name);
   if (!(notch.depth > 0) || !(notch.height > 0)) fail("{}: depth and height must be positive", name);
-  const Region slot = slot_of(notch, size);
+  const Region bounds = bounds_of(specimen), slot = slot_of(notch, bounds);
   const auto along = index(position_axis(notch.face)), across = index(axis_of(notch.face));
   if (!(slot[along].first > 0) || !(slot[along].second < size[along]))
     fail("{}: the slot from {} m to {} m does not lie inside the face, which ends at 0 and {} m", name,
@@ -34,7 +34,7 @@ void check_notch(const Specimen& specimen, std::size_t i) {
   if (!(notch.depth < size[across]))
     fail("{}: depth {} m cuts the body in two; it must be below {} m", name, notch.depth, size[across]);
   for (std::size_t j = 0; j < i; ++j)
-    if (meet(slot, slot_of(specimen.notches[j], size), {}))
+    if (meet(slot, slot_of(specimen.notches[j], bounds), {}))
       fail("{} and {} overlap or touch; they would cut the body in two or leave no material between them",
            name_of_notch(j), name);
 }
@@ -79,7 +79,7 @@ Shape shape_of_box(const Specimen& specimen) {
     };
     add(is_backwards ? specimen.size[along] : 0, mouth, edge);
     for (const std::size_t i : notches_along(specimen, face, is_backwards)) {
-      const Region slot = slot_of(specimen.notches[i], specimen.size);
+      const Region slot = slot_of(specimen.notches[i], bounds_of(specimen));
       auto [first, last] = slot[along];
       if (is_backwards) std::swap(first, last);
       const double tip = is_upper(face) ? slot[across].first : slot[across].second;
@@ -100,13 +100,13 @@ bool is_box(const Specimen& specimen) {
          std::ranges::none_of(specimen.notches, [](const Notch& notch) { return notch.slot.has_value(); });
 }
 
-Region slot_of(const Notch& notch, const Vector& size) {
-  Region slot;
-  slot[0] = {0, size[0]};
-  const auto depth_axis = static_cast<std::size_t>(axis_of(notch.face));
-  const double extent = size[depth_axis];
-  slot[depth_axis] =
-      is_upper(notch.face) ? std::pair{extent - notch.depth, extent} : std::pair{0.0, notch.depth};
+Region slot_of(const Notch& notch, const Region& bounds) {
+  Region slot = bounds;
+  auto& [lower, upper] = slot[index(axis_of(notch.face))];
+  if (is_upper(notch.face))
+    lower = upper - notch.depth;
+  else
+    upper = lower + notch.depth;
   slot[index(position_axis(notch.face))] = {notch.at - notch.height / 2, notch.at + notch.height / 2};
   return slot;
 }
@@ -119,14 +119,16 @@ bool meet(const Region& slot, const Region& other, const Vector& near) {
   return true;
 }
 
-double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size) {
-  const Notch& notch = notches[i];
+double ligament_end(const Specimen& specimen, std::size_t i) {
+  const Notch& notch = specimen.notches[i];
+  const Region bounds = bounds_of(specimen);
   const auto depth_axis = index(axis_of(notch.face)), at_axis = index(position_axis(notch.face));
   const bool ascends = !is_upper(notch.face);
-  const double tip = ascends ? notch.depth : size[depth_axis] - notch.depth;
-  double end = ascends ? size[depth_axis] : 0;
-  for (const Notch& other : notches) {
-    const Region slot = slot_of(other, size);
+  const auto [own_low, own_high] = slot_of(notch, bounds)[depth_axis];
+  const double tip = ascends ? own_high : own_low;
+  double end = ascends ? bounds[depth_axis].second : bounds[depth_axis].first;
+  for (const Notch& other : specimen.notches) {
+    const Region slot = slot_of(other, bounds);
     if (!(notch.at > slot[at_axis].first && notch.at < slot[at_axis].second)) continue;
     const auto [low, high] = slot[depth_axis];
     if (ascends && low > tip) end = std::min(end, low);

@@ -135,14 +135,14 @@ Shape shape_of(const Specimen& specimen);
 /// The bounding box of the body. A plate starts at x = 0.
 Region bounds_of(const Specimen& specimen);
 
-/// The closed intervals of x, y and z removed by a slot in a face of a box.
-Region slot_of(const Notch& notch, const Vector& size);
+/// The closed intervals of x, y and z removed by a slot in a face of the body's bounding box.
+Region slot_of(const Notch& notch, const Region& bounds);
 
 /// True if two slots of a box overlap, or come as close as `near` [m] along each axis.
 bool meet(const Region& slot, const Region& other, const Vector& near);
 
 /// End of the straight extension of a slot in a face of a box: at the opposite face, or at another slot
 /// before it; as the coordinate along the axis of its depth [m].
-double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size);
+double ligament_end(const Specimen& specimen, std::size_t i);
 
 }  // namespace crackle::plane

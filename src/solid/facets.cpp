@@ -6,6 +6,8 @@
 
 #include "words.h"
 
+#include <boost/algorithm/string/predicate.hpp>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -32,6 +34,13 @@ int Facets::group_named(const std::string& text) {
 
 namespace {
 
+/// The name of all facets tells none from the others.
+void leave_out_single_group(Facets& facets) {
+  if (facets.groups.size() != 1 || std::ranges::find(facets.group, -1) != facets.group.end()) return;
+  facets.groups.clear();
+  std::ranges::fill(facets.group, -1);
+}
+
 /// Each named solid of the file is a group.
 Facets read_text_stl(const std::string& content) {
   Facets facets;
@@ -40,27 +49,24 @@ Facets read_text_stl(const std::string& content) {
   int group = -1;
   std::size_t n_solids = 0, n_ended = 0;
   for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
-    if (word == "solid") {
+    if (boost::iequals(word, "solid")) {
       ++n_solids;
       group = facets.group_named(std::string(words.rest_of_line()));
-    } else if (word == "endsolid") {
+    } else if (boost::iequals(word, "endsolid")) {
       ++n_ended;
       words.rest_of_line();
-    } else if (word == "outer") {
+    } else if (boost::iequals(word, "outer")) {
       Polygon polygon;
-      for (word = words.next(); word != "endloop" && !word.empty(); word = words.next())
-        if (word == "vertex") polygon.push_back(numbers.emplace(words.point(), numbers.size()).first->second);
+      for (word = words.next(); !boost::iequals(word, "endloop") && !word.empty(); word = words.next())
+        if (boost::iequals(word, "vertex"))
+          polygon.push_back(numbers.emplace(words.point(), numbers.size()).first->second);
       facets.add(std::move(polygon), group);
     }
   }
   if (n_solids == 0 || n_ended != n_solids) fail("ends too early: \"endsolid\" is missing");
   facets.points.resize(numbers.size());
   for (const auto& [point, number] : numbers) facets.points[number] = point;
-  // The name of a single solid says nothing about its faces.
-  if (facets.groups.size() < 2) {
-    facets.groups.clear();
-    facets.group.assign(facets.group.size(), -1);
-  }
+  leave_out_single_group(facets);
   return facets;
 }
 
@@ -240,7 +246,7 @@ Facets read_ply(const std::string& content) {
 
 Facets read_stl(const std::string& content) {
   // Binary files may begin with "solid" too.
-  const bool is_text = content.starts_with("solid") && content.find("facet") != std::string::npos &&
+  const bool is_text = boost::istarts_with(content, "solid") && boost::icontains(content, "facet") &&
                        content.find('\0') == std::string::npos;
   return is_text ? read_text_stl(content) : read_binary_stl(content);
 }
@@ -273,10 +279,7 @@ Facets read_obj(const std::string& content) {
     }
     words.rest_of_line();
   }
-  if (facets.groups.size() < 2) {
-    facets.groups.clear();
-    facets.group.assign(facets.group.size(), -1);
-  }
+  leave_out_single_group(facets);
   return facets;
 }
 

@@ -226,14 +226,12 @@ Facets read_vtk(const std::string& content) {
     fail("is binary; save it as ASCII, with ParaView's Save Data or meshio convert");
   std::vector<Polygon> cells;
   std::vector<int> types;
-  bool has_cells = false;
   for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
     if (word == "POINTS") {
       const std::size_t n = words.count();
       words.next();
       for (std::size_t i = 0; i < n; ++i) facets.points.push_back(words.point());
     } else if (word == "CELLS" || word == "POLYGONS") {
-      has_cells = has_cells || word == "CELLS";
       const bool are_polygons = word == "POLYGONS";
       std::size_t n = words.count();
       const std::size_t size = words.count();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Inputs of plates with any outline.
+#include "input/consistency.h"
 #include "input_samples.h"
 #include "support/plate_family.h"
 #include "support/temporary_folder.h"
@@ -54,6 +55,18 @@ TEST(InputPlates, ASlotInAFaceLiesAtAnyCoordinateOfTheBody) {
   };
   for (const char* at : {"-4 mm", "0 mm", "3 mm"}) EXPECT_THAT(errors(at), testing::IsEmpty()) << at;
   EXPECT_EQ(errors("-7 mm").size(), 1u);
+}
+
+/// The slot reaches from y = -5 to 0 mm.
+TEST(InputPlates, LigamentsBeginWhereTheBodyDoes) {
+  test::PlateText plate = square();
+  plate.notches = {"face = \"y-min\"\nat = \"5 mm\"\ndepth = \"5 mm\"\nheight = \"0.5 mm\""};
+  const auto warnings = [&](const char* section) {
+    plate.section = section;
+    return section_warnings(parse(plate.text(), "plate.toml"));
+  };
+  EXPECT_THAT(warnings("2 mm"), testing::IsEmpty());
+  EXPECT_THAT(warnings("-2 mm"), ElementsAre(HasSubstr("ligaments between 0 and 15 mm")));
 }
 
 TEST(InputPlates, EveryKeyIsPartOfTheIdentity) {

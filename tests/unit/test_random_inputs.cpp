@@ -441,5 +441,63 @@ upper = "26 mm"
   }
 }
 
+/// Slots that meet in some samples only would start other cracks there than the ensemble's statistics have.
+TEST(RandomInputs, SlotsMeetInAllSamplesOrInNone) {
+  auto tables = test::minimal_tables();
+  test::set_key(tables, "[mesh]", "base", "\"own\"");
+  const auto parameters = parse(test::to_text(tables) + R"(
+[[specimen.notch]]
+face = "y-min"
+at = "60 mm"
+depth = "6 mm"
+height = "2 mm"
+[[specimen.notch]]
+face = "y-min"
+at = "66 mm"
+depth = "6 mm"
+height = "2 mm"
+[[random]]
+key = "specimen.notch[1].at"
+distribution = "discrete"
+values = ["61.5 mm", "66 mm"]
+)");
+  int n_refused = 0;
+  for (std::uint64_t sample = 0; sample < 8; ++sample) try {
+      sample_parameters(parameters, sample);
+    } catch (const std::runtime_error& error) {
+      ++n_refused;
+      EXPECT_THAT(error.what(), HasSubstr("slots meet here, but not with the values of the input"));
+    }
+  EXPECT_GT(n_refused, 0);
+  EXPECT_LT(n_refused, 8);
+}
+
+TEST(RandomInputs, SharesAndAnglesCanVary) {
+  auto tables = test::minimal_tables();
+  test::set_key(tables, "[mesh]", "base", "\"own\"");
+  test::set_key(tables, "[time]", "mass_scaling", "\"0.2 %\"");
+  const auto parameters = parse(test::to_text(tables) + R"(
+[[specimen.hole]]
+center = ["12 mm", "60 mm"]
+semi_axes = ["3 mm", "2 mm"]
+angle = "30 degree"
+[[random]]
+key = "time.mass_scaling"
+distribution = "uniform"
+lower = "0.1 %"
+upper = "0.3 %"
+[[random]]
+key = "specimen.hole[0].angle"
+distribution = "uniform"
+lower = "10 degree"
+upper = "50 degree"
+)");
+  const auto own = sample_parameters(parameters, 1);
+  const auto values = drawn_values(parameters, 1);
+  EXPECT_EQ(own.time.mass_scaling, values.at(0));
+  EXPECT_NEAR(own.specimen.holes.at(0).angle, values.at(1), 1e-15);
+  EXPECT_GT(values[1], 10 * std::numbers::pi / 180);
+}
+
 }  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::uncertainty

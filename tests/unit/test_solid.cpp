@@ -12,6 +12,7 @@
 #include "support/solid_files.h"
 
 #include <gmock/gmock.h>
+#include <boost/algorithm/string/case_conv.hpp>
 
 #include <cstdio>
 #include <map>
@@ -46,6 +47,7 @@ std::set<std::string> names_of(const Solid& solid) {
 /// One content of each format.
 std::map<std::string, std::pair<std::string, std::string>> all_formats() {
   return {{"text STL", {".stl", test::stl_of(cube())}},
+          {"text STL in capitals", {".stl", boost::to_upper_copy(test::stl_of(cube()))}},
           {"binary STL", {".stl", test::binary_stl_of(cube())}},
           {"OBJ", {".obj", test::obj_of(cube())}},
           {"OFF", {".off", test::off_of(cube())}},
@@ -84,6 +86,10 @@ TEST(Solid, NamesFacesByGroups) {
   // An end has its own name beside that of its group.
   EXPECT_THAT(names_of(read(test::obj_of(grouped), ".obj")),
               UnorderedElementsAre("bottom", "rest", "x-min", "x-max", "y-min", "y-max", "z-min", "z-max"));
+  // A group says something as long as other facets have none.
+  grouped.groups = {"bottom"};
+  grouped.group = {-1, -1, -1, -1, 0, -1};
+  EXPECT_TRUE(names_of(read(test::obj_of(grouped), ".obj")).contains("bottom"));
   const std::string two = test::stl_of(cube(), "outer");
   Facets hole;
   test::add_box(hole, {1, 1, 1}, {2, 2, 2}, true);

@@ -153,6 +153,13 @@ TEST(Variation, MultipliesStrengthAndToughnessOnTheirOwn) {
   const auto field = variation_factors(varied(variation), 3, all);
   EXPECT_EQ(factors(Varies::strength), (std::pair{field, ones}));
   EXPECT_EQ(factors(Varies::toughness), (std::pair{ones, field}));
+  // They may as well be those of the material.
+  variation.of = Varies::toughness;
+  auto of_material = varied(variation);
+  of_material.fracture.strength = 0;
+  of_material.materials[0].strength = 35e6;
+  of_material.materials[0].toughness = 60;
+  EXPECT_EQ(strength_factors(of_material, 3, all), ones);
   const auto [strength, toughness] = factors(Varies::both);
   EXPECT_EQ(strength, field);
   for (std::size_t t = 0; t < field.size(); ++t) EXPECT_EQ(toughness[t], field[t] * field[t]);

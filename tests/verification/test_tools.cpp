@@ -210,6 +210,31 @@ TEST(Tools, DragABlockAcrossAPlateInEquilibrium) {
   EXPECT_LT(result.energy_error, 1e-2);
 }
 
+/// The top of a cube is driven along x, and a platen presses it with friction: what drives it bears both.
+TEST(Tools, WhatDrivesANodeBearsTheToolThere) {
+  constexpr double side = 0.004, travel = 2e-5;
+  auto parameters = strong_bar({side, side, side});
+  parameters.materials[0].poisson_ratio = 0.3;
+  auto top = test::boundary(Face::z_max, BoundaryKind::displacement, {true, false, false});
+  top.value = {travel, 0, 0};
+  top.history = {{0, 0}, {1, 1}};
+  parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}), top};
+  auto platen = plate_at(side, -1);
+  platen.friction = 0.3;
+  platen.displacement = Vector{0, 0, -travel};
+  platen.history = {{0, 0}, {1, 1}};
+  parameters.tools = {platen};
+  const auto result =
+      run(parameters, test::make_box({.size = {side, side, side}, .cells = {5, 5, 5}, .disturbance = 0.2}));
+  const HistoryRow& end = result.history.back();
+  const double sum = end.force.at(0)[0] + end.force.at(1)[0] + end.tools.at(0).reaction[0];
+  std::printf("forces along x: base %.6g N, drive %.6g N, platen %.6g N; sum %.1e N; energy error %.1e\n",
+              end.force[0][0], end.force[1][0], end.tools[0].reaction[0], sum, result.energy_error);
+  EXPECT_GT(std::abs(end.tools[0].reaction[0]), 10);
+  EXPECT_NEAR(sum, 0, 1e-6 * std::abs(end.force[1][0]));
+  EXPECT_LT(result.energy_error, 1e-6);
+}
+
 /// A beam on three rollers, which are tools or lines of nodes.
 SampleResult bent_beam(bool on_tools) {
   const double height = 0.004, middle = 0.012, deflection = 2e-5;
