@@ -6,6 +6,8 @@ which carries it out in a copy of itself.
 """
 from __future__ import annotations
 
+import atexit
+import gc
 import json
 import os
 import runpy
@@ -83,12 +85,15 @@ def serve(address: str) -> None:
         listener.bind(address)
         listener.listen()
         print(flush=True)
+        gc.freeze()  # a collection in a copy would write to every object, and so copy the memory
         while listener in select.select([listener, sys.stdin], [], [])[0]:
             connection, _ = listener.accept()
             if os.fork() == 0:
                 listener.close()
-                connection.send(bytes([carry_out(connection)]))
-                return  # to its end, at which it removes what it made
+                status = carry_out(connection)
+                atexit._run_exitfuncs()  # removes what it made
+                connection.send(bytes([status]))
+                os._exit(0)  # to take all modules apart would copy the memory as well
             connection.close()
             os.wait()
 
