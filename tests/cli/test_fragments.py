@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -24,6 +23,7 @@ import command_lines  # noqa: E402
 import crackle  # noqa: E402
 import in_process  # noqa: E402
 from effort import repetitions  # noqa: E402
+from crackle_report import paraview  # noqa: E402
 from crackle_report.fields import Tool  # noqa: E402
 from crackle_report.figures import fragments  # noqa: E402
 from crackle_report.sample_files import SampleFiles  # noqa: E402
@@ -180,8 +180,7 @@ class Fragments(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertTrue((self.out / "report/fragments.png").is_file())
         self.assertIn("Fragments are pieces of the body", (self.out / "report.html").read_text())
-        subprocess.run([str(ROOT / "tools/crackle-paraview"), str(self.out), "--sample", "2"], check=True, capture_output=True,
-                       env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+        in_process.call(paraview.main, self.out, "--sample", "2").check_returncode()
         with self.ensemble[2].open() as root:
             of_node, corners = root["fragments/of_node"][...], root["mesh/tetrahedra"][...]
         with h5py.File(self.out / "paraview/0002/frame-0001.vtkhdf") as root:

@@ -3,6 +3,8 @@
 """crackle mesh: the table of one realization, and the survey of many."""
 import argparse
 import csv
+import functools
+import io
 import os
 import pathlib
 import re
@@ -22,6 +24,8 @@ sys.path.insert(0, str(TOOLS))
 
 import command_lines  # noqa: E402
 import crackle  # noqa: E402
+import in_process  # noqa: E402
+from crackle_report import survey  # noqa: E402
 
 PROGRAM = ""
 DEMO = pathlib.Path(__file__).resolve().parents[2] / "jobs" / "demo.toml"
@@ -58,6 +62,15 @@ def invoke(*arguments):
     return run_program("mesh", *arguments)
 
 
+@functools.cache
+def mesh_of_the_demo():
+    """What `crackle mesh` says of it, and the content of its file."""
+    with tempfile.TemporaryDirectory(prefix="crackle-mesh-") as folder:
+        mesh = pathlib.Path(folder) / "mesh.vtkhdf"
+        result = invoke(DEMO, "-o", mesh)
+        return result, mesh.read_bytes()
+
+
 class Mesh(unittest.TestCase):
     def setUp(self):
         self.parent = tempfile.TemporaryDirectory(prefix="crackle-mesh-")
@@ -79,12 +92,12 @@ class Mesh(unittest.TestCase):
             self.assertRegex(result.stdout, rf"(?m)^{row}")
         with h5py.File(mesh) as root:
             self.assertEqual(len(root["VTKHDF/Points"]), int(re.search(r"nodes +(\d+)", result.stdout)[1]))
-        self.assertNotIn("partition", invoke(DEMO, "-o", mesh).stdout)
+        self.assertNotIn("partition", mesh_of_the_demo()[0].stdout)
 
     def test_mass_scaling_lengthens_the_step(self):
         plate, mesh = (self.folder / name for name in ("plate.toml", "mesh.vtkhdf"))
         plate.write_text(DEMO.read_text().replace('step = "auto"', 'mass_scaling = "0.2 %"'))
-        plain, scaled, checked = (result.stdout for result in (invoke(DEMO, "-o", mesh), invoke(plate, "-o", mesh),
+        plain, scaled, checked = (result.stdout for result in (mesh_of_the_demo()[0], invoke(plate, "-o", mesh),
                                                                run_program("check", "--no-measure", plate)))
         step, longer, again = (float(re.search(r"stable step [ =]*([\d.]+) ns", text)[1]) for text in (plain, scaled, checked))
         row = r"mass scaling [ =]*[\d.]+ % of the mass, 0\.2 % in the corridor, at [\d.]+ % of the nodes: a step ([\d.]+) times as long"
@@ -218,11 +231,12 @@ class Mesh(unittest.TestCase):
         check = run_program("check", self.folder / "long.toml", "--no-measure")
         self.assertIn("the correlation length of the strength, 1 m, exceeds the body", check.stdout)
 
-    def survey(self, *arguments):
-        """What the command returns, and the rows of its table."""
+    def survey(self, *arguments, starts=False):
+        """What the command returns, and the rows of its table. @param starts it in a process of its own"""
         table = self.folder / "survey.csv"
-        command = [TOOLS / "crackle-survey", *arguments, "--table", table, "--program", PROGRAM]
-        result = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False, timeout=300)
+        words = [*arguments, "--table", table, "--program", PROGRAM]
+        result = in_process.call(survey.main, *words) if not starts else subprocess.run(
+            [TOOLS / "crackle-survey", *map(str, words)], capture_output=True, text=True, check=False, timeout=300)
         with table.open() as file:
             return result, list(csv.DictReader(file))
 
@@ -257,7 +271,7 @@ class Mesh(unittest.TestCase):
         own = DEMO.read_text().replace('base = "shared"', 'base = "own"')
         random = '[[random]]\nkey = "mesh.min_quality"\ndistribution = "uniform"\nlower = -0.5\nupper = 0.4\n'
         (self.folder / "plate.toml").write_text(f"{own}\n{random}")
-        result, rows = self.survey(self.folder / "plate.toml", 4)
+        result, rows = self.survey(self.folder / "plate.toml", 4, starts=True)
         failed = [row["sample"] for row in rows if row["conforms"] == "0"]
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
         self.assertEqual(failed, ["2"])
@@ -265,9 +279,9 @@ class Mesh(unittest.TestCase):
         self.assertRegex(result.stdout, rf"(?m)^realizations +4 of seed 2012: {4 - len(failed)} conform, {len(failed)} failed$")
 
     def test_tetrahedra_of_the_fine_zone_are_marked(self):
-        mesh = self.folder / "mesh.vtkhdf"
-        self.assertEqual(invoke(DEMO, "-o", mesh).returncode, 0)
-        with h5py.File(mesh) as root:
+        result, content = mesh_of_the_demo()
+        self.assertEqual(result.returncode, 0)
+        with h5py.File(io.BytesIO(content)) as root:
             points, corners = root["VTKHDF/Points"][...], root["VTKHDF/Connectivity"][...].reshape(-1, 4)
             spacing, refined = root["VTKHDF/PointData/spacing"][...], root["VTKHDF/CellData/refined"][...]
         x, of_cell = points[corners, 0].mean(axis=1), spacing[corners]

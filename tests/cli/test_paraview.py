@@ -19,6 +19,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
+import in_process  # noqa: E402
+from crackle_report import paraview  # noqa: E402
 from crackle_report.choosing import samples_in_detail  # noqa: E402
 from crackle_report.reading import read_ensemble  # noqa: E402
 from crackle_report.sample_files import SampleFiles  # noqa: E402
@@ -83,9 +85,15 @@ print(int(drawn.sum()), len(np.unique(image[drawn], axis=0)))
 """
 
 
-def run(*arguments: str) -> subprocess.CompletedProcess:
+def start(*arguments: str) -> subprocess.CompletedProcess:
+    """The command itself."""
     return subprocess.run([str(ROOT / "tools" / "crackle-paraview"), *arguments], capture_output=True, text=True,
                           check=False, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess:
+    """What the command does, without a start of Python."""
+    return in_process.call(paraview.main, *arguments)
 
 
 class ParaView(unittest.TestCase):
@@ -95,7 +103,7 @@ class ParaView(unittest.TestCase):
         cls.addClassCleanup(cls._folder.cleanup)
         cls.folder = Path(cls._folder.name) / "out"
         write_ensemble(cls.folder, 3, failed=(2,))
-        cls.result = run(str(cls.folder), "--sample", "1")
+        cls.result = start(str(cls.folder), "--sample", "1")
         cls.files = cls.folder / "paraview" / "0001"
 
     def read(self, name: str):
