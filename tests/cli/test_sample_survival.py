@@ -20,6 +20,29 @@ from survival_fixture import SMALL, TRIALS, SurvivalCase, environment
 class SampleSurvival(SurvivalCase):
     SLOW_SECONDS = 3
 
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.reference, cls.status, cls.shown = cls.undisturbed()
+
+    @classmethod
+    def undisturbed(cls):
+        """The file of a sample that nothing disturbs, its exit status and what a terminal of 90 columns shows of it."""
+        folder = cls.root / "undisturbed"
+        arguments = tuple(map(str, ("sample", cls.slow, "--sample", 1, "-o", folder)))
+        outer, inner = pty.openpty()
+        fcntl.ioctl(inner, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 90, 0, 0))
+        with subprocess.Popen([survival_fixture.PROGRAM, *arguments], stdout=inner, env=environment()) as process:
+            os.close(inner)
+            shown = b""
+            try:
+                while piece := os.read(outer, 4096):
+                    shown += piece
+            except OSError:  # the program has closed its end
+                pass
+            os.close(outer)
+        return folder / "samples" / "0001.h5", process.returncode, shown.decode()
+
     def sample(self, *arguments):
         return ("sample", self.slow, "--sample", 1, "-o", self.out, "--checkpoint-interval", "0.05s", *arguments)
 
@@ -65,10 +88,7 @@ class SampleSurvival(SurvivalCase):
     def setUp(self):
         super().setUp()
         self.checkpoint = self.out / "samples" / "0001.checkpoint"
-        self.reference = self.root / "undisturbed" / "samples" / "0001.h5"
-        if not self.reference.exists():
-            result = self.call("sample", self.slow, "--sample", 1, "-o", self.root / "undisturbed")
-            self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(self.status, 0, self.shown)
 
     def test_signals_and_time_limits_suspend_and_other_ranks_continue(self):
         for number in (signal.SIGUSR1, signal.SIGTERM, signal.SIGINT):
@@ -128,20 +148,7 @@ class SampleSurvival(SurvivalCase):
         self.assertGreater(self.written(file), written)
 
     def test_a_terminal_shows_where_the_sample_stands(self):
-        arguments = tuple(map(str, ("sample", self.slow, "--sample", 1, "-o", self.out)))
-        outer, inner = pty.openpty()
-        fcntl.ioctl(inner, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 90, 0, 0))
-        with subprocess.Popen([survival_fixture.PROGRAM, *arguments], stdout=inner, env=environment()) as process:
-            os.close(inner)
-            shown = b""
-            try:
-                while piece := os.read(outer, 4096):
-                    shown += piece
-            except OSError:  # the program has closed its end
-                pass
-            os.close(outer)
-        self.assertEqual(process.returncode, 0)
-        text = shown.decode()
+        text = self.shown
         shown = re.findall(r"\rdynamic phase (\d+): (\d+) %, [^\r\n]* s left at most", text)
         shares = [[int(share) for phase, share in shown if phase == number] for number in {phase for phase, _ in shown}]
         self.assertTrue(all(of_phase == sorted(of_phase) for of_phase in shares), text)
