@@ -9,8 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Optional
 
-from crackle.calibration import calibrate
-from crackle.comparison import compare
 from crackle.program import ResultsError, statistics_of
 
 from . import page, style, sweep
@@ -39,6 +37,7 @@ def main() -> int:
             report = _of_sweep(arguments, options)
         else:
             if arguments.compared:
+                from crackle.comparison import compare  # with pandas
                 options = replace(options, comparison=compare(arguments.folder, *arguments.compared, program=arguments.program).document)
             report = make_report(arguments.folder, options, arguments.program)
     except (ResultsError, OSError) as error:
@@ -100,7 +99,9 @@ def _options(arguments: argparse.Namespace) -> Options:
 
 def _with_experiments(options: Options, ensemble: Ensemble, program: Optional[Path]) -> Options:
     """Adds what the program says of the experiments, and what their pictures do."""
-    from crackle import matching  # with pandas, which takes long to load
+    # With pandas and SciPy, which take long to load.
+    from crackle import matching
+    from crackle.calibration import calibrate
 
     match, calibration = matching.match(ensemble.folder, options.experiments, program).document, None
     ensemble.unreadable += leave_out_damaged(match)
