@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
+from typing import Callable
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -21,6 +24,8 @@ sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
 import command_lines  # noqa: E402
 import crackle  # noqa: E402
+import in_process  # noqa: E402
+from crackle import commands  # noqa: E402
 from small_input import run, small_input  # noqa: E402
 
 PROGRAM = Path()
@@ -47,6 +52,8 @@ class Calibrate(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = Path(cls.temporary.name)
+        cls.addClassCleanup(os.chdir, os.getcwd())
+        os.chdir(cls.folder)
         cls.text = small_input(RANDOM, samples=N, ensemble='plan = "sobol"\n').replace('base = "shared"', 'base = "own"').replace('duration = "20 us"', 'duration = "80 us"')
         cls.out = run(PROGRAM, cls.text, cls.folder / "out")
         with h5py.File(cls.out / "ensemble.h5") as file:
@@ -70,6 +77,13 @@ class Calibrate(unittest.TestCase):
 
     def crackle(self, *arguments: str, status: int = 0) -> subprocess.CompletedProcess:
         done = command_lines.crackle(PROGRAM, *arguments, cwd=self.folder)
+        self.assertEqual(done.returncode, status, done.stderr)
+        return done
+
+    def calibrate(self, *arguments: str, status: int = 0) -> subprocess.CompletedProcess:
+        """What the program starts Python for, without a start of Python for each."""
+        with mock.patch.dict(os.environ, CRACKLE=str(PROGRAM)):
+            done = in_process.call(commands.main, "calibrate", *arguments)
         self.assertEqual(done.returncode, status, done.stderr)
         return done
 
@@ -105,7 +119,7 @@ class Calibrate(unittest.TestCase):
         mean = np.average(draws, axis=0, weights=found["draws"]["weights"])
         for k, each in enumerate(found["inputs"]):
             self.assertLess(abs(mean[k] - each["posterior"]["mean"]), 0.2 * each["posterior"]["standard_deviation"])
-        text = self.crackle("calibrate", "out", "experiments.toml").stdout
+        text = self.calibrate("out", "experiments.toml").stdout
         for part in ("fracture.strength", "All together", "prediction", "coverage of", "Effective size", "standard deviations apart", "even scatter, p"):
             self.assertIn(part, text)
 
@@ -126,12 +140,12 @@ class Calibrate(unittest.TestCase):
             self.assertLess(each["posterior"]["standard_deviation"], 1.1 * prior[k])
         self.assertEqual({each["kind"] for each in found["scales"]}, {"discrepancy"})
         # Existing files are kept.
-        self.assertIn("already exists", self.crackle("calibrate", "out", "load.toml", "-o", "posterior.toml", status=1).stderr)
+        self.assertIn("already exists", self.calibrate("out", "load.toml", "-o", "posterior.toml", status=1).stderr)
         self.assertEqual((self.folder / "posterior.toml").read_text(), tables)
 
     def test_errors(self):
-        def error(*arguments: str) -> str:
-            done = self.crackle("calibrate", *arguments, "-o", "unwritten.toml", status=1)
+        def error(*arguments: str, call: Callable = self.calibrate) -> str:
+            done = call(*arguments, "-o", "unwritten.toml", status=1)
             self.assertEqual(done.stdout, "")
             self.assertFalse((self.folder / "unwritten.toml").exists())
             self.assertEqual(len(done.stderr.strip().splitlines()), 1)
@@ -141,7 +155,7 @@ class Calibrate(unittest.TestCase):
         self.assertRegex(error(few.name, "load.toml"), r"[0-5] draws .* too few .*; 12 or more")
         plain = run(PROGRAM, small_input(samples=2), self.folder / "plain")
         self.assertIn("no random inputs", error(plain.name, "load.toml"))
-        self.assertIn("needs two experiments", error("out", "load.toml", "--between-specimens"))
+        self.assertIn("needs two experiments", error("calibrate", "out", "load.toml", "--between-specimens", call=self.crackle))
         (self.folder / "nothing.toml").write_text('[[experiment]]\nname = "a"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n'
                                                   '[[experiment]]\nname = "b"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n')
         self.assertIn("nothing in common", error("out", "nothing.toml"))
@@ -150,7 +164,7 @@ class Calibrate(unittest.TestCase):
         loads = self.loads[self.number] * np.array([0.8, 0.9, 1.1, 1.2])
         (self.folder / "loads.csv").write_text("peak_load_N\n" + "".join(f"{load}\n" for load in loads))
         (self.folder / "several.toml").write_text('loads = "loads.csv"\n')
-        found = json.loads(self.crackle("calibrate", "out", "several.toml", "--json").stdout)
+        found = json.loads(self.calibrate("out", "several.toml", "--json").stdout)
         self.assertEqual(len(found["experiments"]), 4)
         self.assertTrue(found["between_specimens"])
         scale, = found["scales"]
@@ -165,7 +179,7 @@ class Calibrate(unittest.TestCase):
     def test_a_specimen_that_did_not_break(self):
         load = self.loads[self.number]
         (self.folder / "run-out.toml").write_text(f'[[experiment]]\nname = "run-out"\npeak_load = "{load} N"\nrun_out = true\n')
-        bound, value = (json.loads(self.crackle("calibrate", "out", name, "--json").stdout)["inputs"][0]["posterior"] for name in ("run-out.toml", "load.toml"))
+        bound, value = (json.loads(self.calibrate("out", name, "--json").stdout)["inputs"][0]["posterior"] for name in ("run-out.toml", "load.toml"))
         self.assertGreater(bound["mean"], value["mean"])
         self.assertGreater(bound["upper"], 47e6)  # nothing bounds the strength from above but its prior
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -13,6 +14,7 @@ import tempfile
 import unittest
 from functools import lru_cache
 from pathlib import Path
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -23,6 +25,8 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 
 import command_lines  # noqa: E402
+import in_process  # noqa: E402
+from crackle import commands  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 PROGRAM = Path()
@@ -37,6 +41,8 @@ class Compare(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = Path(cls.temporary.name)
+        cls.addClassCleanup(os.chdir, os.getcwd())
+        os.chdir(cls.folder)
         write_ensemble(cls.folder / "a", 12, failed=(4,))
         write_ensemble(cls.folder / "b", 30)
         with h5py.File(cls.folder / "b" / "ensemble.h5", "r+") as file:
@@ -52,8 +58,13 @@ class Compare(unittest.TestCase):
     def tearDownClass(cls):
         cls.temporary.cleanup()
 
-    def compare(self, *arguments: str) -> subprocess.CompletedProcess:
+    def program(self, *arguments: str) -> subprocess.CompletedProcess:
         return command_lines.crackle(PROGRAM, "compare", *arguments, cwd=self.folder)
+
+    def compare(self, *arguments: str) -> subprocess.CompletedProcess:
+        """What the program starts Python for, without a start of Python for each."""
+        with mock.patch.dict(os.environ, CRACKLE=str(PROGRAM)):
+            return in_process.call(commands.main, "compare", *arguments)
 
     @lru_cache
     def rows(self, name: str) -> dict:
@@ -93,7 +104,7 @@ class Compare(unittest.TestCase):
         self.assertEqual(state(self.folder), before, "it reads only")
 
     def test_other_bodies_are_independent(self):
-        result = self.compare("--json", "--confidence", "0.9", "a", "slots", "b")
+        result = self.program("--json", "--confidence", "0.9", "a", "slots", "b")
         self.assertEqual(result.returncode, 0, result.stderr)
         comparisons = json.loads(result.stdout)["comparisons"]
         self.assertEqual([one["second"] for one in comparisons], ["slots", "b"])
@@ -130,11 +141,12 @@ class Compare(unittest.TestCase):
             self.assertEqual("pattern" in {entry["name"] for entry in results}, shares, names)
 
     def test_the_text_names_what_is_compared(self):
-        result = self.compare("a", "b", "slots")
+        result = self.program("a", "b", "slots")
         self.assertEqual(result.returncode, 0, result.stderr)
         for part in ("b minus a\n11 pairs of samples", "slots minus a\nnot paired, because the bodies differ", "onset force [N], mean",
                      "energy distance [mm]", "Westfall", "as onset time", "least p possible: "):
             self.assertIn(part, result.stdout)
+        self.assertEqual(result.stdout, self.compare("a", "b", "slots").stdout)
 
     def variant(self, name: str, source: str, base: str = "shared", **keys: int) -> Path:
         """The folder of a copy of an ensemble, with other keys in its input."""
@@ -202,7 +214,7 @@ class Compare(unittest.TestCase):
         (self.folder / "empty").mkdir()
         for arguments, message in ((("a", "nowhere"), "nowhere"), (("a", "empty"), "empty"), (("a",), "folders"),
                                    (("a", "none"), "'none' has no completed sample"), (("--confidence", "2", "a", "b"), "confidence")):
-            result = self.compare(*arguments)
+            result = self.program(*arguments)
             self.assertEqual(result.returncode, 1, arguments)
             self.assertIn(message, result.stderr)
             self.assertEqual(result.stdout, "")
@@ -212,5 +224,5 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--program", type=Path, required=True)
     options, rest = parser.parse_known_args()
-    PROGRAM = options.program
+    PROGRAM = options.program.resolve()
     unittest.main(argv=[sys.argv[0], *rest])
