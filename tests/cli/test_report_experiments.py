@@ -91,6 +91,12 @@ class Experiments(unittest.TestCase):
         body = section.pictures[0].figure.axes[0]
         self.assertEqual([text.get_text() for text in body.get_legend().get_texts()], ["other arms"])
         np.testing.assert_allclose(body.get_legend_handles_labels()[0][0].get_xydata(), 1e3 * np.array(OTHER_ARM))
+        self.assertNotIn("later than the last frame", " ".join(document["warnings"]))
+        late = {**document, "warnings": [], "experiments": [{**experiment, "by": {}, "observed": {"pictures": [
+            {**picture, "time": time} for picture, time in zip(experiment["observed"]["pictures"], (1e-6, 30e-6, 120e-6))]}}]}
+        photographs.add_pictures(late, ensemble)
+        self.assertEqual(late["warnings"], [f"the photograph of held out at {time} us is later than the last frame of {used} of {used} samples: it is compared "
+                                            "with that frame" for time in ("30", "120")])
         # Wrong by 2 mm in its place, or of the other field, a picture is not that of the sample.
         for change in ({"corner": np.array(experiment["observed"]["pictures"][0]["corner"]) + 2e-3}, {"light_field": True}):
             one = {**experiment, "observed": {"pictures": [{**experiment["observed"]["pictures"][0], **change}]}, "by": {}}

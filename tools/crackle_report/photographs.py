@@ -11,6 +11,7 @@ from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 from crackle.files import ResultsError
+from crackle.text import count, quantity
 from PIL import Image
 from scipy.ndimage import gaussian_filter, map_coordinates
 
@@ -106,6 +107,11 @@ def nearest_frames(frames: Frames, photographs: Sequence[Photograph]) -> list[in
     return [int(np.abs(frames.time - photograph.time).argmin()) for photograph in photographs]
 
 
+def latest(frames: Frames) -> float:
+    """Until when photographs have a frame as near as between frames [s]."""
+    return float(frames.time[-1] + (frames.time[-1] - frames.time[-2]) / 2 if frames.time.size > 1 else frames.time[-1])
+
+
 def fringes_at(frames: Frames, chosen: Sequence[int], grid: Grid, optics: Optics) -> list[Fringes]:
     """The fringes of a sample at these frames, of which some may be the same."""
     corner = frames.nodes[frames.tetrahedra][:, :, 1:]
@@ -120,7 +126,7 @@ def fringes_at(frames: Frames, chosen: Sequence[int], grid: Grid, optics: Optics
 def add_pictures(document: dict[str, Any], ensemble: Ensemble, options: Options = Options(),
                  progress: Callable[[str], None] = lambda text: None) -> None:
     """Adds "pictures" to "by" of each experiment with pictures, in the form of the other quantities; a warning where no fringes can
-    be made.
+    be made, or photographs are later than all frames.
 
     The distance of two pictures is one minus the correlation of their grey values, smoothed over a spacing of the mesh, so that
     brightness and contrast do not count; that of an experiment and a sample is the mean over the experiment's pictures. Fringes
@@ -149,6 +155,7 @@ def add_pictures(document: dict[str, Any], ensemble: Ensemble, options: Options 
             saved = time.monotonic()
     for comparison in comparisons:
         comparison.experiment["by"]["pictures"] = comparison.result(numbers)
+        document["warnings"] += comparison.warnings(numbers)
 
 
 class _Comparison:
@@ -164,6 +171,7 @@ class _Comparison:
         self._grid = Grid.over(y_range, z_range, pixel)
         self._sigma = spacing / 2 / self._grid.pixel
         self._images: dict[int, np.ndarray] = {}  # pictures x rows x columns of each sample, smoothed
+        self._latest: dict[int, float] = {}  # likewise, as latest()
         asked = (self._grid.y.tolist(), self._grid.z.tolist(), spacing, options.stress_optic, options.wavelength, options.product,
                  [(p.time, p.light_field, p.reversed) for p in self._photographs])
         self._file = ensemble.folder / "report" / f"fringes-{hashlib.sha1(repr(asked).encode()).hexdigest()[:12]}.npz"
@@ -181,7 +189,15 @@ class _Comparison:
         made = fringes_at(frames, nearest_frames(frames, self._photographs), self._grid, optics)
         self._images[number] = np.array([self._smooth(fringes.intensity(p.light_field, self._options.product, p.reversed))
                                          for p, fringes in zip(self._photographs, made)], np.float32)
+        self._latest[number] = latest(frames)
         self._is_new = True
+
+    def warnings(self, numbers: list[int]) -> list[str]:
+        """Which photographs are later than the frames of samples."""
+        latest_of = [self._latest[number] for number in numbers if number in self._latest]
+        late = [(photograph.time, sum(photograph.time > one for one in latest_of)) for photograph in self._photographs]
+        return [f"the photograph of {self.experiment['name']} at {quantity(time, 's', 3)} is later than the last frame of {n} of "
+                f"{count(len(latest_of), 'sample')}: it is compared with that frame" for time, n in late if n]
 
     def result(self, numbers: list[int]) -> dict[str, Any]:
         """Rank p value, distances and the nearest ones of these samples."""
@@ -226,8 +242,9 @@ class _Comparison:
     def _load(self) -> None:
         try:
             with np.load(self._file) as kept:
-                self._images = {int(number): image for number, identity, image in zip(kept["sample"], kept["identity"], kept["image"])
-                                if number in self._files.files and self._identity(number) == identity.tolist()}
+                for number, identity, image, until in zip(*(kept[name] for name in ("sample", "identity", "image", "latest"))):
+                    if number in self._files.files and self._identity(number) == identity.tolist():
+                        self._images[int(number)], self._latest[int(number)] = image, float(until)
         except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
             pass  # there are none yet, or no usable ones
 
@@ -237,7 +254,7 @@ class _Comparison:
             return
         content = io.BytesIO()
         np.savez(content, sample=list(self._images), identity=[self._identity(number) for number in self._images],
-                 image=np.array(list(self._images.values())))
+                 image=np.array(list(self._images.values())), latest=[self._latest[number] for number in self._images])
         try:
             write_whole(self._file, content.getvalue())
         except OSError:
