@@ -545,6 +545,15 @@ class Weibull(unittest.TestCase):
         more = weibull.document(values, np.ones(60, bool))["with_threshold"]
         self.assertLess(more["p_value"], 0.01)
         self.assertTrue(more["threshold"]["lower"] < 50 < more["threshold"]["upper"])
+        # Few broke, so that the scale may be far above all that was applied.
+        few = np.r_[0.52, 0.56, 0.6, 0.63, 0.65, np.full(195, 0.66)]
+        found = weibull.modulus_and_scale(few, np.arange(200) < 5)
+        modulus = np.geomspace(0.5, 50, 800)[:, None]
+
+        def most(scale: float) -> float:
+            return (5 * np.log(modulus / scale) + (modulus - 1) * np.log(few[:5] / scale).sum() - ((few / scale)**modulus).sum(axis=1, keepdims=True)).max()
+        for end in ("lower", "upper"):
+            self.assertAlmostEqual(most(found["scale"][end]), most(found["scale"]["value"]) - stats.chi2.ppf(0.95, 1) / 2, places=3)
         for few in (values[:4], np.full(9, 3.0), -values):
             self.assertIsNone(weibull.document(few, np.ones(len(few), bool)))
 

@@ -18,6 +18,7 @@ from scipy import optimize, stats
 FEWEST = 3  # values
 FEWEST_BROKEN, FEWEST_WITH_THRESHOLD = 5, 10  # for a document
 N_STEPS = 40  # of Newton's method
+MOST_REACH = 100  # of a scale's interval, as a logarithm
 N_SIMULATED, N_THRESHOLDS = 199, 40
 
 
@@ -89,21 +90,29 @@ def _ends(of: Callable[[float], float], best: float, low: float, high: float, fa
 
 
 def document(values: np.ndarray, broken: np.ndarray, confidence: float = 0.95) -> Optional[dict[str, Any]]:
-    """Modulus and scale with intervals, and the fit with a threshold; None where too few broke.
+    """Modulus and scale as of modulus_and_scale, and the fit with a threshold; None where too few broke."""
+    found = modulus_and_scale(values, broken, confidence)
+    if found is None:
+        return None
+    likely = _most_likely(np.log(values)[None], broken)
+    return {**found, "with_threshold": _with_threshold(values, broken, likely, confidence) if broken.sum() >= FEWEST_WITH_THRESHOLD else None}
+
+
+def modulus_and_scale(values: np.ndarray, broken: np.ndarray, confidence: float = 0.95) -> Optional[dict[str, Any]]:
+    """With intervals; None where too few broke.
 
     @param broken: whether each value is that of a break, not one that was borne
     """
     if broken.sum() < FEWEST_BROKEN or not (values > 0).all() or np.ptp(values[broken]) == 0:
         return None
-    likely = _most_likely(np.log(values)[None], broken)
     if broken.all():
         exact = fit(values, np.array([1 - math.exp(-1)]), confidence)  # at the scale
         modulus, scale = [exact.modulus, exact.lower, exact.upper], [exact.scale, exact.quantile_lower[0], exact.quantile_upper[0]]
     else:
+        likely = _most_likely(np.log(values)[None], broken)
         modulus, scale = _intervals_of_ratio(values, broken, 1 / likely.width[0], math.exp(likely.location[0]), stats.chi2.ppf(confidence, 1) / 2)
     return {"n_broken": int(broken.sum()), "n_run_out": int((~broken).sum()), "modulus": dict(zip(("value", "lower", "upper"), modulus)),
-            "scale": dict(zip(("value", "lower", "upper"), scale)),
-            "with_threshold": _with_threshold(values, broken, likely, confidence) if broken.sum() >= FEWEST_WITH_THRESHOLD else None}
+            "scale": dict(zip(("value", "lower", "upper"), scale))}
 
 
 def _intervals_of_ratio(values: np.ndarray, broken: np.ndarray, modulus: float, scale: float, fall: float) -> tuple[list[float], list[float]]:
@@ -121,8 +130,16 @@ def _intervals_of_ratio(values: np.ndarray, broken: np.ndarray, modulus: float, 
         return -optimize.minimize_scalar(lambda x: -likelihood(math.exp(x), one), bounds=(math.log(modulus / 30), math.log(modulus * 10)),
                                          method="bounded", options={"xatol": 1e-9}).fun
 
-    reach = (top / values[broken].min()) ** 2
-    return [modulus, *_ends(of_modulus, modulus, modulus / 50, modulus * 50, fall)], [scale, *_ends(of_scale, scale, scale / reach, scale * reach, fall)]
+    reach = float(top / values[broken].min()) ** 2
+    low, high = (_far_enough(of_scale, scale, end, fall) for end in (1 / reach, reach))
+    return [modulus, *_ends(of_modulus, modulus, modulus / 50, modulus * 50, fall)], [scale, *_ends(of_scale, scale, low, high, fall)]
+
+
+def _far_enough(of: Callable[[float], float], best: float, factor: float, fall: float) -> float:
+    """A multiple of the best value at which the log-likelihood has fallen by so much: by a factor whose logarithm is doubled until it has."""
+    while of(best * factor) > of(best) - fall and abs(math.log(factor)) < MOST_REACH:
+        factor *= factor
+    return best * factor
 
 
 def _gains(values: np.ndarray, broken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
