@@ -22,6 +22,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
 import crackle  # noqa: E402
 import in_process  # noqa: E402
 from crackle import matching, weibull  # noqa: E402
+from crackle.inference import Censored  # noqa: E402
 from crackle_report import photographs  # noqa: E402
 from crackle_report.figures import experiments, loads, posterior  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
@@ -217,6 +218,27 @@ class Weibull(unittest.TestCase):
                 self.assertRegex(text.get_text(), rf"^{whose}: [\d.]+ \([\d.]+ to [\d.]+\)$")
                 self.assertAlmostEqual(float(text.get_text().split()[1]), modulus, delta=0.15 * modulus)
             self.assertEqual(overlapping_texts(picture.figure), [])
+
+    def test_what_did_not_break_counts_in_the_picture(self):
+        """As bounds: 40 values, and the same values of which the greater 16 are censored."""
+        strengths = np.sort(100 * np.random.default_rng(4).weibull(8, 40))
+        limit = strengths[24]
+        each = [{"onset_load": None, "peak_load": min(one, limit), "is_unbroken": bool(one >= limit)} for one in strengths]
+        found = {"samples": {"loads": each}, "experiments": [{"observed": {"onset_load": None, "peak_load": one}} for one in strengths]}
+        picture, = loads.pictures(found)
+        empirical, straight = picture.figure.axes
+        censored, whole = (line.get_xydata() for line in straight.lines if line.get_marker() == "o")
+        np.testing.assert_allclose(censored, whole[:24])
+        fit = weibull.document(np.minimum(strengths, limit), strengths < limit)["modulus"]
+        texts = [text.get_text() for text in straight.get_legend().get_texts()]
+        self.assertEqual(texts[0], f"samples: {fit['value']:.3g} ({fit['lower']:.3g} to {fit['upper']:.3g})")
+        self.assertEqual(texts[1].split()[1], f"{weibull.document(strengths, strengths > 0)['modulus']['value']:.3g}")
+        self.assertEqual([text.get_text() for text in empirical.get_legend().get_texts()], ["40 samples, 16 bore more", "40 experiments"])
+        self.assertAlmostEqual(empirical.lines[0].get_ydata()[-1], 24 / 40)
+        self.assertEqual(overlapping_texts(picture.figure), [])
+        # A bound among the values: two of the three above it share its place.
+        mixed = Censored(np.array([1.0, 2, 3, 4]), np.array([False, True, False, False]), np.arange(4))
+        np.testing.assert_allclose(mixed.shares_below, [[0, 1 / 4, 5 / 8], [1 / 4, 5 / 8, 1]])
 
     def test_where_there_is_no_fit(self):
         for values in ([1.0, 2.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 2.0]):

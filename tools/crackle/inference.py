@@ -210,6 +210,18 @@ class Censored:
         """Of Kaplan and Meier's estimate: value, number, number at risk."""
         return [(value, int(np.sum(self.value[~self.is_bound] == value)), int(np.sum(self.value >= value))) for value in np.unique(self.value[~self.is_bound])]
 
+    @property
+    def shares_below(self) -> np.ndarray:
+        """By Kaplan and Meier, for each known value in ascending order: the share below it, and that with its own; equal values have steps of their own."""
+        left, order = 1.0, np.lexsort((self.is_bound, self.value))  # what bore a load lies above those that broke at it
+        found = []
+        for k, is_bound in enumerate(self.is_bound[order]):
+            before = left
+            if not is_bound:
+                left *= 1 - 1 / (len(order) - k)
+                found.append((1 - before, 1 - left))
+        return np.array(found).reshape(-1, 2).T
+
     def median(self) -> tuple[float, bool]:
         """And whether it is a bound."""
         plain = _median(self.value)
