@@ -159,6 +159,9 @@ class Calibrate(unittest.TestCase):
         (self.folder / "nothing.toml").write_text('[[experiment]]\nname = "a"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n'
                                                   '[[experiment]]\nname = "b"\n[[experiment.tip]]\ntime = "1 us"\nat = ["0 mm", "29 mm"]\n')
         self.assertIn("nothing in common", error("out", "nothing.toml"))
+        # Before the experiments are even read.
+        refused = self.crackle("calibrate", "out", "none.toml", "-o", "/no/such/posterior.toml", status=1)
+        self.assertEqual((refused.stdout, refused.stderr), ("", "crackle: '/no/such/posterior.toml' cannot be written: No such file or directory\n"))
 
     def test_several_specimens(self):
         loads = self.loads[self.number] * np.array([0.8, 0.9, 1.1, 1.2])

@@ -37,13 +37,15 @@ def main() -> int:
     init.add_argument("--from-ensemble", required=True)
     arguments = parser.parse_args()
     try:
-        print({"compare": _compare, "calibrate": _calibrate, "match": _match, "init": _init}[arguments.command](arguments), end="", flush=True)
+        text = {"compare": _compare, "calibrate": _calibrate, "match": _match, "init": _init}[arguments.command](arguments)
     except ExperimentsError as error:
         print(error, file=sys.stderr)
         return 1
-    except ResultsError as error:
+    except (ResultsError, OSError) as error:
         print(f"crackle: {error}", file=sys.stderr)
         return 1
+    try:
+        print(text, end="", flush=True)
     except OSError as error:
         print(f"crackle: standard output cannot be written: {error.strerror}", file=sys.stderr)
         return 1
@@ -58,12 +60,13 @@ def _compare(arguments: argparse.Namespace) -> str:
 
 def _calibrate(arguments: argparse.Namespace) -> str:
     from .calibration import calibrate
-    _refuse_existing(arguments.output)
+    if arguments.output:
+        _write_new(arguments.output, "")
+        arguments.output.unlink()
     found = calibrate(arguments.folder, arguments.experiments, arguments.discrepancy,
                       True if arguments.between_specimens else False if arguments.equal_specimens else None)
     if arguments.output:
-        _refuse_existing(arguments.output)
-        arguments.output.write_text(found.tables)
+        _write_new(arguments.output, found.tables)
     return _printed(found, arguments)
 
 
@@ -88,12 +91,7 @@ def _init(arguments: argparse.Namespace) -> str:
     from .observations import observed_samples
     file, folder = arguments.input, arguments.from_ensemble
     _refuse_existing(file)
-    text = template(observed_samples(Path(folder), False), folder)
-    try:
-        with open(file, "x", encoding="utf-8") as stream:
-            stream.write(text)
-    except OSError as error:
-        raise ResultsError(f"'{file}' cannot be written: {error.strerror}") from error
+    _write_new(file, template(observed_samples(Path(folder), False), folder))
     return (f"{file}: a made-up experiment, to be replaced by yours; to set another key, take away the # before it\n"
             f"crackle match {folder} {file}\n")
 
@@ -102,6 +100,15 @@ def _printed(found: Any, arguments: argparse.Namespace) -> str:
     return found.json if arguments.json else str(found)
 
 
-def _refuse_existing(file: Path | None) -> None:
-    if file is not None and file.exists():
+def _write_new(file: Path, text: str) -> None:
+    _refuse_existing(file)
+    try:
+        with open(file, "x", encoding="utf-8") as stream:
+            stream.write(text)
+    except OSError as error:
+        raise ResultsError(f"'{file}' cannot be written: {error.strerror}") from error
+
+
+def _refuse_existing(file: Path) -> None:
+    if file.exists():
         raise ResultsError(f"{file} already exists; give another name")
