@@ -58,6 +58,15 @@ class Running(unittest.TestCase):
             np.testing.assert_array_equal(table["phase_start"], [10, 11, np.nan, 13])
 
 
+    def test_without_a_sample_that_is_done_it_says_so(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name) / "out"
+            write_ensemble(folder, 2, failed=(0, 1))
+            for table in ("histories", "fragments", "plane_traces"):
+                with self.assertRaisesRegex(crackle.ResultsError, "out': no sample is done"):
+                    getattr(crackle.open(folder), table)
+
+
 class Kinds(unittest.TestCase):
     """Everything that the package offers, on ensembles of every kind."""
 
@@ -139,6 +148,21 @@ class Kinds(unittest.TestCase):
         self.assertGreater(len(numbers), 10 if sample.is_done else 0)
         for name, value in numbers.items():
             np.testing.assert_equal(float(value), float(row[name]), name)
+
+    def test_histories_of_samples_with_more_cracks_and_fewer(self):
+        """As in solids; without cracks there is no such group."""
+        with tempfile.TemporaryDirectory() as name:
+            folder = shutil.copytree(self.folders["plain"], Path(name) / "out")
+            for number, n_cracks in ((0, 2), (2, 3)):
+                with changed(folder / "samples" / f"{number:04d}.h5") as root:
+                    reach = root.create_dataset("history/cracks/reach", data=np.full((len(root["history/time"]), n_cracks), 1e-3 * number))
+                    reach.dims[0].label, reach.dims[1].label = "moment", "crack"
+            together, n_moments = (crackle.open(folder).histories, [sample.history.sizes["moment"] for sample in crackle.open(folder)])
+        self.assertEqual(together.each_crack_reach.sizes, {"sample": 3, "moment": max(n_moments), "crack": 3})
+        known = np.zeros((3, max(n_moments), 3), bool)
+        known[0, :n_moments[0], :2] = known[2, :n_moments[2]] = True
+        np.testing.assert_array_equal(together.each_crack_reach, np.where(known, [[[0]], [[0]], [[2e-3]]], np.nan))
+        self.assertEqual(together.governing_load.dims, ("sample", "moment"))
 
     def test_random_inputs_are_among_the_results(self):
         ensemble = crackle.open(self.folders["random"])

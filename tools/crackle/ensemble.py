@@ -123,25 +123,23 @@ class Ensemble:
     @cached_property
     def plane_traces(self) -> pd.DataFrame:
         """Those of all samples that are done, as Sample.plane_traces, with the number of the `sample`."""
-        return pd.concat([self[i].plane_traces.assign(sample=i) for i in self.done], ignore_index=True)
+        return pd.concat([self[i].plane_traces.assign(sample=i) for i in self._some_done()], ignore_index=True)
 
     @cached_property
     def fragments(self) -> pd.DataFrame:
         """Those of all samples that are done, as Sample.fragments, with the number of the `sample` and of the `fragment` in it."""
-        return pd.concat([self[i].fragments.assign(sample=i).reset_index() for i in self.done], ignore_index=True)
+        return pd.concat([self[i].fragments.assign(sample=i).reset_index() for i in self._some_done()], ignore_index=True)
 
     @cached_property
     def histories(self) -> xr.Dataset:
         """The histories of all samples that are done: sample x moment and further dimensions, as Sample.history. Samples with
-        fewer moments than others end in NaN."""
-        histories = [self[i].history for i in self.done]
-        if not histories:
-            raise ResultsError(f"'{self.folder}': no sample is done")
-        longest = max(history.sizes["moment"] for history in histories)
-        padded = [history.reset_coords().pad(moment=(0, longest - history.sizes["moment"])) if history.sizes["moment"] < longest
-                  else history.reset_coords() for history in histories]
-        together = xr.concat([self._with_constants(one) for one in padded], pd.Index(self.done, name="sample"),
-                             data_vars="all", combine_attrs="override")
+        fewer moments or cracks than others end in NaN."""
+        padded = [self[i].history.reset_coords() for i in self._some_done()]
+        for dimension in ("moment", "crack"):
+            longest = max(history.sizes.get(dimension, 0) for history in padded)
+            padded = [history.pad({dimension: (0, longest - n)}) if (n := history.sizes.get(dimension, longest)) < longest else history
+                      for history in padded]
+        together = _together([self._with_constants(one).expand_dims(sample=[number]) for number, one in zip(self.done, padded)])
         return together.set_coords(["time", "phase", "phase_time"])
 
     def match(self, experiments: str | Path, pictures: bool = False, program: str | Path | None = None) -> "Match":
@@ -180,6 +178,12 @@ class Ensemble:
     def _with_constants(history: xr.Dataset) -> xr.Dataset:
         """What is the same in all samples as coordinates, which are kept once."""
         return history.set_coords([name for name in ("condition_on", "condition_kind", "probe_at") if name in history])
+
+    def _some_done(self) -> list[int]:
+        """Numbers of the samples that are done. Raises ResultsError where none is."""
+        if not self.done:
+            raise ResultsError(f"'{self.folder}': no sample is done")
+        return self.done
 
     def _any_file(self) -> tuple[Path, str]:
         if self._has_results:
