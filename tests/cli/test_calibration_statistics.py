@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tomllib
 import unittest
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -213,6 +214,33 @@ class ClosedForms(unittest.TestCase):
         measured = distribution(random_input(kind="empirical", values=(1.0, 2.0, 5.0)))
         np.testing.assert_allclose([measured.ppf(np.array([0.75]))[0], measured.cdf(np.array([3.5]))[0], measured.mean()], [3.5, 0.75, 2.5])
 
+    def test_tables_of_the_posterior_have_its_moments(self):
+        bent = (1.0, 1.0, 1.1, 1.2, 1.4, 2.5)
+        inputs = Inputs([random_input("a", "discrete", "mm", values=(1e-3, 2e-3, 3e-3)), random_input("b", "empirical", values=bent),
+                         random_input("c", "discrete", values=(2.0, 4.0)), random_input("d", "truncated", mean=1.0, standard_deviation=1.0, lower=0.0),
+                         random_input("e", "triangular", lower=0.0, upper=2.0)])
+        for one in inputs.random:
+            one["unit"] = one["unit"] and "m"
+        w = stream(20).standard_normal((4000, 5))
+        weight = special.ndtr(2 * w.sum(axis=1))
+        weight /= weight.sum()
+        values = inputs.values(w)
+        for random, prior, column in zip(inputs.random, inputs.distributions, values.T):
+            posterior = calibration.spread(column, weight)
+            table, = tomllib.loads(calibration._table(random, posterior, calibration._shares(prior, column, weight)))["random"]
+            given = {name: 1e-3 * float(value.removesuffix(" mm")) if isinstance(value, str) else value for name, value in table.items()
+                     if name in ("mean", "standard_deviation", "lower", "upper")}
+            written = distribution({**random_input(kind=table["distribution"], **given), "weights": table.get("weights", ()),
+                                    "values": [1e-3 * float(one.removesuffix(" mm")) if isinstance(one, str) else one for one in table.get("values", ())]})
+            np.testing.assert_allclose([written.mean(), written.std()], [posterior.mean, posterior.standard_deviation], rtol=1e-4, err_msg=random["key"])
+        alone = calibration._shares(inputs.distributions[2], np.full(2, 4.0), np.full(2, 0.5))
+        self.assertEqual(alone, {2.0: 1e-6, 4.0: 1.0})
+
+    def test_a_discrete_input_may_have_nearly_all_its_weight_on_one_value(self):
+        inputs = Inputs([{**random_input(kind="discrete", values=(1.0, 2.0)), "weights": (9999.0, 1.0)}])
+        tables = inputs.polynomials(np.array([[0.0], [4.0]]), 1)
+        np.testing.assert_allclose(tables[0], [[1, -1], [1, 1]])
+
     def test_correlated_inputs_have_their_correlation(self):
         random = [random_input(str(k), mean=0.0, standard_deviation=1.0) for k in range(2)]
         inputs = Inputs(random, [[1, 0.6], [0.6, 1]])
@@ -365,6 +393,24 @@ class Promises(unittest.TestCase):
         self.assertGreater(bound.posterior[0].mean, without.posterior[0].mean + 0.1)
         # A normal variable above about 1 has the mean phi(1) / (1 - Phi(1)) = 1.525 times the share that is not scatter.
         self.assertAlmostEqual(only.posterior[0].mean, _truncated_mean(1.0, 1.0, 0.3), delta=0.1)
+
+    def test_loads_of_ensembles_that_did_not_break_are_refused(self):
+        """Before anything is computed; where just each draw has a bound, the coverage is not known."""
+        n, load = 60, 100 + np.arange(60.0)[:, None]
+        samples = [SimpleNamespace(number=i, inputs=(0.1 * i,)) for i in range(n)]
+
+        def data(n_bounds: int) -> Data:
+            seen = Observable("peak_load", "N", 1.0, [0], list(range(n)), load[:1], load, load, unbroken_samples=np.arange(n) < n_bounds)
+            return calibration_data([seen], samples, n, standard_inputs(1), range(n))
+        with self.assertRaisesRegex(ResultsError, "peak_load is not used: 31 of 60 samples bore all that was applied"):
+            data(31)
+        self.assertEqual(data(30).is_bound.sum(), 30)
+        made = MadeUp(lambda x: np.hstack([x, x]), np.full(2, 0.1), np.full(2, 0.1)).data(n, stream(18))
+        is_bound = np.stack([np.arange(n) % 2 == k for k in range(2)], axis=1)
+        found = Calibration(replace(made, is_bound=is_bound), Terms())
+        self.assertEqual(found.coverage, [])
+        self.assertIn("the coverage is not known", str(found))
+        self.assertEqual(found.document["checks"]["coverage"], [])
 
     def test_contributions_predictions_and_too_few_draws(self):
         model = MadeUp(lambda x: x, np.full(2, 0.1), np.zeros(2), 2)  # each result tells one input

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy import optimize, signal, special, stats
 
-from .emulator import Basis, Emulator, Inputs, Values, imputed
+from .emulator import MOST_BOUNDS, Basis, Discrete, Emulator, Inputs, Values, imputed
 from .files import ResultsError
 from .inference import SIGNIFICANT, wilson
 from .observations import Observable, check_places, is_same_load, needs_files, observe, observed_samples
@@ -32,6 +32,7 @@ HELD_SHARE, MOST_COMPONENTS = 0.99, 5  # of the variance of paths, by so many co
 LEAST_SHARE = 0.9  # of the samples that have a column which counts
 EDGE = 0.95  # a median with this share of the prior on one side lies at its edge
 LEAST_CORRELATION = 0.1  # worth a line
+LEAST_WEIGHT = 1e-6  # that is written
 LEAST_MODE = 0.1  # share of a posterior
 
 
@@ -149,6 +150,9 @@ def calibration_data(observables: Sequence[Observable], samples: Sequence[Any], 
         same = next((other for other in used if is_same_load(one, other)), None)
         if part is None:
             notes.append(f"{one.quantity} is not used: an experiment or more than a tenth of the samples lack it")
+        elif part.is_bound.size and part.is_bound.mean() > MOST_BOUNDS:
+            notes.append(f"{one.quantity} is not used: {np.sum(part.is_bound)} of {count(part.is_bound.size, 'sample')} bore all that was applied, "
+                         "so that most of their loads are bounds")
         elif len(part.of_samples) < 2 or np.ptp(part.of_samples, axis=0).min() <= 0:
             notes.append(f"{one.quantity} is not used: it is the same in all samples")
         elif same is not None:
@@ -320,7 +324,8 @@ class Calibration:
         values = inputs.values(w)
         self.prior = [spread_of(one) for one in inputs.distributions]
         self.posterior = self._spreads(points)
-        centred = np.stack([(column - one.mean) / one.standard_deviation for column, one in zip(values.T, self.posterior)], axis=1)
+        self.shares = [_shares(one, column, points.weight) for one, column in zip(inputs.distributions, values.T)]
+        centred = np.stack([(column - one.mean) / (one.standard_deviation or 1) for column, one in zip(values.T, self.posterior)], axis=1)
         self.correlation = centred.T @ (centred * points.weight[:, None])
         np.fill_diagonal(self.correlation, 1)
         chosen, times = np.unique(points.resampled(500, random_numbers(1)), return_counts=True)
@@ -393,7 +398,7 @@ class Calibration:
             below.append(points.weight @ (data.inputs.values(points.x) < data.draws[draw]))
             squares.append(likelihood.least_square(points))
         self.coverage = []
-        for k, key in enumerate(data.inputs.keys):
+        for k, key in enumerate(data.inputs.keys if below else ()):
             for level in COVERAGE_LEVELS:
                 n_covered = int(np.sum(np.abs(np.array(below)[:, k] - 0.5) <= level / 2))
                 self.coverage.append(Coverage(key, level, len(draws), n_covered, *wilson(n_covered / len(draws), len(draws), 0.95)))
@@ -431,7 +436,7 @@ class Calibration:
             unit = self._unit(one["key"])
             warnings.append(f"{one['key']} has {len(one['modes'])} modes, near " + " and ".join(f"{quantity(mode['at'], unit)} ({percent(mode['share'])})" for mode in one["modes"])
                             + ": its mean may be no likely value")
-        confidence = 1 - 0.05 / len(self.coverage)  # one of several shares is easily too small by chance
+        confidence = 1 - 0.05 / max(1, len(self.coverage))  # one of several shares is easily too small by chance
         for one in self.coverage:
             if wilson(one.n_covered / one.n_draws, one.n_draws, confidence).upper < one.level:
                 warnings.append(f"{100 * one.level:.0f} % intervals of {one.key} cover it in {one.n_covered} of {one.n_draws} left-out draws only: the posterior is too narrow")
@@ -542,7 +547,8 @@ class Calibration:
         lines += ["\n", aligned(rows, 2, True), "The predictions were fitted to what was observed, so that half of them should lie below.\n", "\nChecks\n"]
         rows = [["coverage of", "interval", "covered", "95 % interval"]]
         rows += [[one.key, percent(one.level), f"{one.n_covered} of {one.n_draws}", f"{percent(one.lower)} to {percent(one.upper)}"] for one in self.coverage]
-        lines += [aligned(rows, 2, True), "Each draw's results as one experiment, by an emulator without it and the plain model.\n"]
+        lines += [aligned(rows, 2, True), "Each draw's results as one experiment, by an emulator without it and the plain model.\n"] if self.coverage else [
+            "No draw has all its loads, as samples bore what was applied: the coverage is not known.\n"]
         rows = [["emulated", "degree", "predicted", "meshes", "lack of fit, p", "even scatter, p"]]
         rows += [[readable(one["quantity"]), str(one["degree"]), percent(one["predicted"]), percent(one["mesh"]), probability(one["lack_of_fit_p_value"]),
                   probability(one["even_scatter_p_value"])] for one in self.components]
@@ -570,13 +576,13 @@ class Calibration:
     @property
     def tables(self) -> str:
         """The posterior as [[random]] tables: distributions of the prior's kind, or beta distributions between the same bounds, with the posterior's means and
-        standard deviations."""
+        standard deviations; of discrete inputs the values with the posterior's shares."""
         keys = self.data.inputs.keys
         lost = "".join(f"#   {self.correlation[i, k]:+.2f} of {keys[i]} and {keys[k]}\n" for i in range(len(keys)) for k in range(i + 1, len(keys))
                        if abs(self.correlation[i, k]) >= LEAST_CORRELATION)
         text = ("# Posterior of the random inputs, from crackle calibrate: to be put in the place of the [[random]] tables\n"
                 "# of an input. Means and standard deviations are the posterior's. Its shape and its correlations are lost")
-        return text + (":\n" + lost if lost else f",\n# all below {LEAST_CORRELATION}.\n") + "".join(map(_table, self.data.inputs.random, self.posterior))
+        return text + (":\n" + lost if lost else f",\n# all below {LEAST_CORRELATION}.\n") + "".join(map(_table, self.data.inputs.random, self.posterior, self.shares))
 
 
 def _named(blocks: Sequence[Block]) -> list[tuple[Block, int, str]]:
@@ -633,14 +639,22 @@ def _modes(values: np.ndarray) -> list[dict[str, float]]:
     return [{"at": float(grid[peak]), "share": share} for peak, share in zip(peaks, shares) if share >= LEAST_MODE]
 
 
-def _table(random: dict[str, Any], posterior: Spread) -> str:
-    """The posterior of an input as a [[random]] table."""
+def _shares(prior: Any, values: np.ndarray, weight: np.ndarray) -> dict[float, float]:
+    """The posterior's, by the values of a discrete input; an input takes positive ones only."""
+    return {value: max(LEAST_WEIGHT, float(weight[values == value].sum())) for value in prior.values.tolist()} if isinstance(prior, Discrete) else {}
+
+
+def _table(random: dict[str, Any], posterior: Spread, shares: dict[float, float]) -> str:
+    """The posterior of an input as a [[random]] table. @param shares of its values, where it is discrete"""
     of, kind = random["parameters"], random["kind"]
+
+    def shown(value: float, digits: int = 6) -> str:
+        return f'"{quantity(value, random["unit"], digits)}"' if random["unit"] else f"{value:.{digits}g}"
     found: dict[str, Any] = {"mean": posterior.mean, "standard_deviation": posterior.standard_deviation, "lower": of["lower"], "upper": of["upper"]}
     if kind in ("uniform", "triangular") or (kind == "truncated" and None not in (of["lower"], of["upper"])):
         kind = "beta"
-    elif kind in ("discrete", "empirical"):
-        kind = "truncated"
+    elif kind == "empirical":
+        kind = "beta"
         found |= {"lower": min(random["values"]), "upper": max(random["values"])}
     elif kind == "weibull":
         start = of["lower"] or 0.0
@@ -651,9 +665,11 @@ def _table(random: dict[str, Any], posterior: Spread) -> str:
     names = ", ".join(f'"{key}"' for key in random["keys"])
     text = f"[[random]]\nkey = {f'[{names}]' if len(random['keys']) > 1 else names}\n" + ('together = "factor"\n' if random["by_factor"] else "")
     text += f'distribution = "{kind}"\n'
+    if kind == "discrete":
+        return text + f"values = [{', '.join(shown(value, 12) for value in shares)}]\nweights = [{', '.join(f'{share:.6g}' for share in shares.values())}]\n"
     for name, value in found.items():
         if value is not None:
-            text += f"{name} = {value:.6g}\n" if name == "shape" or not random["unit"] else f'{name} = "{quantity(value, random["unit"], 6)}"\n'
+            text += f"{name} = {value:.6g}\n" if name == "shape" else f"{name} = {shown(value)}\n"
     return text
 
 

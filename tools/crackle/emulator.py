@@ -14,6 +14,7 @@ from scipy import linalg, special, stats
 MOST_DEVIATIONS = 7.5  # of a standard normal variable that tables of inputs reach to
 MOST_DEGREES, MOST_TERMS = 12, 200
 DRAWS_PER_TERM = 2  # a fit with fewer follows the scatter
+MOST_BOUNDS = 0.5  # share of values that may be bounds
 HERMITE = ("normal", "lognormal", "weibull")  # whose polynomials are those of the corresponding normal variable
 NODES = np.linspace(-MOST_DEVIATIONS, MOST_DEVIATIONS, 2049)
 
@@ -47,7 +48,7 @@ def distribution(random: dict[str, Any]) -> Any:
     values = np.array(random["values"], float)
     if kind == "empirical":
         return _Empirical(values)
-    return _Values(values, np.array(random["weights"] or np.ones(values.size), float))
+    return Discrete(values, np.array(random["weights"] or np.ones(values.size), float))
 
 
 class _Empirical:
@@ -70,7 +71,7 @@ class _Empirical:
         return float(np.sqrt(np.mean((a * a + a * b + b * b) / 3)))
 
 
-class _Values:
+class Discrete:
     """Some values with weights."""
 
     def __init__(self, values: np.ndarray, weights: np.ndarray) -> None:
@@ -90,8 +91,10 @@ class Inputs:
         self.random = list(random)
         self.distributions = [distribution(one) for one in random]
         self.factor = np.linalg.cholesky(np.array(correlation, float)) if correlation is not None else np.eye(len(self.random))
-        self._ends = [one.ppf(special.ndtr(np.array([-3.5, 3.5]))) for one in self.distributions]
-        self._tables = [None if isinstance(one, _Values) else one.ppf(special.ndtr(NODES)) for one in self.distributions]
+        # Quantiles of given values may all be the same one.
+        self._ends = [one.values[[0, -1]] if isinstance(one, (_Empirical, Discrete)) else one.ppf(special.ndtr(np.array([-3.5, 3.5])))
+                      for one in self.distributions]
+        self._tables = [None if isinstance(one, Discrete) else one.ppf(special.ndtr(NODES)) for one in self.distributions]
 
     def __len__(self) -> int:
         return len(self.random)
@@ -132,7 +135,7 @@ class Basis:
     def __init__(self, inputs: Inputs, draws: np.ndarray) -> None:
         """@param draws of the inputs [SI]: draws x inputs"""
         self.inputs = inputs
-        most = [one.values.size - 1 if isinstance(one, _Values) else MOST_DEGREES for one in inputs.distributions]
+        most = [one.values.size - 1 if isinstance(one, Discrete) else MOST_DEGREES for one in inputs.distributions]
         self.degrees: list[tuple[int, ...]] = []
         self.n_terms: list[int] = []  # by highest total degree
         for degree in range(MOST_DEGREES + 1):

@@ -12,7 +12,7 @@ import pandas as pd
 from scipy import linalg
 
 from .comparison import Rows
-from .emulator import Basis, Emulator, Inputs, Values, imputed
+from .emulator import MOST_BOUNDS, Basis, Emulator, Inputs, Values, imputed
 from .files import ResultsError
 from .posterior import random_numbers
 from .program import observed_of, statistics_of
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 N_OUTER, N_INNER = 4000, 4  # points, and of each so many values of the inputs that vary
 MOST_ORDERS = 720  # of the inputs: all of up to six, else so many at random
 N_BOOTSTRAP = 200
-MOST_BOUNDS = 0.5  # share of values that are bounds
 
 
 class Sensitivities:
