@@ -14,6 +14,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools")]
 
 from crackle import inference  # noqa: E402
+from crackle.comparison import Rows, _Comparison  # noqa: E402
 from crackle.inference import (Censored, Design, TwoSamples, Units, difference_of_censored_medians, difference_of_means, difference_of_medians, difference_of_shares,  # noqa: E402
                                energy_distance, gehan_scores, joint_test, permutation_probability)
 
@@ -106,6 +107,25 @@ class ByHand(unittest.TestCase):
         weaker = difference_of_censored_medians(loaded, Censored(0.93 * strengths, np.zeros(40, bool), np.arange(40)), 0.95)
         self.assertAlmostEqual(weaker.value, -0.07 * loaded.median()[0], delta=1)
         self.assertGreater(permutation_probability(TwoSamples(*gehan_scores(broken, loaded))), 0.3)
+
+    def test_bounds_mean_nothing_where_no_broken_sample_has_the_result(self):
+        """The onset after a start from rest."""
+        def rows(n_unbroken: int, onset: float | None = None, held: int = 0) -> Rows:
+            n = 12
+            samples = {"status": [1] * n, "outcome": [0] * n_unbroken + [2] * (n - n_unbroken), "held": [0] * (n - held) + [1] * held,
+                       "peak_load": [500.0 + k for k in range(n)], "onset_force": [None] * n_unbroken + [onset] * (n - n_unbroken), "leading_notch": [-1] * n}
+            infos = [{"name": name, "label": name, "about": "body", "reduction": "quantiles", "of_unbroken": "bound", "tells_the_end": True}
+                     for name in ("onset_force", "peak_load")]
+            return Rows("made up", {"sampling": {"replicates": 1, "body_settings": [], "note": "", "base": "own"}, "results": infos, "samples": samples,
+                                    "n_samples": n, "n_done": n, "statistics": {"reference_notch": []},
+                                    "crack_path": {"section_name": [], "section_coordinate": [], "leader": []}})
+
+        def compared(*each: Rows) -> dict:
+            return {one.info["name"]: one.bounds for one in _Comparison(*each, 0.95).results}
+        self.assertEqual(compared(rows(5), rows(5)), {"peak_load": (5, 5)})
+        self.assertEqual(compared(rows(5), rows(12)), {"peak_load": (5, 12)})
+        self.assertEqual(compared(rows(5, 490.0), rows(4, 480.0, held=2)), {"onset_force": (5, 6), "peak_load": (5, 6)})
+        self.assertEqual(compared(rows(12), rows(12)), {"onset_force": (12, 12), "peak_load": (12, 12)})
 
     def test_energy_distance(self):
         # 2 * 3 - 1 / 2 - 1 / 2 with paths at distances 1 within the groups and 3 between them.

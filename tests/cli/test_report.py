@@ -29,7 +29,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 from crackle_report import choosing, command, drawing, figures, reading, style, tables  # noqa: E402
-from crackle_report.figures import comparison, convergence, crack_paths, crossings, growth, material  # noqa: E402
+from crackle_report.figures import comparison, convergence, crack_paths, crossings, growth, material, sensitivity  # noqa: E402
 from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
@@ -318,8 +318,32 @@ class Report(Ensembles):
                       convergence._verdict(ensemble))
         ensemble.precision["half_width_wanted"] = 0.23e-3
         self.assertIn("Yes: ", convergence._verdict(ensemble))
+        for needed in (None, 2.0):  # of two samples with one draw
+            ensemble.precision |= {"half_width": None, "n_samples_needed": needed}
+            self.assertIn("to tell whether there are enough", convergence._verdict(ensemble))
         write_ensemble(self.folder, 1)
         self.assertIn("to tell whether there are enough", convergence._verdict(reading.read_ensemble(self.folder)))
+
+    def test_loads_of_samples_that_were_held_are_bounds(self):
+        write_ensemble(self.folder, 8)
+        ensemble = reading.read_ensemble(self.folder)
+        loads, table = ensemble.loads, ensemble.samples
+        self.assertTrue(np.isfinite(loads).all())
+        table.numbers["held"], table.numbers["outcome"][2] = np.array([0, 0, 0, 1, 0, 0, 1, 0]), 0
+        known = np.isin(np.arange(8), (2, 3, 6), invert=True)
+        del ensemble.loads
+        np.testing.assert_array_equal(ensemble.loads, np.where(known, loads, np.nan))
+        # Where an ensemble has random inputs, they are drawn as what they bore.
+        table.numbers["peak_load"] = loads + 1
+        ensemble.inputs = [{"key": "fracture.strength", "units": "Pa", "values": list(range(8))}]
+        ensemble.sensitivities = {"n_draws": 8}
+        effect = {"total": {"value": 0.5}, "rank_correlation": {"value": 0.5}}
+        for name, n_bounds in (("onset_force", 3), ("work_of_fracture", 0)):
+            row = {"result": name, "share_of": "", "predicted": 0.5, "n_draws": 8, "n_bounds": n_bounds, "inputs": [effect]}
+            drawn = [line.get_xydata() for line in sensitivity._scatter([row], ensemble).axes[0].lines]
+            factor = table.result(name).factor
+            np.testing.assert_allclose(drawn[0], np.stack([np.arange(8), factor * table.numbers[name]], axis=1)[known])
+            np.testing.assert_allclose(drawn[1:], [np.stack([np.arange(8), factor * (loads + 1)], axis=1)[~known]] if n_bounds else [])
 
     def test_where_cracks_take_several_paths_each_group_has_its_mean(self):
         write_ensemble(self.folder, 14, with_ensemble_file=False, leading=[0] * 14)

@@ -10,16 +10,14 @@ import numpy as np
 import pandas as pd
 
 from . import inference
-from .files import ResultsError
+from .files import FAILED, PENDING, ResultsError
 from .inference import Censored, Difference, TwoSamples
+from .outcomes import UNDECIDED, Ends
 from .program import statistics_of
 from .text import aligned, count, json_text, plain, probability, shown, shown_range, unit_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-DONE, FAILED, PENDING = 1, 2, 0
-UNBROKEN, UNDECIDED = 0, 4  # outcomes
 
 
 def compare(*ensembles: Any, confidence: float = 0.95, program: str | Path | None = None) -> "Comparisons":
@@ -97,7 +95,7 @@ class Rows:
         self.sampling, self.infos = found["sampling"], found["results"]
         self.rows = {key: values for key, values in found["samples"].items() if isinstance(values, list)}
         self.n, self.status = found["n_samples"], np.array(self.rows["status"])
-        self.outcome = np.array(self.rows.get("outcome", [2] * self.n))
+        self.ends = Ends.of(self.status, self.rows)
         self.peak = _numbers(self.rows["peak_load"])
         self.draw = np.arange(self.n) // self.sampling["replicates"]
         path = found["crack_path"]
@@ -108,18 +106,15 @@ class Rows:
 
     @property
     def is_done(self) -> np.ndarray:
-        return self.status == DONE
-
-    def unbroken(self) -> np.ndarray:
-        return self.is_done & (self.outcome == UNBROKEN)
-
-    def held(self) -> np.ndarray:
-        """Which arrested at their largest load, as the loading ended."""
-        return self.is_done & (np.array(self.rows.get("held", [0] * self.n)) == 1)
+        return self.ends.is_done
 
     def is_open(self, info: dict[str, Any]) -> np.ndarray:
         """Which ended before a result was decided."""
-        return (self.unbroken() | (self.held() & info["tells_the_end"])) & (info["of_unbroken"] != "value")
+        return self.ends.is_open(info["of_unbroken"], info["tells_the_end"])
+
+    def broke(self, info: dict[str, Any]) -> np.ndarray:
+        """Which ended with the result decided, though it may have none."""
+        return self.is_done & ~self.is_open(info)
 
     def known(self, info: dict[str, Any]) -> np.ndarray:
         """A result of each sample; NaN where there is none, or a bound at most."""
@@ -131,13 +126,16 @@ class Rows:
         return values
 
     def observed(self, info: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-        """And whether it is a bound."""
-        is_bound = self.is_open(info) & (info["of_unbroken"] == "bound")
-        return np.where(is_bound, self.peak, self.known(info)), is_bound & ~np.isnan(self.peak)
+        """And whether it is a bound. Bounds mean nothing where samples broke, but none of them has the result: an onset after a start from rest."""
+        known, broke = self.known(info), self.broke(info)
+        if broke.any() and np.isnan(known[broke]).all():
+            return known, np.zeros(self.n, bool)
+        is_bound = self.ends.is_bound(info["of_unbroken"], info["tells_the_end"]) & ~np.isnan(self.peak)
+        return np.where(is_bound, self.peak, known), is_bound
 
     def counts(self) -> dict[str, int]:
-        return {"n_done": int(self.is_done.sum()), "n_undecided": int(np.sum(self.is_done & (self.outcome == UNDECIDED))), "n_unbroken": int(self.unbroken().sum()),
-                "n_held": int(self.held().sum()),
+        return {"n_done": int(self.is_done.sum()), "n_undecided": int(np.sum(self.is_done & (np.array(self.rows["outcome"]) == UNDECIDED))),
+                "n_unbroken": int(self.ends.is_unbroken.sum()), "n_held": int(self.ends.is_held.sum()),
                 "n_failed": int(np.sum(self.status == FAILED)), "n_left": int(np.sum(self.status == PENDING))}
 
 
@@ -260,10 +258,10 @@ class _Comparison:
 
     def _add_number(self, info: dict[str, Any]) -> None:
         observed = [[values[rows] for values in each.observed(info)] for each, rows in zip((self.first, self.second), self._rows)]
-        have_bounds = all(info["of_unbroken"] == "bound" for _ in observed)
         has = self._take(observed[0][0], observed[1][0])
         kept = [(values[one], is_bound[one]) for (values, is_bound), one in zip(observed, has)]
-        if have_bounds and any(is_bound.any() for _, is_bound in kept):
+        has_known, has_bounds = (any(which.any() for which in found) for found in zip(*((~is_bound, is_bound) for _, is_bound in kept)))
+        if has_bounds and (has_known or not any(each.broke(info).any() for each in (self.first, self.second))):
             lists = [Censored(values, is_bound, draws[one]) for (values, is_bound), draws, one in zip(kept, self._draws, has)]
             scores = TwoSamples(*inference.gehan_scores(*lists), self.are_paired, lists[0].group, lists[1].group)
             medians = [one.median() if len(one.value) else (np.nan, False) for one in lists]

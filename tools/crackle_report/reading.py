@@ -88,7 +88,7 @@ def _result(found: dict[str, Any], plate: Plate) -> Result:
                   found.get("categories", words), found.get("n_any", 0),
                   Share(found["share"], found["lower"], found["upper"]) if "share" in found else None,
                   *(tuple(np.array(found.get(name, ()), float)) for name in ("quantiles", "quantile_bounds")), found.get("n_bounds", 0),
-                  found["about"], found["in_sensitivities"])
+                  found["about"], found["in_sensitivities"], found["of_unbroken"], found["tells_the_end"])
 
 
 def _numbers(values: Iterable[Any]) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import Any, Optional
 
 import numpy as np
 from crackle.files import DONE, PENDING
+from crackle.outcomes import Ends
 from crackle.units import US, Unit, fitting
 
 from .fields import CrackSurface, Places
@@ -17,7 +18,6 @@ from .plate import Plate
 from .sample_files import SampleFiles
 
 N_TIMED = 3  # samples whose durations tell the unit of times
-UNBROKEN = 0  # among the outcomes
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,8 @@ class Result:
     n_bounds: int = 0  # samples of which only a bound is known: they did not break, or were held
     about: str = "body"  # what it tells of: also "place", "path", "hole" or "computation"
     explained: bool = False  # one of those whose sensitivities a reader asks for first
+    of_unbroken: str = "value"  # of samples that did not break: also "bound", "nothing"
+    tells_the_end: bool = False  # likewise of those that were held
 
 
 @dataclass
@@ -71,6 +73,14 @@ class Samples:
 
     def result(self, name: str) -> Result:
         return next(result for result in self.results if result.name == name)
+
+    @property
+    def ends(self) -> Ends:
+        return Ends.of(self.status, self.numbers)
+
+    def is_open(self, result: Result) -> np.ndarray:
+        """Which ended before a result was decided."""
+        return self.ends.is_open(result.of_unbroken, result.tells_the_end)
 
     def count(self, status: int) -> int:
         return int(np.count_nonzero(self.status == status))
@@ -247,10 +257,9 @@ class Ensemble:
 
     @cached_property
     def loads(self) -> np.ndarray:
-        """Its values [N], of each sample; NaN of those that did not break."""
+        """Its values [N], of each sample; NaN of those of which a bound is known at most."""
         table = self.samples
-        broke = (table.status == DONE) & (table.outcome != UNBROKEN)
-        return np.where(broke, table.numbers[self.headline], np.nan)
+        return np.where((table.status == DONE) & ~table.is_open(self.load), table.numbers[self.headline], np.nan)
 
     def shown_z(self, crack: CrackSurface) -> np.ndarray:
         """z of the facets that a panel has to show [m]: of cracks that start at notches and holes, or lead. What breaks elsewhere, as

@@ -39,7 +39,7 @@ def _verdict(ensemble: Ensemble) -> str:
     """Were the samples enough? In one sentence."""
     precision, n_done = ensemble.precision, ensemble.done.size
     # Where hardly any leading crack comes, no number of samples is enough, and the mean says little.
-    if "half_width" not in precision:
+    if precision.get("half_width") is None:
         return "Too few samples have reached any section to tell whether there are enough."
     reason = "as the input asks for" if precision["is_of_the_input"] else "1 % of the width"
     lengths = ensemble.plate.lengths

@@ -11,12 +11,13 @@ from matplotlib.figure import Figure
 from .. import style
 from ..drawing import show_units
 from ..options import Options
-from ..results import UNBROKEN, Ensemble
+from ..results import Ensemble
 from .picture import Picture, Section
 
 N_SCATTERED = 4  # results in scatter plots
 ROW_HEIGHT = 0.21  # [inch]
 MESH, REST = style.MUTED, style.BODY
+BOUNDS = " Triangles: samples that bore all that was applied, so that their load lies higher."
 
 
 def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
@@ -30,7 +31,8 @@ def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
                      "order of the random inputs, by a polynomial chaos expansion"
                      + (", and differences between samples with the same draw on different meshes" if found["replicates"] > 1 else "")
                      + ". The rest is due to interactions of the inputs, or not explained. crackle stats prints intervals and rank correlations."
-                     + _fewer(rows, found["n_draws"]) + (f" T{found['failures'][1:]}." if found["failures"] else ""))
+                     + _fewer(rows, found["n_draws"]) + (BOUNDS if any(one["n_bounds"] for one in rows) else "")
+                     + (f" T{found['failures'][1:]}." if found["failures"] else ""))
     result.answer = _answer(rows, ensemble)
     result.pictures = [Picture("sensitivities", "Shares of the variance of results that random inputs and the mesh explain", _bars(rows, ensemble)),
                        Picture("random-inputs", "Results over the values of the random inputs", _scatter(rows, ensemble))]
@@ -111,11 +113,16 @@ def _scatter(rows: list[dict[str, Any]], ensemble: Ensemble) -> Figure:
     done = samples.status == DONE
     for row, one in enumerate(chosen):
         result = samples.result(one["result"])
-        shown = done if one["n_draws"] == ensemble.sensitivities["n_draws"] else done & (samples.outcome != UNBROKEN)
+        value, is_open = result.factor * samples.numbers[result.name], done & samples.is_open(result)
+        is_known = done & ~is_open
         for column, (given, effect) in enumerate(zip(ensemble.inputs, one["inputs"])):
             axes = grid[row, column]
             drawn = np.array(given["values"][:len(samples)], float)
-            axes.plot(drawn[shown], result.factor * samples.numbers[result.name][shown], ".", color=style.notch_colour(column), markersize=3)
+            colour = style.notch_colour(column)
+            axes.plot(drawn[is_known], value[is_known], ".", color=colour, markersize=3)
+            if one["n_bounds"]:
+                axes.plot(drawn[is_open], result.factor * samples.peak_load[is_open], "^", color=colour, markersize=3, markerfacecolor="none",
+                          markeredgewidth=0.5)
             axes.set_title(f"total index {100 * _value(effect['total']):.0f} %, rank correlation {effect['rank_correlation']['value'] or 0:+.2f}",
                            fontsize=6, pad=2)
             show_units(axes.xaxis, given["units"])
