@@ -44,9 +44,13 @@ std::vector<std::size_t> look_schedule(int samples, int min_samples) {
 }
 
 std::optional<LeaderMean> least_certain(const Statistics& statistics) {
+  // Samples of a single draw give no half width.
+  const auto width = [](const LeaderMean& mean) {
+    return std::isnan(mean.half_width) ? infinity : mean.half_width;
+  };
   std::optional<LeaderMean> found;
   for (const LeaderMean& mean : means_that_count(statistics))
-    if (!found || mean.half_width > found->half_width) found = mean;
+    if (!found || width(mean) > width(*found)) found = mean;
   return found;
 }
 
@@ -54,6 +58,7 @@ double n_samples_needed(const Statistics& statistics, double half_width) {
   const double confidence = confidence_of_look(statistics.confidence, statistics.n_looks);
   double n_needed = not_a_number;
   for (const LeaderMean& mean : means_that_count(statistics)) {
+    if (std::isnan(mean.half_width)) return not_a_number;
     // Samples of one draw are alike.
     const double design = mean.deviation > 0 && statistics.replicates > 1
                               ? mean.half_width / student_half_width(mean.deviation, mean.n, confidence)

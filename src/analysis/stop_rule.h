@@ -52,12 +52,12 @@ std::vector<std::size_t> look_schedule(int samples, int min_samples);
 /// Default of the required half width, as a share of the body's width.
 inline constexpr double default_half_width_share = 0.01;
 
-/// The counting mean that is least certain; empty if none counts.
+/// The counting mean that is least certain, first of all one without half width; empty if none counts.
 /// @param statistics as is_known
 std::optional<LeaderMean> least_certain(const Statistics& statistics);
 
 /// Number of samples needed to know every counting mean well enough, given the scatter so far; NaN if none
-/// counts.
+/// counts, or one has no half width.
 double n_samples_needed(const Statistics& statistics, double half_width);
 
 /// True if at least one mean counts and all that count are known well enough.

@@ -320,7 +320,7 @@ class Report(Ensembles):
         self.assertIn("Yes: ", convergence._verdict(ensemble))
         for needed in (None, 2.0):  # of two samples with one draw
             ensemble.precision |= {"half_width": None, "n_samples_needed": needed}
-            self.assertIn("to tell whether there are enough", convergence._verdict(ensemble))
+            self.assertIn("No: all that have reached y = 12.25 mm have one draw", convergence._verdict(ensemble))
         write_ensemble(self.folder, 1)
         self.assertIn("to tell whether there are enough", convergence._verdict(reading.read_ensemble(self.folder)))
 

@@ -75,6 +75,19 @@ TEST(StopRule, SaysHowManySamplesAHalfWidthTakes) {
   EXPECT_TRUE(std::isnan(n_samples_needed(make_statistics({}, 1, 3), 0.1)));
 }
 
+TEST(StopRule, AMeanOfASingleDrawIsNotKnown) {
+  input::Parameters p = parameters(4, 1, 2);
+  p.ensemble.stop.reset();
+  p.ensemble.replicates = 2;
+  const Statistics found =
+      make_statistics(std::vector{row({0.1, 0.2}), row({0.2, 0.4}), row({0.3, none}), row({0.4, none})}, p);
+  ASSERT_EQ(found.leader.reached[1], 2);
+  ASSERT_TRUE(least_certain(found));
+  EXPECT_EQ(least_certain(found)->position, 1U);
+  EXPECT_FALSE(is_known(found, 1000));
+  EXPECT_TRUE(std::isnan(n_samples_needed(found, 1000)));
+}
+
 TEST(StopRule, TheOrderOfFinishingPlaysNoPart) {
   const int n = 120;
   const auto p = parameters(n, 0.25, 2);

@@ -39,11 +39,14 @@ def _verdict(ensemble: Ensemble) -> str:
     """Were the samples enough? In one sentence."""
     precision, n_done = ensemble.precision, ensemble.done.size
     # Where hardly any leading crack comes, no number of samples is enough, and the mean says little.
-    if precision.get("half_width") is None:
+    if "half_width" not in precision:
         return "Too few samples have reached any section to tell whether there are enough."
     reason = "as the input asks for" if precision["is_of_the_input"] else "1 % of the width"
     lengths = ensemble.plate.lengths
     half_width, target = precision["half_width"], precision["half_width_wanted"]
+    if half_width is None:
+        return (f"Were {n_done} samples enough? No: all that have reached {ensemble.sections[precision['section']].name} have one draw of the "
+                "random inputs, whose mean has no interval.")
     known = (f"the mean position of the leading crack is known to ±{lengths.of(half_width):.2g} {lengths.name} at its least "
              f"certain section ({_of_class(ensemble, precision['row'])}{ensemble.sections[precision['section']].name}{_of_group(ensemble)})")
     wanted = f"±{lengths.of(target):.2g} {lengths.name} ({reason})"
