@@ -63,9 +63,9 @@ bool has_onset(const SampleSummary& row) {
 }
 
 /// True if the load was clearly higher before the last dynamic phase: the onset is not what a test would
-/// record.
+/// record. That of a held sample rose after it.
 bool has_late_onset(const SampleSummary& row) {
-  return has_onset(row) && row.onset_force < clearly_below * row.peak_load;
+  return has_onset(row) && !is_held(row) && row.onset_force < clearly_below * row.peak_load;
 }
 
 std::optional<std::string> fast_crack_warning(std::span<const SampleSummary> samples) {

@@ -253,6 +253,11 @@ TEST(EnsembleWarnings, OnsetsBelowThePeakLoadAreWarnedOf) {
   const auto warnings = ensemble_warnings(rows);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_THAT(warnings[0], testing::HasSubstr("in 1 of 2 samples the load was more than 11 % higher"));
+  EXPECT_STREQ(headline_load(rows), "peak_load");
+  // The load of a held sample rose after its onset.
+  rows[1].held = 1;
+  EXPECT_TRUE(ensemble_warnings(rows).empty());
+  EXPECT_STREQ(headline_load(rows), "onset_force");
 }
 
 TEST(LongBranches, AreThoseOfALength) {
