@@ -127,13 +127,15 @@ private:
 };
 
 template <class Value>
-std::string cell(const ResultInfo& info, Value value, const SampleSummary& row) {
+std::string cell(const ResultInfo& info, Value SampleSummary::*member, const SampleSummary& row) {
   if (row.status != SampleStatus::done) return "";
+  const Value value = row.*member;
   if (*info.categories != 0)
     return analysis::category_name(info.categories, static_cast<std::int64_t>(value));
   if constexpr (std::is_floating_point_v<Value>) {
-    return analysis::shown({value, analysis::is_bound(info, row) && !std::isnan(value)}, info.format,
-                           info.shown_factor);
+    return analysis::shown(
+        std::isnan(value) ? analysis::Observation{} : analysis::observed(info, member, row), info.format,
+        info.shown_factor);
   } else {
     return fmt::format("{}", value);
   }
@@ -151,7 +153,7 @@ std::string table(const std::vector<const Folder::Sample*>& samples,
   analysis::for_each_result([&](const ResultInfo& info, auto member) {
     if ((info.short_tables & analysis::in_watch) == 0) return;
     std::vector<std::string> column{with_unit(info.label, info.shown_units)};
-    for (const auto* sample : samples) column.push_back(cell(info, sample->row.*member, sample->row));
+    for (const auto* sample : samples) column.push_back(cell(info, member, sample->row));
     // Columns without any value are omitted.
     const auto is_value = [](const std::string& text) { return !text.empty() && text != "-"; };
     if (std::any_of(column.begin() + 1, column.end(), is_value))

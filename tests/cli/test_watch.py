@@ -19,6 +19,7 @@ sys.path[:0] = [str(ROOT / "tools")]
 
 import command_lines  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+from synthetic_ensemble import changed  # noqa: E402
 
 PROGRAM = Path()
 
@@ -67,6 +68,12 @@ class Watch(unittest.TestCase):
         before = state(self.folder)
         self.assertEqual(self.watch().returncode, 0, "it ends by itself")
         self.assertEqual(state(self.folder), before)
+
+        # As if sample 1 had arrested and its load had risen until the loading ended.
+        with changed(self.folder / "samples" / "0001.h5") as root:
+            for name, value in {"outcome": 1, "held": 1, "onset_force": 100, "peak_load": 510}.items():
+                root["summary"][name][()] = value
+        self.assertRegex(self.watch("--once").stdout, r"(?m)^ +1 +done +> 510\.000 +> 510\.000 ")
 
     def test_it_ends_with_an_ensemble_that_needs_no_more_samples(self):
         stopped = self.input.read_text() + '\n[ensemble.stop]\nhalf_width = "1 m"\nmin_samples = 2\n'
