@@ -148,8 +148,11 @@ Observation censored_quantile(const CensoredValues& values, double share) {
     const auto n_known = static_cast<double>(values.size()) - values.n_bounds();
     return {plain, std::ceil(rank) >= n_known};
   }
+  const std::vector<Step> steps = steps_of(values, infinity, true);
+  // The least value may lie anywhere above a bound below all others.
+  if (share == 0 && plain < steps.front().value) return {plain, true};
   double left = 1;
-  for (const Step& step : steps_of(values, infinity, true)) {
+  for (const Step& step : steps) {
     left *= 1 - step.n / step.n_at_risk;
     // Rounding of the product.
     if (left <= 1 - share + 1e-12) return {step.value};

@@ -168,6 +168,12 @@ TEST(CensoredValues, AreTheTextbooks) {
   EXPECT_EQ(censored_quantile(values, 0.5).value, 23);
   EXPECT_FALSE(censored_quantile(values, 0.5).is_bound);
   EXPECT_TRUE(censored_quantile(values, 0.75).is_bound);
+  EXPECT_EQ(censored_quantile(values, 0).value, 6);
+  EXPECT_FALSE(censored_quantile(values, 0).is_bound);
+  CensoredValues with_early_bound = values;
+  with_early_bound.add({5, true}, 99);
+  EXPECT_EQ(censored_quantile(with_early_bound, 0).value, 5);
+  EXPECT_TRUE(censored_quantile(with_early_bound, 0).is_bound) << "it may lie below the first that is known";
   const auto [lower, upper] = censored_median_interval(values, 0.95);
   EXPECT_EQ(lower.value, 13);
   EXPECT_FALSE(lower.is_bound);
