@@ -18,7 +18,8 @@ namespace crackle::analysis {
 namespace {
 
 constexpr int fewest_broken = 5;
-constexpr int most_steps = 40;  // of Newton's method
+constexpr int most_steps = 40;      // of Newton's method
+constexpr int most_doublings = 30;  // of an interval's reach
 constexpr double values_simulated = 1e6;
 
 /// Logarithms of values, of which the first `n_broken` are known and the others are bounds.
@@ -83,10 +84,11 @@ double log_likelihood(const Logarithms& logarithms, double modulus, double locat
          sum;
 }
 
-/// Where the function falls by `fall` below that at `best`, before `end`; else `end`.
+/// Where the function falls by `fall` below that at `best`, before `end` or beyond.
 template <class Of>
 double end_of_interval(const Of& of, double best, double end, double fall) {
   const double limit = of(best) - fall;
+  for (int i = 0; i < most_doublings && of(end) >= limit; ++i) end += end - best;
   if (of(end) >= limit) return end;
   std::uintmax_t n_steps = 200;
   const auto [low, high] = boost::math::tools::toms748_solve(

@@ -42,6 +42,13 @@ TEST(WeibullFit, CountsUnbrokenSamplesAsStronger) {
   EXPECT_EQ(fit.n_unbroken, 3);
 }
 
+// The interval reaches far where few of many samples broke; reference: SciPy's minimize_scalar and brentq.
+TEST(WeibullFit, OfFewBrokenSamplesHasTheWholeInterval) {
+  const auto fit = weibull_fit(loads({30, 36, 41, 46, 49}, 995, 50), 0.95).value();
+  expect_near(fit.modulus, {4.386337, 1.574002, 9.422625}, 1e-4);
+  expect_near(fit.scale, {167.2244, 86.75279, 1505.017}, 1e-4);
+}
+
 // ASTM C1239 has a factor of 0.859 for ten values.
 TEST(WeibullFit, HasNoBias) {
   const auto fit = weibull_fit(loads(ten), 0.95).value();
