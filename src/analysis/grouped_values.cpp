@@ -97,6 +97,21 @@ double GroupedMoments::square_error() const {
   return std::max(0.0, residuals) * n_groups_ / (n_groups_ - 1) / (n_ * n_);
 }
 
+MeanEstimate mean_estimate(std::span<const double> values, Groups groups, double confidence) {
+  Moments moments;
+  GroupedMoments grouped;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    moments.add(values[i]);
+    grouped.add(values[i], group_of(groups, i));
+  }
+  MeanEstimate found{moments.mean(), moments.standard_deviation(), not_a_number};
+  found.half_width =
+      grouped.n_groups() < moments.count()
+          ? student_quantile(grouped.n_groups(), confidence) * std::sqrt(grouped.square_error())
+          : student_half_width(found.std, moments.count(), confidence);
+  return found;
+}
+
 double independent_values(std::span<const double> values, Groups groups) {
   const auto n = static_cast<double>(values.size());
   const auto n_groups = static_cast<double>(n_groups_of(values.size(), groups));

@@ -56,6 +56,10 @@ private:
   double squares_n_ = 0, squares_sum_ = 0, products_ = 0;  ///< sums over the groups before
 };
 
+/// Mean and scatter of values, with the interval of the mean by Student's t: of as many independent values,
+/// or by whole groups.
+MeanEstimate mean_estimate(std::span<const double> values, Groups groups, double confidence);
+
 /// Number of independent values that know a share as well as these (Kish's design effect).
 /// @param values all 0 or 1, at least one
 double independent_values(std::span<const double> values, Groups groups);

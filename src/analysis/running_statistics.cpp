@@ -37,12 +37,6 @@ double remainder(parallel::ExactSum sum, double rounded) {
   return sum.value();
 }
 
-/// The t for which P(|T| < t) = confidence, for the mean of n values; NaN for fewer than two.
-double student_quantile(int n, double confidence) {
-  if (n < 2) return not_a_number;
-  return boost::math::quantile(boost::math::students_t(n - 1), (1 + confidence) / 2);
-}
-
 void check_row(const SampleSummary& row, std::size_t sample, const Statistics& shape) {
   const auto n_positions = static_cast<std::size_t>(shape.n_starts * shape.n_sections);
   if (row.position.size() != n_positions || row.z_spread.size() != n_positions) {
@@ -245,21 +239,6 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
   }
 }
 
-/// Mean and scatter of values in groups.
-MeanEstimate estimate(std::span<const double> values, Groups draws, const Statistics& shape) {
-  Moments moments;
-  GroupedMoments by_draws;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    moments.add(values[i]);
-    by_draws.add(values[i], draws[i]);
-  }
-  MeanEstimate found{moments.mean(), moments.standard_deviation(), not_a_number};
-  found.half_width = shape.replicates > 1 ? student_quantile(by_draws.n_groups(), shape.confidence) *
-                                                std::sqrt(by_draws.square_error())
-                                          : student_half_width(found.std, moments.count(), shape.confidence);
-  return found;
-}
-
 void compute_traces(Statistics& statistics, std::span<const SampleSummary> rows) {
   const std::size_t n = statistics.n_planes * cracks::n_trace_rows(index(statistics.n_starts));
   statistics.traces.assign(n, {});
@@ -282,7 +261,7 @@ void compute_traces(Statistics& statistics, std::span<const SampleSummary> rows)
     for_each_trace_result([&](const ResultInfo&, auto member) {
       std::vector<double> values;
       for (const cracks::StartTrace* const trace : crossing) values.push_back(trace->*member);
-      found.results.push_back(estimate(values, draws_of_hits, statistics));
+      found.results.push_back(mean_estimate(values, draws_of_hits, statistics.confidence));
     });
     if (hits.empty()) continue;
     found.share = static_cast<double>(found.n_crossed) / found.n_of;
@@ -310,7 +289,7 @@ void compute_fragments(Statistics& statistics, std::span<const SampleSummary> ro
       values.push_back(value);
       draws_of_values.push_back(draws[i]);
     }
-    estimates.push_back(values.empty() ? MeanEstimate{} : estimate(values, draws_of_values, statistics));
+    estimates.push_back(mean_estimate(values, draws_of_values, statistics.confidence));
   };
   for_each_fragment_result([&](const ResultInfo&, auto member) {
     add(found.results, [member](const FragmentSummary& row) { return row.*member; });
@@ -353,6 +332,11 @@ Interval share_interval(int n_hits, int n, double confidence) {
   // The ends are exactly 0 and 1 if none or all are hits.
   return {n_hits == 0 ? 0 : std::max(0.0, interval.centre - interval.half_width),
           n_hits == n ? 1 : std::min(1.0, interval.centre + interval.half_width)};
+}
+
+double student_quantile(int n, double confidence) {
+  if (n < 2) return not_a_number;
+  return boost::math::quantile(boost::math::students_t(n - 1), (1 + confidence) / 2);
 }
 
 double student_half_width(double standard_deviation, int n, double confidence) {

@@ -170,6 +170,9 @@ WilsonInterval wilson_interval(double share, double n, double confidence);
 /// The wilson_interval of n_hits in n > 0 trials, clipped to [0, 1].
 Interval share_interval(int n_hits, int n, double confidence);
 
+/// Student's t for which P(|T| < t) = confidence, for the mean of n values; NaN for fewer than two.
+double student_quantile(int n, double confidence);
+
 /// Half width of the confidence interval of a mean whose standard deviation is estimated from n values
 /// (Student's t); NaN for fewer than two.
 double student_half_width(double standard_deviation, int n, double confidence);

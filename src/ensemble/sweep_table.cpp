@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ensemble/sweep_table.h"
 
+#include "analysis/censored_values.h"
+#include "analysis/grouped_values.h"
 #include "analysis/result_list.h"
-#include "analysis/running_statistics.h"
 #include "analysis/statistics.h"
 #include "common/failure.h"
+#include "common/index.h"
 #include "common/real.h"
 #include "common/regular_file.h"
 #include "common/text_table.h"
@@ -79,42 +81,47 @@ struct Cell {
   }
 };
 
-/// @param hits number of samples in the category
-Cell share_cell(const ResultInfo& info, int category, std::ptrdiff_t hits, int n) {
+/// @param values of the samples that have the result, by draws of the random inputs
+Cell share_cell(const ResultInfo& info, int category, const analysis::CensoredValues& values) {
   Cell cell{info, category};
-  if (n == 0) return cell;
-  const auto interval = analysis::share_interval(static_cast<int>(hits), n, analysis::default_confidence);
-  return {info, category, static_cast<double>(hits) / n, interval.lower, interval.upper};
+  if (values.size() == 0) return cell;
+  std::vector<double> hits;
+  for (const double value : values.value)
+    hits.push_back((category == any ? value > 0 : value == category) ? 1 : 0);
+  const auto interval = analysis::share_interval(hits, values.group, analysis::default_confidence);
+  cell.value = static_cast<double>(std::ranges::count(hits, 1.0)) / static_cast<double>(hits.size());
+  cell.lower = interval.lower;
+  cell.upper = interval.upper;
+  return cell;
 }
 
 template <class Number>
 void add_cells(const ResultInfo& info, Number SampleSummary::*member, std::span<const SampleSummary> rows,
-               std::vector<Cell>& cells) {
-  std::vector<double> values;
-  for (const SampleSummary& row : rows)
-    if (const double value = analysis::known(info, member, row); !std::isnan(value)) values.push_back(value);
-  const auto n = static_cast<int>(values.size());
+               int replicates, std::vector<Cell>& cells) {
+  analysis::CensoredValues values;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    values.add({analysis::known(info, member, rows[i])}, i / index(replicates));
   const int n_categories = analysis::n_categories(info.categories);
-  for (int k = 0; k < n_categories; ++k)
-    cells.push_back(share_cell(info, k, std::ranges::count(values, static_cast<double>(k)), n));
+  for (int k = 0; k < n_categories; ++k) cells.push_back(share_cell(info, k, values));
   if (n_categories > 0) return;
-  analysis::Moments moments;
-  for (const double value : values) moments.add(value);
-  const double half =
-      analysis::student_half_width(moments.standard_deviation(), n, analysis::default_confidence);
-  const double mean = n == 0 ? not_a_number : moments.mean();
+  const auto [mean, deviation, half] =
+      analysis::mean_estimate(values.value, values.group, analysis::default_confidence);
   const bool is_of_broken =
       std::ranges::any_of(rows, [&](const SampleSummary& row) { return analysis::is_open(info, row); });
   cells.push_back({info, not_a_share, mean, mean - half, mean + half, is_of_broken});
-  if (info.reduction == analysis::Reduction::counts)
-    cells.push_back(share_cell(info, any, std::ranges::count_if(values, [](double v) { return v > 0; }), n));
+  if (info.reduction == analysis::Reduction::counts) cells.push_back(share_cell(info, any, values));
 }
 
-std::vector<Cell> cells_of(std::span<const SampleSummary> rows) {
+/// @param replicates samples with the same draw of the random inputs
+std::vector<Cell> cells_of(std::span<const SampleSummary> rows, int replicates) {
   std::vector<Cell> cells;
   analysis::for_each_result(
-      [&](const ResultInfo& info, auto member) { add_cells(info, member, rows, cells); });
+      [&](const ResultInfo& info, auto member) { add_cells(info, member, rows, replicates, cells); });
   return cells;
+}
+
+std::vector<Cell> cells_of(const CaseRows& one) {
+  return cells_of(one.rows, one.of->parameters.ensemble.replicates);
 }
 
 int count(std::span<const SampleSummary> rows, analysis::SampleStatus status) {
@@ -156,9 +163,14 @@ std::string without_exponent(double value, int n_digits) {
   return std::abs(value) >= 1 && text.find('e') != std::string::npos ? fmt::format("{:.0f}", value) : text;
 }
 
+/// True for a value with an asterisk.
+bool is_marked(const Cell& cell) {
+  return cell.is_of_broken && !std::isnan(cell.value);
+}
+
 std::string shown_value(const Cell& cell, double factor) {
   if (std::isnan(cell.value)) return "-";
-  const std::string value = without_exponent(factor * cell.value, 4) + (cell.is_of_broken ? "*" : "");
+  const std::string value = without_exponent(factor * cell.value, 4) + (is_marked(cell) ? "*" : "");
   if (std::isnan(cell.lower)) return value;
   if (cell.is_share())
     return fmt::format("{} ({:.0f}-{:.0f})", value, factor * cell.lower, factor * cell.upper);
@@ -171,7 +183,7 @@ std::string sweep_csv(std::span<const CaseRows> cases) {
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const CaseRows& one = cases[i];
-    const auto cells = cells_of(one.rows);
+    const auto cells = cells_of(one);
     if (i == 0) {
       std::vector<std::string> head{"case", "folder"};
       for (const auto& setting : one.of->settings) head.push_back(quoted(setting.key));
@@ -201,12 +213,13 @@ std::string sweep_csv(std::span<const CaseRows> cases) {
 
 std::string sweep_text(std::span<const CaseRows> cases) {
   std::vector<std::vector<Cell>> cells;
-  for (const CaseRows& one : cases) cells.push_back(cells_of(one.rows));
+  for (const CaseRows& one : cases) cells.push_back(cells_of(one));
   TextTable table{{"case", "done", "failed"}};
   for (std::size_t i = 0; i < cases.size(); ++i)
     table.push_back({std::to_string(i), std::to_string(count(cases[i].rows, analysis::SampleStatus::done)),
                      std::to_string(count(cases[i].rows, analysis::SampleStatus::failed))});
-  const std::vector<Cell> heads = cells_of({});
+  bool any_is_of_broken = false;
+  const std::vector<Cell> heads = cells_of({}, 1);
   for (std::size_t k = 0; k < heads.size(); ++k) {
     const Cell& head = heads[k];
     if (!is_shown(head)) continue;
@@ -215,8 +228,10 @@ std::string sweep_text(std::span<const CaseRows> cases) {
       if (const double value = std::abs(of_case[k].value); value > largest) largest = value;
     const ShownUnit unit = head.is_share() ? ShownUnit{"%", 100} : head.info.unit_for(largest);
     table[0].push_back(with_unit(head.category >= 0 ? head.share_of() : head.info.label, unit.name));
-    for (std::size_t i = 0; i < cases.size(); ++i)
+    for (std::size_t i = 0; i < cases.size(); ++i) {
       table[i + 1].push_back(shown_value(cells[i][k], unit.factor));
+      any_is_of_broken |= is_marked(cells[i][k]);
+    }
   }
   const bool peak_is_first = std::ranges::any_of(cases, [](const CaseRows& one) {
     return analysis::headline_load(one.rows) == std::string_view("peak_load");
@@ -226,7 +241,7 @@ std::string sweep_text(std::span<const CaseRows> cases) {
   table[0].push_back("settings");
   for (std::size_t i = 0; i < cases.size(); ++i) table[i + 1].push_back(to_string(cases[i].of->settings));
   std::string text = aligned(table, 0, true);
-  if (text.find('*') != std::string::npos)
+  if (any_is_of_broken)
     text +=
         "*: of the samples that broke, and were not held; crackle stats of a case estimates the loads of "
         "all\n";
@@ -237,7 +252,7 @@ std::string sweep_json(std::span<const CaseRows> cases) {
   using Json = nlohmann::ordered_json;
   Json document{
       {"confidence", analysis::default_confidence}, {"results", Json::array()}, {"cases", Json::array()}};
-  for (const Cell& cell : of_bodies(cells_of({}))) {
+  for (const Cell& cell : of_bodies(cells_of({}, 1))) {
     document["results"].push_back({{"name", cell.info.name},
                                    {"label", cell.info.label},
                                    {"share_of", cell.share_of()},
@@ -253,7 +268,7 @@ std::string sweep_json(std::span<const CaseRows> cases) {
              {"n_unbroken", std::ranges::count_if(one.rows, analysis::is_unbroken)}};
     for (const auto& [key, value] : one.of->settings)
       row["settings"].push_back({{"key", key}, {"value", value}});
-    for (const Cell& cell : of_bodies(cells_of(one.rows))) {
+    for (const Cell& cell : of_bodies(cells_of(one))) {
       row["value"].push_back(cell.value);
       row["lower"].push_back(cell.lower);
       row["upper"].push_back(cell.upper);

@@ -35,7 +35,8 @@ struct CaseRows {
 };
 
 /// CSV with one line per case: its settings, the number of samples done and failed, and for every result the
-/// mean with its 95 % interval (Student's t) or the share of samples with its interval (Wilson); SI units.
+/// mean with its 95 % interval (Student's t) or the share of samples with its interval (Wilson), by whole
+/// draws of random inputs; SI units.
 std::string sweep_csv(std::span<const CaseRows> cases);
 
 /// A selection of these results as a readable table.

@@ -35,6 +35,11 @@ TEST(GroupedValues, MeansOfGroupsByHand) {
   GroupedMoments alone;
   for (const std::size_t i : {0, 1, 2}) alone.add(std::pow(2, i), i);
   EXPECT_DOUBLE_EQ(alone.square_error(), 7.0 / 9) << "the squared standard error of 1, 2 and 4";
+  const std::vector<double> values{1, 3, 5, 7};
+  const std::vector<std::size_t> groups{0, 0, 1, 1};
+  EXPECT_DOUBLE_EQ(mean_estimate(values, groups, 0.95).half_width, 2 * student_quantile(2, 0.95));
+  EXPECT_DOUBLE_EQ(mean_estimate(values, {}, 0.95).half_width,
+                   student_half_width(std::sqrt(20.0 / 3), 4, 0.95));
 }
 
 TEST(GroupedValues, MediansHaveIntervalsOfOrderStatistics) {
