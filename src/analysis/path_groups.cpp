@@ -174,6 +174,19 @@ std::vector<int> path_groups(const std::vector<std::vector<double>>& paths) {
   return group;
 }
 
+std::vector<std::uint8_t> divided_sections(const std::vector<std::vector<double>>& paths,
+                                           const std::vector<int>& group) {
+  std::vector<std::uint8_t> are_divided(paths.empty() ? 0 : paths.front().size(), 0);
+  const int n_groups = group.empty() ? 0 : 1 + std::ranges::max(group);
+  for (std::size_t s = 0; s < are_divided.size() && n_groups > 1; ++s) {
+    std::vector<std::vector<double>> values(index(n_groups));
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      if (group[i] >= 0 && !std::isnan(paths[i][s])) values[index(group[i])].push_back(paths[i][s]);
+    are_divided[s] = are_apart(values) ? 1 : 0;
+  }
+  return are_divided;
+}
+
 std::string groups_text(const Statistics& statistics, const input::Sections& sections,
                         const ShownUnit& unit) {
   const std::vector<input::Section> all = sections.all();

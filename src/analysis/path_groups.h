@@ -5,6 +5,7 @@
 #include "common/quantity_text.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -47,6 +48,11 @@ std::vector<int> path_groups(const std::vector<std::vector<double>>& paths);
 /// groups have positions there.
 /// @param values positions of each group
 bool are_apart(const std::vector<std::vector<double>>& values);
+
+/// For each section whether these groups are apart there.
+/// @param group of each sample, see path_groups
+std::vector<std::uint8_t> divided_sections(const std::vector<std::vector<double>>& paths,
+                                           const std::vector<int>& group);
 
 /// The groups of leading and following cracks at the sections where they are apart, as a readable table;
 /// empty without groups.

@@ -317,13 +317,17 @@ std::string path_inference_text(const Statistics& statistics, std::span<const Sa
         table.push_back(which);
         table.back().insert(table.back().end(), cells.begin(), cells.end());
       };
-      push(bands, {length(ranks.z_mean[p]), length(ranks.z_half_width[p]), length(found.band_half_width[p])});
+      // As in the table of positions: the mean of several groups is no crack's position.
+      const bool is_divided = ranks.is_divided[p] != 0;
+      const auto of_all = [&](double value) { return is_divided ? "-" : length(value); };
+      push(bands, {is_divided ? "groups" : length(ranks.z_mean[p]), of_all(ranks.z_half_width[p]),
+                   of_all(found.band_half_width[p])});
       const Stopped& stopped = found.stopped[p];
       if (stopped.previous < 0 || stopped.n_stopped + stopped.n_predicted == 0) continue;
       push(ends, {input::name_of(sections[index(stopped.previous)]), number(stopped.n_arrived),
                   length(stopped.mean_arrived), number(stopped.n_stopped), length(stopped.mean_stopped),
-                  shown_probability(stopped.probability), length(stopped.mean_of_all),
-                  length(stopped.half_width_of_all), number(stopped.n_predicted), number(stopped.n_beyond)});
+                  shown_probability(stopped.probability), of_all(stopped.mean_of_all),
+                  of_all(stopped.half_width_of_all), number(stopped.n_predicted), number(stopped.n_beyond)});
     }
   };
   add("leader", statistics.leader);

@@ -188,14 +188,28 @@ void compute_groups(RankStatistics& ranks, const LeaderFrame& frame, std::option
       group.share_lower = interval.lower;
       group.share_upper = interval.upper;
     }
-    for (std::size_t s = 0; s < n_sections && n_groups > 1; ++s) {
-      std::vector<std::vector<double>> values(index(n_groups));
-      for (std::size_t i = 0; i < rows.size(); ++i)
-        if (group_of_sample[i] >= 0 && !std::isnan(paths[i][s]))
-          values[index(group_of_sample[i])].push_back(paths[i][s]);
-      ranks.is_divided[rank * n_sections + s] = are_apart(values) ? 1 : 0;
-    }
+    std::ranges::copy(divided_sections(paths, group_of_sample),
+                      ranks.is_divided.begin() + static_cast<std::ptrdiff_t>(rank * n_sections));
   }
+}
+
+/// Marks where cracks of a start that lead or follow are in groups.
+void mark_divided(Statistics& statistics, const LeaderFrame& frame, std::span<const SampleSummary> rows) {
+  statistics.is_divided.assign(index(frame.n_starts() * frame.n_sections()), 0);
+  std::vector<std::uint8_t> leads(index(frame.n_starts()), 0);
+  for (const SampleSummary& row : rows)
+    if (row.status == SampleStatus::done && row.leading_start >= 0) leads[index(row.leading_start)] = 1;
+  for (const RankStatistics* ranks : {&statistics.leader, &statistics.follower})
+    for (std::size_t p = 0; p < ranks->is_divided.size(); ++p) {
+      const std::size_t rank = p / index(frame.n_sections());
+      const int section = static_cast<int>(p % index(frame.n_sections()));
+      for (int leading = 0; leading < frame.n_starts() && ranks->is_divided[p] != 0; ++leading) {
+        if (leads[index(leading)] == 0 || frame.reference()[index(leading)] != ranks->leading_start[rank])
+          continue;
+        if (const auto source = frame.source(leading, ranks->start[rank], section))
+          statistics.is_divided[index(source->start * frame.n_sections() + source->section)] = 1;
+      }
+    }
 }
 
 /// @param pattern of the samples that count; all if empty
@@ -312,6 +326,7 @@ Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<
   compute_ranks(statistics.leader_two_cracks, frame, cracks::Pattern::two_cracks, shape, rows,
                 running_values);
   compute_ranks(statistics.follower, frame, std::nullopt, shape, rows, running_values);
+  mark_divided(statistics, frame, rows);
   compute_shares(statistics, rows);
   compute_traces(statistics, rows);
   compute_fragments(statistics, rows);
@@ -432,16 +447,23 @@ RunningStatistics::LeaderPosition RunningStatistics::leader_position(int section
   for (std::size_t p = static_cast<std::size_t>(section);
        section < statistics_.n_sections && p < leader_moments_.size();
        p += static_cast<std::size_t>(statistics_.n_sections)) {
-    const LeaderPosition here = stopped_at_
-                                    ? LeaderPosition{end.leader.z_mean[p], end.leader.reached[p]}
-                                    : LeaderPosition{leader_moments_[p].mean(), leader_moments_[p].count()};
+    const LeaderPosition here =
+        stopped_at_ ? LeaderPosition{end.leader.z_mean[p], end.leader.reached[p], p}
+                    : LeaderPosition{leader_moments_[p].mean(), leader_moments_[p].count(), p};
     if (here.n > most.n) most = here;
   }
   return most;
 }
 
+bool RunningStatistics::is_divided(const LeaderPosition& leaders) const {
+  if (leaders.n == 0) return false;
+  RankStatistics ranks = statistics_.leader;
+  compute_groups(ranks, frame_, std::nullopt, statistics_, needed_rows());
+  return ranks.is_divided[leaders.position] != 0;
+}
+
 RunningStatistics::MedianLoad RunningStatistics::median_load() const {
-  const auto rows = std::span(rows_).first(stopped_at_.value_or(rows_.size()));
+  const auto rows = needed_rows();
   MedianLoad found{.name = headline_load(rows), .median = {}};
   found.n_unbroken = static_cast<int>(std::ranges::count_if(rows, is_unbroken));
   for_each_result([&](const ResultInfo& info, auto member) {
@@ -459,8 +481,7 @@ void RunningStatistics::stop_at(std::size_t n) {
 Statistics RunningStatistics::statistics() const {
   Statistics shape = statistics_;
   if (stopped_at_) shape.n_needed = static_cast<int>(*stopped_at_);
-  return compute(shape, frame_, std::span(rows_).first(static_cast<std::size_t>(shape.n_needed)),
-                 Running::means);
+  return compute(shape, frame_, needed_rows(), Running::means);
 }
 
 Statistics with_running_half_widths(const Statistics& statistics, std::span<const SampleSummary> samples,

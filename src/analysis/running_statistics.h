@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace crackle::analysis {
@@ -47,8 +48,11 @@ public:
   struct LeaderPosition {
     double mean = not_a_number;  ///< [m]; NaN if none arrived yet
     std::int64_t n = 0;          ///< arrivals
+    std::size_t position = 0;    ///< index in Statistics::leader
   };
   LeaderPosition leader_position(int section) const;
+  /// True if these cracks take several paths there, so that the mean is no crack's position. Takes longer.
+  bool is_divided(const LeaderPosition& leaders) const;
   /// Median of the headline_load of the samples so far; NaN while none has one.
   struct MedianLoad {
     std::string name;  ///< of the result
@@ -73,6 +77,9 @@ public:
 private:
   RunningStatistics(std::size_t n_samples, LeaderFrame frame, double confidence);
   void look();
+  std::span<const SampleSummary> needed_rows() const {
+    return std::span(rows_).first(stopped_at_.value_or(rows_.size()));
+  }
 
   LeaderFrame frame_;
   Statistics statistics_;  ///< shape and counts

@@ -122,6 +122,8 @@ struct Statistics : PathStatistics {
   RankStatistics leader_one_crack;    ///< the same over samples with Pattern::one_crack
   RankStatistics leader_two_cracks;   ///< and Pattern::two_cracks
   RankStatistics follower;            ///< for each class, a row for each other start
+  /// starts x sections: 1 where its cracks are divided as leaders or followers. Not stored in the file.
+  std::vector<std::uint8_t> is_divided;
   std::size_t n_planes = 0;
   std::vector<TraceStatistics> traces;  ///< n_planes x cracks::n_trace_rows
   FragmentStatistics fragments;

@@ -72,20 +72,6 @@ void add_ranks(PositionTable& table, const char* label, const RankStatistics& ra
   }
 }
 
-/// True if the cracks of a start form several groups where they lead or follow.
-/// @param p index of start and section
-bool is_divided(const Statistics& statistics, std::size_t p) {
-  const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
-  const auto in = [&](const RankStatistics& ranks) {
-    for (std::size_t row = 0; row < ranks.start.size(); ++row)
-      if (static_cast<std::size_t>(ranks.start[row]) == p / n_sections &&
-          ranks.is_divided[row * n_sections + p % n_sections] != 0)
-        return true;
-    return false;
-  };
-  return in(statistics.leader) || in(statistics.follower);
-}
-
 /// "notch 0 in 104 samples, notch 1 in 95, none in 1", over the completed samples.
 std::string leaders(const Statistics& statistics, std::span<const SampleSummary> samples) {
   std::string text;
@@ -165,7 +151,7 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
     PositionTable all({"start"}, sections, unit.factor);
     for (std::size_t p = 0; p < statistics.reached.size(); ++p)
       if (statistics.reached[p] > 0)
-        all.add({starts[p / sections.size()]}, statistics, p, is_divided(statistics, p));
+        all.add({starts[p / sections.size()]}, statistics, p, statistics.is_divided[p] != 0);
     text += "\nall cracks of the start, leading and following\n" + all.text();
   }
   append_unreached(text, statistics, sections);

@@ -103,7 +103,7 @@ std::pair<std::size_t, double> Progress::mean_position() const {
   std::int64_t most = 0;
   for (const auto& one : found) most = std::max(most, one.n);
   for (std::size_t k = 0; k < found.size(); ++k)
-    if (2 * found[k].n >= most) return {watched_[k], found[k].mean};
+    if (2 * found[k].n >= most && !statistics_.is_divided(found[k])) return {watched_[k], found[k].mean};
   return {0, not_a_number};
 }
 

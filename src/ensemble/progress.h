@@ -41,7 +41,8 @@ public:
   double time_left(double now) const;
   /// A section and the mean position of the leading cracks there [m], NaN if none arrived, see
   /// RunningStatistics. Of the sections that the crack of notch 0 can cross it is the one nearest to the
-  /// middle at which at least half as many cracks arrive as at any other: not one inside a hole.
+  /// middle at which at least half as many cracks arrive as at any other, not one inside a hole, and which
+  /// they cross in one group.
   std::pair<std::size_t, double> mean_position() const;
   /// Over the finished samples; decides whether more are needed.
   const analysis::RunningStatistics& statistics() const { return statistics_; }

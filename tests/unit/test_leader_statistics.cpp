@@ -477,5 +477,20 @@ TEST(LeaderStatistics, TheTextTellsRanksApart) {
   EXPECT_THAT(text, ::testing::HasSubstr(interval_scope(input::Base::shared)));
 }
 
+TEST(LeaderStatistics, TheTextKnowsGroupsOfBothNotches) {
+  std::vector<SampleSummary> samples;
+  for (int i = 0; i < 20; ++i) {
+    const double z = (i % 4 < 2 ? 50 : 70) + 0.1 * i;
+    const SampleSummary one = row(0, {z, none, none, none, none, none, none, none}, Pattern::one_crack);
+    samples.push_back(i % 2 == 0 ? one : turned(one));
+  }
+  const Statistics found = make_statistics(samples, parameters(20));
+  EXPECT_THAT(found.is_divided, ElementsAre(1, 0, 0, 0, 0, 0, 0, 1));
+  const std::string text = to_text(found, samples, sections);
+  std::printf("%s", text.c_str());
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nnotch 0 +y = 7 mm +z +10 +groups +- +-\n"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nnotch 1 +y = 17\\.5 mm +z +10 +groups +- +-\n"));
+}
+
 }  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

@@ -191,5 +191,26 @@ TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
               ::testing::Not(HasSubstr("stopped")));
 }
 
+TEST(PathInference, GroupsOfPathsHaveNoMean) {
+  input::Parameters parameters;
+  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
+  parameters.sections.y = {0.01, 0.015};
+  parameters.ensemble.samples = 20;
+  std::vector<SampleSummary> rows;
+  for (int i = 0; i < 20; ++i) {
+    SampleSummary row = empty_summary(1, 2, SampleStatus::done);
+    row.leading_start = 0;
+    const double place = (i % 2 == 0 ? 0.05 : 0.07) + 1e-4 * i;
+    row.position = {place, i < 3 ? none : place};
+    rows.push_back(row);
+  }
+  const std::string text = path_inference_text(make_statistics(rows, parameters), rows, parameters);
+  std::printf("%s", text.c_str());
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nleader +notch 0 +notch 0 +y = 10 mm +groups +- +-\n"));
+  EXPECT_THAT(text,
+              ::testing::ContainsRegex("\nleader +notch 0 +notch 0 +y = 15 mm +y = 10 mm +17 +[0-9.]+ +3 "
+                                       "+[0-9.]+ +[0-9.]+ +- +- +3 "));
+}
+
 }  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::analysis

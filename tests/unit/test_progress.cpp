@@ -111,6 +111,19 @@ TEST(Progress, WatchesASectionThatMostLeadingCracksCross) {
   EXPECT_DOUBLE_EQ(progress.mean_position().second, 0.07);
 }
 
+TEST(Progress, WatchesASectionWhereLeadersAreInOneGroup) {
+  auto progress = make_progress(20, 1, 1);
+  for (std::uint64_t sample = 0; sample < 20; ++sample) {
+    auto report = done(sample, 400, 0);
+    const double along = 1e-4 * static_cast<double>(sample);
+    report.summary.position = {0.07 + along, (sample % 2 == 0 ? 0.05 : 0.08) + along, 0.071 + along};
+    report.summary.z_spread.resize(3);
+    progress.finished(report, 10);
+  }
+  EXPECT_EQ(progress.mean_position().first, 0u);
+  EXPECT_THAT(progress.means(), HasSubstr("at y = 7 mm: 70.950 mm"));
+}
+
 TEST(Progress, MeansLeaveOutWhatDidNotArrive) {
   auto progress = make_progress(4, 1);
   EXPECT_TRUE(std::isnan(progress.mean_position().second));
