@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "analysis/bases.h"
 #include "analysis/leader_frame.h"
+#include "analysis/path_groups.h"
 #include "analysis/result_list.h"
 #include "common/failure.h"
 #include "common/index.h"
 #include "input/reader.h"
-
-#include <boost/math/distributions/students_t.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -42,6 +41,7 @@ MeanOverBases mean_over(std::span<const BaseSamples> bases, const Value& value, 
                         double confidence) {
   MeanOverBases found;
   std::vector<double> values, means;
+  double sum_of_inverses = 0;  // of the numbers of values
   std::vector<std::size_t> base;
   for (std::size_t i = 0; i < bases.size(); ++i) {
     double sum = 0;
@@ -55,6 +55,7 @@ MeanOverBases mean_over(std::span<const BaseSamples> bases, const Value& value, 
     const auto n = static_cast<double>(values.size() - before);
     found.of_base.push_back(n > 0 ? sum / n : not_a_number);
     if (n > 0) means.push_back(sum / n);
+    if (n > 0) sum_of_inverses += 1 / n;
   }
   found.n_values = static_cast<int>(values.size());
   if (means.empty()) return found;
@@ -68,9 +69,10 @@ MeanOverBases mean_over(std::span<const BaseSamples> bases, const Value& value, 
   for (const double mean : means) moments.add(mean);
   found.mean.value = moments.mean();
   if (means.size() > 1) {
-    const double n = moments.count();
-    const double half_width = boost::math::quantile(boost::math::students_t(n - 1), (1 + confidence) / 2) *
-                              moments.standard_deviation() / std::sqrt(n);
+    double square_error = std::pow(moments.standard_deviation(), 2) / moments.count();
+    // Shares of few samples may agree by chance.
+    if (square_error == 0) square_error = found.variance.within * sum_of_inverses / std::pow(means.size(), 2);
+    const double half_width = student_quantile(moments.count(), confidence) * std::sqrt(square_error);
     found.mean.lower = found.mean.value - half_width;
     found.mean.upper = found.mean.value + half_width;
   }
@@ -79,6 +81,19 @@ MeanOverBases mean_over(std::span<const BaseSamples> bases, const Value& value, 
     found.mean.upper = std::isnan(found.mean.upper) ? not_a_number : std::min(1.0, found.mean.upper);
   }
   return found;
+}
+
+/// For each section whether the leaders of a class, in all bases, are in groups.
+std::vector<std::uint8_t> divided_leaders(std::span<const BaseSamples> bases, const LeaderFrame& frame,
+                                          int start) {
+  std::vector<std::vector<double>> paths;
+  for (const BaseSamples& one : bases)
+    for (const SampleSummary& row : one.rows) {
+      auto& path = paths.emplace_back(index(frame.n_sections()), not_a_number);
+      for (int s = 0; s < frame.n_sections() && row.status == SampleStatus::done; ++s)
+        path[index(s)] = framed_position(frame, row, start, start, s).value;
+    }
+  return divided_sections(paths, path_groups(paths));
 }
 
 }  // namespace
@@ -95,6 +110,7 @@ BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases, double c
       all.n_pending += row.status == SampleStatus::pending ? 1 : 0;
       all.n_undecided += is_undecided(row) ? 1 : 0;
       all.n_unbroken += is_unbroken(row) ? 1 : 0;
+      all.n_held += is_held(row) ? 1 : 0;
     }
   }
   const auto add = [&](MeanOverBases what, bool is_share, const Value& value) {
@@ -105,6 +121,7 @@ BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases, double c
     found.share_of = what.share_of;
     found.start = what.start;
     found.section = what.section;
+    found.is_divided = what.is_divided;
     all.results.push_back(std::move(found));
   };
   for_each_result([&](const ResultInfo& info, auto member) {
@@ -116,6 +133,12 @@ BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases, double c
       for (int k = 0; k < n_categories(info.categories); ++k)
         add({.info = info, .share_of = category_name(info.categories, k)}, true,
             [&](const SampleSummary& row) { return row.*member == k ? 1.0 : 0.0; });
+    } else if (info.reduction == Reduction::counts) {
+      const auto number = [&](const SampleSummary& row) { return known(info, member, row); };
+      add({.info = info}, false, number);
+      add({.info = info, .share_of = "any"}, true, [&](const SampleSummary& row) {
+        return std::isnan(number(row)) ? not_a_number : number(row) > 0 ? 1.0 : 0.0;
+      });
     } else if (info.reduction == Reduction::quantiles && info.about != About::place) {
       add({.info = info}, false, [&](const SampleSummary& row) { return known(info, member, row); });
     }
@@ -126,10 +149,13 @@ BasesStatistics statistics_of_bases(std::span<const BaseSamples> bases, double c
   for_each_position_result([&](const ResultInfo& info, auto) {
     if (std::string_view(info.name) == "position") position = info;
   });
-  for (int start = 0; start < frame.n_starts(); ++start)
-    for (int s = 0; s < frame.n_sections() && frame.reference()[index(start)] == start; ++s)
-      add({.info = position, .start = start, .section = s}, false,
+  for (int start = 0; start < frame.n_starts(); ++start) {
+    if (frame.reference()[index(start)] != start) continue;
+    const std::vector<std::uint8_t> are_divided = divided_leaders(bases, frame, start);
+    for (int s = 0; s < frame.n_sections(); ++s)
+      add({.info = position, .start = start, .section = s, .is_divided = are_divided[index(s)] != 0}, false,
           [&](const SampleSummary& row) { return framed_position(frame, row, start, start, s).value; });
+  }
   return all;
 }
 

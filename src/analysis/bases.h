@@ -31,8 +31,9 @@ struct BoundedMean {
   bool has_no_width = false;  ///< the values are equal, so that they give no interval
 };
 
-/// A mean over bases with its interval: of the bases' means, Student's t with one degree of freedom less than
-/// bases; with the variance within and between them (nested analysis of variance).
+/// A mean over bases with its interval: of the bases' means, or where these agree of the scatter within
+/// bases, Student's t with one degree of freedom less than bases; with the variance within and between them
+/// (nested analysis of variance).
 struct MeanOverBases {
   ResultInfo info{};
   std::string share_of = {};         ///< category whose share it is; empty for the number itself
@@ -40,6 +41,7 @@ struct MeanOverBases {
   int section = -1;                  ///< likewise
   std::vector<double> of_base = {};  ///< mean of each base; NaN without values
   int n_values = 0;                  ///< samples of all bases
+  bool is_divided = false;           ///< a position where cracks of all bases form groups (path_groups.h)
   BoundedMean mean = {};             ///< of the bases' means, with its interval
   VarianceComponents variance = {};
 };
@@ -48,7 +50,7 @@ struct BasesStatistics {
   double confidence = default_confidence;
   std::vector<std::uint64_t> seeds = {};
   std::vector<int> n_done = {};  ///< of each base
-  int n_failed = 0, n_pending = 0, n_undecided = 0, n_unbroken = 0;
+  int n_failed = 0, n_pending = 0, n_undecided = 0, n_unbroken = 0, n_held = 0;
   std::vector<MeanOverBases> results = {};
 };
 

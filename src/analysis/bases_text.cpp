@@ -32,18 +32,30 @@ std::string to_text(const BasesStatistics& statistics, const input::Sections& se
         "{} samples did not break: means of loads, times, displacements and work are of those that "
         "broke.\n",
         statistics.n_unbroken);
+  if (statistics.n_held > 0)
+    fmt::format_to(std::back_inserter(text),
+                   "{} samples arrested at their largest load, when the loading ended: means of onset, peak "
+                   "load, displacement and work are without them.\n",
+                   statistics.n_held);
   TextTable table{{"", "samples", "mean", fmt::format("{:g} % interval", 100 * statistics.confidence),
                    "std within", "std between", "intraclass", "design effect"}};
   for (const MeanOverBases& one : statistics.results) {
     const bool is_share = !one.share_of.empty();
     const ShownUnit unit = is_share ? ShownUnit{"%", 100} : one.info.unit_for(std::abs(one.mean.value));
-    const std::string format = is_share ? ".1f" : one.info.format;
+    const std::string format = is_share                                  ? ".1f"
+                               : one.info.reduction == Reduction::counts ? ".2f"
+                                                                         : one.info.format;
     std::string label = is_share ? fmt::format("{}: {}", one.info.label, one.share_of) : one.info.label;
     if (one.start >= 0)
       label =
           fmt::format("leader, start {}, {}", one.start, input::name_of(sections.all()[index(one.section)]));
     if (!unit.name.empty()) label += fmt::format(" [{}]", unit.name);
-    table.push_back({label, fmt::format("{}", one.n_values), shown(one.mean.value, format, unit.factor),
+    const std::string n_values = fmt::to_string(one.n_values);
+    if (one.is_divided) {
+      table.push_back({label, n_values, "groups", "-", "-", "-", "-", "-"});
+      continue;
+    }
+    table.push_back({label, n_values, shown(one.mean.value, format, unit.factor),
                      one.mean.has_no_width ? "all equal"
                                            : shown_range(one.mean.lower, one.mean.upper, format, unit.factor),
                      shown(std::sqrt(one.variance.within), format, unit.factor),
@@ -77,6 +89,7 @@ std::string to_json(const BasesStatistics& statistics, std::span<const std::stri
     if (one.start >= 0) {
       entry["leading_notch"] = one.start;
       entry["section"] = one.section;
+      entry["is_divided"] = one.is_divided;
       entry["section_name"] = input::name_of(sections.all()[index(one.section)]);
     }
     results.push_back(std::move(entry));
@@ -89,6 +102,7 @@ std::string to_json(const BasesStatistics& statistics, std::span<const std::stri
                       {"n_left", statistics.n_pending},
                       {"n_undecided", statistics.n_undecided},
                       {"n_unbroken", statistics.n_unbroken},
+                      {"n_held", statistics.n_held},
                       {"results", std::move(results)}};
   // Folder names need not be valid UTF-8.
   return document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -114,6 +114,63 @@ TEST(Bases, WhatDidNotBreakIsInNoMeanOfLoads) {
   EXPECT_THAT(to_text(all, one.sections), HasSubstr("1 samples did not break"));
 }
 
+TEST(Bases, HeldSamplesAreNamed) {
+  const auto one = plate(1), other = plate(2);
+  auto first = rows_of(1, 1, 3, 0.1);
+  const auto second = rows_of(1, 2, 5, 0.1);
+  first[1].held = 1;
+  const BasesStatistics all =
+      statistics_of_bases(std::vector<BaseSamples>{{&one, {}, first, {}}, {&other, {}, second, {}}});
+  EXPECT_EQ(of(all, "onset_force").n_values, 7);
+  EXPECT_EQ(all.n_held, 1);
+  EXPECT_THAT(to_text(all, one.sections), HasSubstr("1 samples arrested at their largest load"));
+  EXPECT_THAT(to_json(all, std::vector<std::string>{"a", "b"}, one.sections), HasSubstr("\"n_held\": 1,"));
+}
+
+TEST(Bases, MeansThatAgreeHaveTheErrorWithinBases) {
+  constexpr int n = 16;
+  const std::vector<input::Parameters> parameters{plate(1), plate(2), plate(3)};
+  std::vector<SampleSummary> rows = rows_of(1, 1, n, 0.1);
+  for (int i = 0; i < n; ++i) rows[static_cast<std::size_t>(i)].pattern = 1 + i % 2;
+  std::vector<BaseSamples> bases;
+  for (const input::Parameters& one : parameters) bases.push_back({&one, {}, rows, {}});
+  const BasesStatistics all = statistics_of_bases(bases);
+  const MeanOverBases& found = of(all, "pattern");
+  EXPECT_EQ(found.mean.value, 0.5);
+  // Of 16 values 1/4 * 16 / 15, over three bases; Student's t for two degrees of freedom.
+  const double error = std::sqrt(0.25 * n / (n - 1) / (3 * n));
+  EXPECT_NEAR(found.mean.lower, 0.5 - 4.302652729749462 * error, 1e-12);
+  EXPECT_NEAR(found.mean.upper, 0.5 + 4.302652729749462 * error, 1e-12);
+}
+
+TEST(Bases, CountsHaveMeansAndShares) {
+  const auto one = plate(1), other = plate(2);
+  auto first = rows_of(1, 1, 4, 0.1), second = rows_of(1, 2, 4, 0.1);
+  for (const std::size_t i : {0, 1, 2}) first[i].kinks = 4;
+  second[0].kinks = 4;
+  const BasesStatistics all =
+      statistics_of_bases(std::vector<BaseSamples>{{&one, {}, first, {}}, {&other, {}, second, {}}});
+  EXPECT_THAT(of(all, "kinks").of_base, ::testing::ElementsAre(3, 1));
+  const std::string text = to_text(all, one.sections);
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nkinks +8 +2\\.00 "));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nkinks: any \\[%\\] +8 +50\\.0 "));
+}
+
+TEST(Bases, GroupsOfPathsHaveNoMean) {
+  const auto one = plate(1), other = plate(2);
+  auto first = rows_of(1, 1, 10, 0.1), second = rows_of(1, 2, 10, 0.1);
+  double place = 0.05;
+  for (auto* const rows : {&first, &second}) {
+    for (SampleSummary& row : *rows) row.position = {place += 1e-4};
+    place += 0.02;
+  }
+  const BasesStatistics all =
+      statistics_of_bases(std::vector<BaseSamples>{{&one, {}, first, {}}, {&other, {}, second, {}}});
+  EXPECT_TRUE(of(all, "position").is_divided);
+  EXPECT_THAT(to_text(all, one.sections),
+              ::testing::ContainsRegex("leader, start 0, y = 10 mm \\[mm\\] +20 +groups +- +- "));
+}
+
 std::vector<std::string> settings_but_seed(input::Parameters parameters) {
   parameters.seed = 0;
   return input::sample_settings(parameters);
