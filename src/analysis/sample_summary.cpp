@@ -15,7 +15,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <climits>
 #include <cmath>
 #include <tuple>
 #include <type_traits>
@@ -240,12 +239,7 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
                                           std::span<const SampleSummary> rows) {
   const std::vector<std::byte> mine =
       parallel::agree(group, [&] { return to_bytes(std::vector<SampleSummary>(rows.begin(), rows.end())); });
-
-  const auto total = parallel::all_reduce<std::int64_t>(group, std::ssize(mine), MPI_SUM);
-  // The total is equal on every rank.
-  if (total > INT_MAX)
-    throw parallel::AgreedError(0, "the rows of all samples are too large for one message");
-  const auto all = parallel::gather_on_root<std::byte>(group, mine);
+  const auto all = parallel::gather_bytes_on_root(group, mine, "the rows of all samples");
 
   return parallel::agree(group, [&] {
     std::vector<SampleSummary> gathered;

@@ -156,7 +156,7 @@ std::vector<std::string> gather_texts(const parallel::Communicator& world, const
     }
     return packer.bytes();
   });
-  const auto gathered = parallel::gather_on_root<std::byte>(world, packed);
+  const auto gathered = parallel::gather_bytes_on_root(world, packed, "the errors and notes of all samples");
   return parallel::agree(world, [&] {
     std::vector<std::string> texts(n_samples);
     Unpacker unpacker(gathered);

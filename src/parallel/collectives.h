@@ -10,8 +10,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <limits>
 #include <numeric>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -173,6 +175,18 @@ std::vector<Value> gather_on_root(const Communicator& group, std::span<const Val
                         buffers.offsets.data(), buffers.type.get(), 0, group.get()),
             "MPI_Gatherv");
   return all;
+}
+
+/// The same for bytes, of which there may be too many. Collective.
+/// @param what they are, for the message
+/// @throws AgreedError on every rank when they are too large for one message
+inline std::vector<std::byte> gather_bytes_on_root(const Communicator& group, std::span<const std::byte> mine,
+                                                   const char* what,
+                                                   std::int64_t largest = std::numeric_limits<int>::max()) {
+  const auto total = all_reduce<std::int64_t>(group, std::ssize(mine), MPI_SUM);
+  // The total is equal on every rank.
+  if (total > largest) throw AgreedError(0, std::string(what) + " are too large for one message");
+  return gather_on_root(group, mine);
 }
 
 }  // namespace crackle::parallel

@@ -191,5 +191,18 @@ TEST(Agreement, TextOfTheRootIsShared) {
   EXPECT_EQ(parallel::share(world, std::string(world.is_root() ? "" : "other")), "");
 }
 
+TEST(Agreement, TooManyBytesAreRefusedOnAllRanks) {
+  const parallel::Communicator world(test::group());
+  const std::vector<std::byte> mine(10, std::byte{1});
+  const auto n_all = static_cast<std::size_t>(10 * world.size());
+  EXPECT_EQ(parallel::gather_bytes_on_root(world, mine, "notes").size(), world.is_root() ? n_all : 0);
+  try {
+    parallel::gather_bytes_on_root(world, mine, "notes", std::ssize(mine) * world.size() - 1);
+    FAIL() << "no exception";
+  } catch (const parallel::AgreedError& error) {
+    EXPECT_STREQ(error.what(), "notes are too large for one message");
+  }
+}
+
 }  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle
