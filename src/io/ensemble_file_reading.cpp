@@ -173,15 +173,15 @@ EnsembleContent read_content(hid_t file, std::int64_t version) {
   content.sections = read_sections(file, shape[2]);
   content.samples = read_samples(file, shape, version);
   const std::vector<std::string> random_keys = read_inputs(file, content.samples);
+  read_parts(file, content.samples);
+  read_traces(file, content.samples);
+  read_fragments(file, content.samples);
   for (std::size_t i = 0; i < content.samples.size(); ++i) try {
       check_numbers(content.samples[i], random_keys);
     } catch (const hdf5::Error& error) {
       content.samples[i].status = analysis::SampleStatus::pending;
       content.samples[i].error = error.what();
     }
-  read_parts(file, content.samples);
-  read_traces(file, content.samples);
-  read_fragments(file, content.samples);
   if (H5Lexists(file, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(file);
   return content;
 }

@@ -95,6 +95,8 @@ void check_numbers(const analysis::SampleSummary& row, const std::vector<std::st
   analysis::for_each_fragment_result([&](const analysis::ResultInfo& info, auto member) {
     refuse_infinite(info.name, row.fragments.*member);
   });
+  for (const double number : row.fragments.heavier) refuse_infinite("heavier", number);
+  for (const double area : row.crack_area_in) refuse_infinite(analysis::crack_area_in_info.name, area);
 }
 
 void write_specimen(hid_t file, const geometry::Body& body, std::span<const plane::PreCrack> flaws) {

@@ -301,6 +301,28 @@ TEST_F(EnsembleFile, ForeignAndTruncatedFilesAreRefused) {
   EXPECT_THAT(refusal(), testing::HasSubstr("truncated"));
 }
 
+TEST_F(EnsembleFile, SamplesWithNumbersThatNoComputationGivesArePending) {
+  const fs::path file = shared_folder / "ensemble.h5";
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  parameters.materials.resize(2);
+  const analysis::Statistics found = statistics();
+  for (SampleSummary& row : rows) {
+    row.fragments.heavier.assign(analysis::fragment_shares().size(), 2);
+    row.crack_area_in = {1, 2};
+  }
+  rows[0].peak_load = rows[1].fragments.number = rows[3].crack_area_in[1] = infinite;
+  rows[4].fragments.heavier[2] = infinite;
+  write_ensemble(world, file, parameters, even_block(world), found, base);
+  const auto samples = read_ensemble(file).samples;
+  for (const auto& [sample, name] :
+       {std::pair{0, "peak_load"}, {1, "number"}, {3, "crack_area_in"}, {4, "heavier"}}) {
+    const SampleSummary& row = samples.at(static_cast<std::size_t>(sample));
+    EXPECT_EQ(row.status, SampleStatus::pending);
+    EXPECT_THAT(row.error, testing::HasSubstr(name + std::string(" is infinite")));
+  }
+  EXPECT_NO_THROW(analysis::make_statistics(samples, 2, 3));
+}
+
 TEST_F(EnsembleFile, RowsOfAllRanksAreGatheredInOrder) {
   const EnsembleBlock mine = even_block(world);
   const auto gathered = analysis::gather_on_root(world, mine.rows);
