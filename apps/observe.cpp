@@ -76,9 +76,12 @@ Json symmetries_of(const geometry::Body& body, const input::Parameters& paramete
   return list;
 }
 
-bool has_random_body(const input::Parameters& parameters) {
-  return std::ranges::any_of(parameters.random,
-                             [](const auto& random) { return random.key.starts_with("specimen"); });
+/// True if samples may have symmetries of their own.
+bool has_random_symmetries(const input::Parameters& parameters) {
+  using enum input::Affects;
+  return std::ranges::any_of(parameters.random, [](const input::RandomInput& random) {
+    return input::affects(random, {body, points, place, mesh, conditions});
+  });
 }
 
 void add_samples(const StoredSamples& stored, const input::Parameters& parameters, Json& document) {
@@ -100,7 +103,7 @@ void add_samples(const StoredSamples& stored, const input::Parameters& parameter
              {"peak_load", row.peak_load},
              {"is_unbroken", analysis::is_unbroken(row) || analysis::is_held(row)},
              {"inputs", row.inputs}};
-    if (has_random_body(parameters)) {
+    if (has_random_symmetries(parameters)) {
       const input::Parameters own = uncertainty::sample_parameters(parameters, i);
       one["symmetries"] = symmetries_of(*geometry::make_body(own), own);
     }

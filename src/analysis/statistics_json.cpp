@@ -128,13 +128,8 @@ Json leaders(std::span<const SampleSummary> samples, const LeaderFrame& frame) {
 std::vector<std::string> settings_of_bodies(const input::Parameters& parameters) {
   using enum input::Affects;
   std::vector<std::string> settings = input::settings_of(parameters, {body, points, mesh});
-  const auto is_of_bodies = [](const std::string& key) {
-    const input::Affects what = input::affects(key);
-    return what == body || what == points || what == place || what == mesh;
-  };
-  const auto changes_bodies = [&](const input::RandomInput& random) {
-    return is_of_bodies(random.key) ||
-           std::ranges::any_of(random.moved, is_of_bodies, &input::MovedNumber::key);
+  const auto changes_bodies = [](const input::RandomInput& random) {
+    return input::affects(random, {body, points, place, mesh});
   };
   if (!parameters.flaws.empty() || std::ranges::any_of(parameters.random, changes_bodies)) {
     auto drawn = input::settings_of(parameters, {draws});
@@ -142,8 +137,6 @@ std::vector<std::string> settings_of_bodies(const input::Parameters& parameters)
     std::ranges::stable_partition(drawn, [](const std::string& line) { return line.starts_with("random"); });
     settings.insert(settings.begin(), drawn.begin(), drawn.end());
   }
-  if (!parameters.mesh.points_digest.empty())
-    settings.push_back("mesh.points with digest " + parameters.mesh.points_digest);
   return settings;
 }
 

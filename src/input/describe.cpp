@@ -26,7 +26,7 @@ Affects affects_in(const Parameters& parameters, const Key& key, std::size_t i) 
       !parameters.random.empty() && parameters.ensemble.plan == SamplingPlan::latin_hypercube;
   if (key.affects == Affects::layers) return has_layers ? Affects::draws : Affects::run;
   if (key.affects != Affects::place) return key.affects;
-  return parameters.boundaries.at(i).region == plane::everywhere ? Affects::sample : Affects::points;
+  return parameters.boundaries.at(i).region == plane::everywhere ? Affects::conditions : Affects::points;
 }
 
 /// The keys with what they affect.
@@ -81,6 +81,12 @@ Affects affects(const std::string& path) {
   return find_key(path)->affects;
 }
 
+bool affects(const RandomInput& random, std::initializer_list<Affects> any) {
+  return std::ranges::any_of(keys_of(random), [&](const std::string& key) {
+    return std::ranges::find(any, affects(key)) != any.end();
+  });
+}
+
 std::string echo(const Parameters& parameters) {
   std::vector<NamedValue> lines;
   for (const auto& [line, affected] : resolved(parameters)) lines.push_back(line);
@@ -97,9 +103,15 @@ std::vector<std::string> sample_settings(const Parameters& parameters) {
 
 std::vector<std::string> settings_of(const Parameters& parameters, std::initializer_list<Affects> affected) {
   std::vector<std::string> settings;
+  const auto add_file = [&](Affects what, const char* key, const std::string& digest) {
+    if (!digest.empty() && std::ranges::find(affected, what) != affected.end())
+      settings.push_back(fmt::format("{} with digest {}", key, digest));
+  };
+  add_file(Affects::body, "specimen.solid", solid::digest_of(parameters.specimen.solid));
   for (const auto& [line, affects] : resolved(parameters))
     if (std::ranges::find(affected, affects) != affected.end())
       settings.push_back(fmt::format("{} = {}", line.first, line.second));
+  add_file(Affects::points, "mesh.points", parameters.mesh.points_digest);
   return settings;
 }
 

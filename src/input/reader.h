@@ -113,21 +113,25 @@ double read_value(const std::string& text, const std::string& si_unit);
 
 /// The effect of a key of the input.
 enum class Affects {
-  run,        ///< how samples are computed and how many, but none of them
-  layers,     ///< the draws if they are in the layers of a Latin hypercube, otherwise the run
-  draws,      ///< the draws of the random inputs
-  body,       ///< its shape
-  points,     ///< the base mother points
-  place,      ///< where a condition acts: its region changes the points; without one, the sample
-  mesh,       ///< what a sample makes of the points
-  materials,  ///< to which material or interface the tetrahedra belong, and their factors
-  sample,     ///< what happens in the mesh
-  records,    ///< what is stored of it
-  reading     ///< what is read off what is stored
+  run,         ///< how samples are computed and how many, but none of them
+  layers,      ///< the draws if they are in the layers of a Latin hypercube, otherwise the run
+  draws,       ///< the draws of the random inputs
+  body,        ///< its shape
+  points,      ///< the base mother points
+  place,       ///< where a condition acts: its region changes the points; without one, the sample
+  mesh,        ///< what a sample makes of the points
+  materials,   ///< to which material or interface the tetrahedra belong, and their factors
+  conditions,  ///< what acts on the body
+  sample,      ///< what else happens in the mesh
+  records,     ///< what is stored of it
+  reading      ///< what is read off what is stored
 };
 
 /// The effect of the key at a path such as "boundary[1].rate[2]". @pre the schema has it
 Affects affects(const std::string& path);
+
+/// True if a random input, or a number that moves with it, affects one of these.
+bool affects(const RandomInput& random, std::initializer_list<Affects> any);
 
 /// The resolved input, one "key = value unit" line for each key, including defaults.
 std::string echo(const Parameters& parameters);
@@ -135,7 +139,7 @@ std::string echo(const Parameters& parameters);
 /// The lines of echo() that determine a sample's results: all but those that affect the run only.
 std::vector<std::string> sample_settings(const Parameters& parameters);
 
-/// The lines of echo() with keys that affect one of these.
+/// The lines of echo() with keys that affect one of these, and the digests of the files that do.
 std::vector<std::string> settings_of(const Parameters& parameters, std::initializer_list<Affects> affected);
 
 /// Checksum of sample_settings(), as text: inputs with equal checksums have the same samples.

@@ -454,8 +454,9 @@ const std::vector<Table>& schema() {
     add(Affects::body, specimen_tables());
     add(Affects::points, {mesh_table(), region_table()});
     add(Affects::sample, material_tables());
-    add(Affects::sample, {fracture_table(), variation_table(), boundary_table(), load_table(), tool_table(),
-                          initial_stress_table(), time_table(), damping_table(), contact_table()});
+    add(Affects::sample, {fracture_table(), variation_table()});
+    add(Affects::conditions, {boundary_table(), load_table(), tool_table(), initial_stress_table()});
+    add(Affects::sample, {time_table(), damping_table(), contact_table()});
     add(Affects::reading, {sections_table(), line_table(), plane_table()});
     add(Affects::records, {output_table(), probe_table()});
     add(Affects::draws, {random_table()});

@@ -406,8 +406,8 @@ TEST(InputEcho, ShowsReadableUnitsInAlignedLines) {
 
 /// Which meshes cases share, which samples a folder may keep and what may be random follow from this.
 TEST(InputEcho, EveryKeySaysWhatItAffects) {
-  constexpr std::array words{"run",  "layers",    "draws",  "body",    "points", "place",
-                             "mesh", "materials", "sample", "records", "reading"};
+  constexpr std::array words{"run",  "layers",    "draws",      "body",   "points",  "place",
+                             "mesh", "materials", "conditions", "sample", "records", "reading"};
   std::string table_of_effects;
   for (const input::Table& table : input::schema()) {
     table_of_effects += table.path + ":";
@@ -436,10 +436,10 @@ material.map: materials file dataset of axes origin spacing scale checksum
 interface: materials between; sample strength toughness
 fracture: sample strength toughness fracture_toughness length exponent impulse accumulation release release_time release_speed nucleation softening teeth contact
 fracture.variation: sample of distribution modulus reference_volume coefficient_of_variation correlation_length
-boundary: place on; points region.x region.y region.z; sample fix force traction velocity displacement pressure absorbing rate history factor.along factor.table name
-load: sample acceleration body_force angular_velocity axis point velocity velocity_gradient center rate history
-tool: sample name; points shape at axis radius; sample size rounding mass displacement velocity angular_velocity force rate history free friction
-initial.stress: sample along surface profile components temperature expansion material history
+boundary: place on; points region.x region.y region.z; conditions fix force traction velocity displacement pressure absorbing rate history factor.along factor.table name
+load: conditions acceleration body_force angular_velocity axis point velocity velocity_gradient center rate history
+tool: conditions name; points shape at axis radius; conditions size rounding mass displacement velocity angular_velocity force rate history free friction
+initial.stress: conditions along surface profile components temperature expansion material history
 time: sample start step mass_scaling duration integrator engine precision arrest after_separation
 damping: sample mass bulk
 contact: sample friction stiffness

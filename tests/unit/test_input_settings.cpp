@@ -190,5 +190,27 @@ values = ["6 mm", "30 mm"]
   }
 }
 
+TEST(Settings, KnowWhatARandomInputAffects) {
+  using enum Affects;
+  RandomInput random{.key = "boundary[1].rate[2]"};
+  EXPECT_TRUE(affects(random, {body, conditions}));
+  EXPECT_FALSE(affects(random, {body, points, mesh}));
+  random.moved.push_back({.key = "specimen.notch[0].depth"});
+  EXPECT_TRUE(affects(random, {body}));
+  EXPECT_FALSE(affects({.key = "fracture.strength"}, {body, points, place, mesh, conditions}));
+}
+
+TEST(Settings, NameTheContentsOfFiles) {
+  Parameters parameters = parse(text, "plate.toml");
+  parameters.mesh.points_digest = "1234";
+  auto solid = std::make_shared<solid::Solid>();
+  solid->digest = "5678";
+  parameters.specimen.solid = solid;
+  const auto settings = [&](Affects what) { return settings_of(parameters, {what}); };
+  EXPECT_EQ(settings(Affects::body).front(), "specimen.solid with digest 5678");
+  EXPECT_EQ(settings(Affects::points).back(), "mesh.points with digest 1234");
+  EXPECT_THAT(settings(Affects::mesh), ::testing::Each(Not(HasSubstr("digest"))));
+}
+
 }  // namespace CRACKLE_TEST_FILE
 }  // namespace crackle::input
