@@ -40,8 +40,12 @@ std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
                                                  const input::Parameters& parameters) {
   const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
   if (!is_taken(ensemble::results_file(folder))) return io::read_summaries(folder, parameters, 0, n_samples);
-  auto samples = io::read_ensemble(ensemble::results_file(folder)).samples;
-  samples.resize(std::max(samples.size(), n_samples));
+  const fs::path file = ensemble::results_file(folder);
+  auto samples = io::read_ensemble(file).samples;
+  if (samples.size() > n_samples)
+    fail("{} holds {} samples, but ensemble.samples of {} is {}; give at least {} there", file.string(),
+         samples.size(), (folder / "input.toml").string(), n_samples, samples.size());
+  samples.resize(n_samples);
   const io::SampleReader reader(folder, parameters);
   for (std::size_t i = 0; i < n_samples; ++i) {
     if (samples[i].status == analysis::SampleStatus::pending) samples[i] = reader.row(i);

@@ -260,6 +260,13 @@ class Stats(unittest.TestCase):
         self.assertIn("3 samples: 2 done, 0 failed, 1 pending", result.stdout)
         self.assertEqual(sorted(file.name for file in self.folder.iterdir()), ["run.log", "samples"])
 
+    def test_more_samples_than_the_input_has_are_refused(self):
+        given = self.folder / "input.toml"
+        given.write_text(given.read_text().replace("samples = 3", "samples = 2"))
+        result = invoke("stats", "--read-only", self.folder)
+        self.assertEqual((result.returncode, result.stdout), (1, ""))
+        self.assertIn(f"{self.folder / 'ensemble.h5'} holds 3 samples, but ensemble.samples of {given} is 2; give at least 3 there", result.stderr)
+
     def test_an_ensemble_that_stopped_early_stays_as_it_is(self):
         setting = pathlib.Path(self.parent.name) / "stop.toml"
         setting.write_text(INPUT.replace("samples = 3", "samples = 9").replace(
