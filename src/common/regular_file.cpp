@@ -48,6 +48,11 @@ void require_regular(const fs::path& file) {
     fail("{} is {}, not a file", file.string(), kind);
 }
 
+std::string cannot_write(const fs::path& file, const std::string& reason) {
+  const std::string prefix = "cannot write '" + file.string() + "'";
+  return reason.starts_with(prefix) ? reason : prefix + ": " + reason;
+}
+
 std::string read_text_if_any(const fs::path& file) {
   require_regular(file);
   errno = 0;

@@ -18,6 +18,9 @@ bool is_taken(const std::filesystem::path& file);
 /// @throws std::runtime_error "X is a named pipe, not a file"
 void require_regular(const std::filesystem::path& file);
 
+/// "cannot write 'FILE': REASON"; the reason alone if it begins so.
+std::string cannot_write(const std::filesystem::path& file, const std::string& reason);
+
 /// The contents of a file; empty if there is none.
 /// @throws std::runtime_error as require_regular, or when the file cannot be read
 std::string read_text_if_any(const std::filesystem::path& file);

@@ -218,8 +218,8 @@ void Case::log_end(const RunOutcome& outcome, int n_needed, const NextCommands& 
   say(fmt::format("{} done, {} failed, {} pending after {}", outcome.done, outcome.failed, outcome.left,
                   duration_text(seconds)));
   if (const std::string means = progress_->means(); !means.empty()) say(means);
-  const std::string file = results_file(folder_).string();
-  say(outcome.file_error.empty() ? file : fmt::format("cannot write '{}': {}", file, outcome.file_error));
+  const std::filesystem::path file = results_file(folder_);
+  say(outcome.file_error.empty() ? file.string() : cannot_write(file, outcome.file_error));
   log_next(*log_, next, outcome, true);
 }
 

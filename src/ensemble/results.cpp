@@ -141,7 +141,7 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
       remove_partial_results(folder);
     });
   } catch (const parallel::AgreedError& error) {
-    results.file_error = fmt::format("cannot write '{}': {}", file.string(), error.what());
+    results.file_error = cannot_write(file, error.what());
   }
   auto block = parallel::agree(world, [&] {
     io::EnsembleBlock found = read_block(world, parameters, folder);
@@ -165,7 +165,7 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
     parallel::agree_on_root(world, [&] { points = &base(); });
     io::write_ensemble(world, file, parameters, block, results.statistics, *points);
   } catch (const parallel::AgreedError& error) {
-    results.file_error = error.what();
+    results.file_error = cannot_write(file, error.what());
   }
   return results;
 }

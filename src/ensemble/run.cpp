@@ -341,8 +341,7 @@ RunOutcome Run::finish() {
     all.lost = all.lost || outcome.lost;
     if (!outcome.file_error.empty()) {
       all.file_error = outcome.file_error;
-      say(fmt::format("case {}: cannot write '{}': {}", i, results_file(cases_[i].folder()).string(),
-                      outcome.file_error));
+      say(fmt::format("case {}: {}", i, cannot_write(results_file(cases_[i].folder()), outcome.file_error)));
     }
     rows.push_back({&given_[i], cases_[i].folder().filename().string(), std::move(outcome.rows)});
   }
@@ -352,7 +351,7 @@ RunOutcome Run::finish() {
     parallel::agree_on_root(world_, [&] { write_table(std::move(rows), all); });
   } catch (const parallel::AgreedError& error) {
     all.file_error = error.what();
-    say(fmt::format("cannot write '{}': {}", sweep_table(options_.folder).string(), all.file_error));
+    say(cannot_write(sweep_table(options_.folder), all.file_error));
   }
   const bool is_whole = all.left == 0 && all.file_error.empty();
   if (!is_whole && !options_.next.resume.empty()) say("to continue: " + options_.next.resume);

@@ -3,6 +3,7 @@
 
 #include "common/failure.h"
 #include "common/packing.h"
+#include "common/regular_file.h"
 #include "input/reader.h"
 #include "parallel/agreement.h"
 #include "parallel/collectives.h"
@@ -565,10 +566,7 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
       if (partial) partial->commit();
     });
   } catch (const parallel::AgreedError& error) {
-    const std::string prefix = "cannot write '" + file.string() + "'";
-    const std::string reason = error.what();
-    throw parallel::AgreedError(error.failing_rank(),
-                                reason.starts_with(prefix) ? reason : prefix + ": " + reason);
+    throw parallel::AgreedError(error.failing_rank(), cannot_write(file, error.what()));
   }
 }
 

@@ -245,6 +245,7 @@ class Files(SurvivalCase):
                 result = self.call("run", self.small, "-o", self.out, launcher=[*launcher, *limited])
                 self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
                 self.assertRegex(result.stdout, text)
+                self.assertNotRegex(result.stdout, r"cannot write '(.*)': cannot write '\1'")
                 self.assertNotIn("signal", result.stderr)
                 self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
 
