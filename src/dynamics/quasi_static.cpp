@@ -298,6 +298,8 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   // Without unit solutions the displacement tells.
   const double share = is_linear_ ? stiffness_ratio_->at(time_, unit_) : 0.5 * weak_share;
   if (share < least_share || (share < weak_share && is_mechanism())) return true;
+  // Conjugate gradients come from below: what they have not found is even farther away.
+  if (!is_equilibrium && is_linear_ && is_farther(displacement_, 1)) return true;
   // Without an equilibrium, hinges keep the body together but allow it to move.
   return !is_equilibrium && !loads_are_supported_by_faces(*group_, *body_, *loads_);
 }
