@@ -101,7 +101,7 @@ def _together(ensemble: Ensemble) -> str:
 
 
 MODULUS, STRENGTH, SMALL = 11.8, 856, 0.5  # of such bars, and the size of smaller ones
-_ALUMINA = {"ensemble.samples": "60", "fracture.strength": '"1041 MPa"', "fracture.toughness": '"42 J/m^2"', "fracture.release_time": '"0 s"',
+_ALUMINA = {"ensemble.samples": "60", "fracture.strength": '"1041 MPa"', "fracture.toughness": '"42 J/m^2"',
             "fracture.variation.modulus": f"{MODULUS}",
             "fracture.variation.correlation_length": None, "fracture.variation.reference_volume": '"1 mm^3"',
             "mesh.spacing": '"0.6 mm"', "mesh.region.spacing": '"0.4 mm"', "time.after_separation": '"0.1 us"'}
