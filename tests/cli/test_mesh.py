@@ -294,7 +294,7 @@ class Mesh(unittest.TestCase):
     def test_wrong_options(self):
         mesh = self.folder / "mesh.vtkhdf"
         for arguments, reason in (((DEMO,), "--output is required"),
-                                  ((DEMO, "--ranks", 0, "-o", mesh), "not in range 1 to 100000"),
+                                  ((DEMO, "--ranks", 0, "-o", mesh), "not in range 1 to 10000"),
                                   ((DEMO, "--sample", -1, "-o", mesh), "'-1' is not a sample number"),
                                   ((DEMO, "--sample", 8, "-o", mesh), "there is no sample 8: ensemble.samples = 8")):
             result = invoke(*arguments)
