@@ -42,6 +42,9 @@ struct PathStatistics {
   /// Like running_mean: z_half_width over samples 0..i [m]; NaN unless computed by with_running_half_widths.
   std::vector<double> running_half_width;
   std::vector<double> spread_mean;  ///< mean over the samples of SampleSummary::z_spread [m]
+  /// 1 where cracks of the row take paths that are apart, so that the mean of all is no crack's position;
+  /// empty for a PathGroup.
+  std::vector<std::uint8_t> is_divided;
 };
 
 /// Samples of one row of RankStatistics whose cracks take one of several paths (path_groups.h), with the
@@ -92,8 +95,6 @@ struct RankStatistics : PathStatistics {
   /// if transformed samples have no such section
   std::vector<std::int32_t> counted;
   std::vector<PathGroup> groups;  ///< none for rows whose samples take one path
-  /// rows x sections: 1 where the groups of the row are apart, so that the mean of all is no crack's position
-  std::vector<std::uint8_t> is_divided;
 };
 
 /// Statistics over all completed samples, bitwise independent of the order in which they were added. For an
@@ -122,8 +123,6 @@ struct Statistics : PathStatistics {
   RankStatistics leader_one_crack;    ///< the same over samples with Pattern::one_crack
   RankStatistics leader_two_cracks;   ///< and Pattern::two_cracks
   RankStatistics follower;            ///< for each class, a row for each other start
-  /// starts x sections: 1 where its cracks are divided as leaders or followers. Not stored in the file.
-  std::vector<std::uint8_t> is_divided;
   std::size_t n_planes = 0;
   std::vector<TraceStatistics> traces;  ///< n_planes x cracks::n_trace_rows
   FragmentStatistics fragments;

@@ -248,6 +248,7 @@ void add_paths(Json& group, const PathStatistics& paths, std::size_t n_rows, con
   group["z_half_width"] = table(paths.z_half_width, positions);
   group["z_quantile"] = table(paths.z_quantile, {n_rows, n_sections, quantile_shares.size()});
   group["spread_mean"] = table(paths.spread_mean, positions);
+  group["is_divided"] = table(paths.is_divided, positions);
   group["running_mean"] = table(paths.running_mean, running);
   group["running_half_width"] = table(paths.running_half_width, running);
 }
@@ -339,8 +340,6 @@ Json statistics_of(const Statistics& statistics, const LeaderFrame& frame,
         {"counted", table(ranks.counted, {n_rows, static_cast<std::size_t>(statistics.n_sections)})}};
     add_paths(of_rank, ranks, n_rows, statistics);
     of_rank["groups"] = groups_of(ranks);
-    of_rank["is_divided"] =
-        table(ranks.is_divided, {n_rows, static_cast<std::size_t>(statistics.n_sections)});
     if (&ranks == &statistics.leader || &ranks == &statistics.follower) {
       const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
       const PathInference found = path_inference(ranks, statistics, samples, frame, study.sections);

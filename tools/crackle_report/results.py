@@ -118,6 +118,7 @@ class Paths:
     z_half_width: np.ndarray
     spread_mean: np.ndarray  # mean of the positions' spread through the thickness [m]
     reached: np.ndarray
+    is_divided: np.ndarray  # where the row's groups are apart, and the mean of all is no crack's position
     running_mean: np.ndarray  # samples x rows x sections [m]
     running_half_width: np.ndarray  # likewise
 
@@ -150,7 +151,6 @@ class Ranks(Paths):
     notch: np.ndarray  # rows; where the crack starts
     counted: np.ndarray  # rows x sections; samples that would count if their crack arrived
     groups: list[PathGroup]
-    is_divided: np.ndarray  # rows x sections; where the row's groups are apart, and the mean of all is no crack's position
 
     def groups_of(self, row: int) -> list[PathGroup]:
         return [group for group in self.groups if group.row == row]

@@ -121,7 +121,7 @@ def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, counted: O
     for k, section in enumerate(ensemble.sections):
         mean, *others = (_number(ensemble.plate.lengths.of(float(value)), ".2f") for value in (
             paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], paths.spread_mean[row, k]))
-        if isinstance(paths, Ranks) and paths.is_divided[row, k]:
+        if paths.is_divided[row, k]:
             mean, others = "several paths", [MISSING, MISSING, others[2]]
         yield [name, section.name, str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else ""),
                mean if mean in (MISSING, "several paths") else f"{section.along} = {mean}", *others]
