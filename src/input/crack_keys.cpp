@@ -285,14 +285,6 @@ Table flaws_table() {
 
 namespace {
 
-/// True for a distribution of sizes whose mean is neither given nor, as of a key of the input, known.
-bool needs_mean(const RandomInput& radii) {
-  using enum RandomDistribution;
-  const bool is_by_mean = radii.distribution == normal || radii.distribution == lognormal ||
-                          radii.distribution == beta || radii.distribution == truncated;
-  return is_by_mean && std::isnan(radii.mean);
-}
-
 void check_flaws(const Parameters& parameters, const plane::Region& bounds, Findings& findings) {
   for (std::size_t i = 0; i < parameters.flaws.size(); ++i) {
     const Flaws& flaws = parameters.flaws[i];
@@ -301,7 +293,7 @@ void check_flaws(const Parameters& parameters, const plane::Region& bounds, Find
       findings.report(key, "{}; give number or density, the mean number per volume",
                       flaws.number ? "number and density are both given" : "the number of flaws is missing");
     if (!findings.faulty(key + ".size") && findings.given(key + ".size") && flaws.radius == 0) {
-      if (needs_mean(flaws.radii))
+      if (has_own_mean(flaws.radii))
         findings.report(key + ".size.mean", "the key is missing; give a length such as \"1 mm\"");
       else
         check_distribution(flaws.radii, key + ".size", findings);

@@ -364,6 +364,12 @@ bool check_presence(const RandomInput& random, const std::string& table, Finding
 
 }  // namespace
 
+bool has_own_mean(const RandomInput& random) {
+  // The mean of triangular follows from its limits.
+  return std::isnan(random.mean) && contains(signature_of(random.distribution).optional, "mean") &&
+         random.distribution != RandomDistribution::triangular;
+}
+
 void check_distribution(const RandomInput& random, const std::string& table, Findings& findings) {
   if (!check_presence(random, table, findings)) return;
   const auto is_given = [](double value) { return !std::isnan(value); };
@@ -479,14 +485,9 @@ std::vector<std::string> keys_of(const RandomInput& random) {
 std::optional<std::string> parameter_instead_of(const std::string& key, const Parameters& parameters) {
   const auto random = std::ranges::find(parameters.random, key, &RandomInput::key);
   if (random == parameters.random.end()) return {};
-  const bool has_mean = !std::isnan(random->mean);
-  const Signature& signature = signature_of(random->distribution);
-  // Only triangular has another mean than the input's own value if none is given.
-  const bool takes_own =
-      contains(signature.optional, "mean") && random->distribution != RandomDistribution::triangular;
-  if (takes_own && !has_mean) return {};
+  if (has_own_mean(*random)) return {};
   return fmt::format("random[{}].{}", random - parameters.random.begin(),
-                     has_mean ? "mean" : signature.required.front());
+                     std::isnan(random->mean) ? signature_of(random->distribution).required.front() : "mean");
 }
 
 std::string format_value(const RandomInput& random, double value) {

@@ -41,6 +41,9 @@ std::vector<Table> specimen_tables();
 Table crack_table();
 Table flaws_table();
 
+/// True if its mean is the input's own value of the key.
+bool has_own_mean(const RandomInput& random);
+
 /// Reads a table of a distribution and its parameters, as in [[random]].
 /// @param random with key and unit
 void read_distribution(const Source& source, RandomInput& random);

@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <functional>
 
 namespace crackle::analysis {
 namespace CRACKLE_TEST_FILE {
@@ -160,19 +161,34 @@ TEST(PathInference, CracksComeFromTheSectionThatMostReach) {
   EXPECT_THAT(previous_sections(sections, paths), ElementsAre(2, 3, 3, -1, -1));
 }
 
-TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
+/// A plate with one notch and two sections, and a crack of each sample.
+struct CracksOfSamples {
   input::Parameters parameters;
-  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
-  parameters.sections.y = {0.01, 0.015};
-  parameters.ensemble.samples = 9;
   std::vector<SampleSummary> rows;
-  for (int i = 0; i < 9; ++i) {
-    SampleSummary row = empty_summary(1, 2, SampleStatus::done);
-    row.leading_start = 0;
-    row.position = {0.05 + 1e-3 * i, i < 3 ? none : 0.06 + 1e-3 * i};
-    rows.push_back(row);
+
+  /// @param positions of the crack of a sample at both sections
+  CracksOfSamples(int n, const std::function<std::vector<double>(int)>& positions) {
+    parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
+    parameters.sections.y = {0.01, 0.015};
+    parameters.ensemble.samples = n;
+    for (int i = 0; i < n; ++i) {
+      SampleSummary row = empty_summary(1, 2, SampleStatus::done);
+      row.leading_start = 0;
+      row.position = positions(i);
+      rows.push_back(row);
+    }
   }
-  const std::string text = path_inference_text(make_statistics(rows, parameters), rows, parameters);
+
+  std::string text() const {
+    return path_inference_text(make_statistics(rows, parameters), rows, parameters);
+  }
+};
+
+TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
+  CracksOfSamples cracks(9, [](int i) {
+    return std::vector{0.05 + 1e-3 * i, i < 3 ? none : 0.06 + 1e-3 * i};
+  });
+  const std::string text = cracks.text();
   std::printf("%s", text.c_str());
   // Three stopped, at 51 mm on average, the others at 55.5; with them the mean is 64 mm.
   EXPECT_THAT(
@@ -182,29 +198,19 @@ TEST(PathInference, TheTableShowsBandsAndStoppedCracks) {
                         "+0\\.[0-9]+ +64\\.000 +[0-9.]+ +3 +3\n"));
   EXPECT_THAT(text, HasSubstr("+- band"));
   // A body that came apart elsewhere, as at its supports: its crack did not stop.
-  rows[0].outcome = static_cast<std::int32_t>(dynamics::Outcome::separated);
-  EXPECT_THAT(path_inference_text(make_statistics(rows, parameters), rows, parameters),
+  cracks.rows[0].outcome = static_cast<std::int32_t>(dynamics::Outcome::separated);
+  EXPECT_THAT(cracks.text(),
               ::testing::ContainsRegex("\nleader +notch 0 +notch 0 +y = 15 mm +y = 10 mm +6 +55\\.500 +2 "
                                        "+51\\.500 "));
-  for (SampleSummary& row : rows) row.position[1] = 0.06;
-  EXPECT_THAT(path_inference_text(make_statistics(rows, parameters), rows, parameters),
-              ::testing::Not(HasSubstr("stopped")));
+  for (SampleSummary& row : cracks.rows) row.position[1] = 0.06;
+  EXPECT_THAT(cracks.text(), ::testing::Not(HasSubstr("stopped")));
 }
 
 TEST(PathInference, GroupsOfPathsHaveNoMean) {
-  input::Parameters parameters;
-  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(plane::Face::y_min, 50, 5, 1)}};
-  parameters.sections.y = {0.01, 0.015};
-  parameters.ensemble.samples = 20;
-  std::vector<SampleSummary> rows;
-  for (int i = 0; i < 20; ++i) {
-    SampleSummary row = empty_summary(1, 2, SampleStatus::done);
-    row.leading_start = 0;
-    const double place = (i % 2 == 0 ? 0.05 : 0.07) + 1e-4 * i;
-    row.position = {place, i < 3 ? none : place};
-    rows.push_back(row);
-  }
-  const std::string text = path_inference_text(make_statistics(rows, parameters), rows, parameters);
+  const std::string text = CracksOfSamples(20, [](int i) {
+                             const double place = (i % 2 == 0 ? 0.05 : 0.07) + 1e-4 * i;
+                             return std::vector{place, i < 3 ? none : place};
+                           }).text();
   std::printf("%s", text.c_str());
   EXPECT_THAT(text, ::testing::ContainsRegex("\nleader +notch 0 +notch 0 +y = 10 mm +groups +- +-\n"));
   EXPECT_THAT(text,
