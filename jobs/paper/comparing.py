@@ -17,7 +17,7 @@ from crackle_runs import markdown
 from shares import CONFIDENCE, share_text
 
 PAPER = Path(__file__).resolve().parent
-ENSEMBLES = {"its model": PAPER, "ours": PAPER / "round-slots"}
+ENSEMBLES = {"its model": PAPER, "its model, shared base": PAPER / "shared-base", "ours": PAPER / "round-slots"}
 SYMMETRIC = 0.8  # overlap from which on two cracks count as a symmetric pair
 
 Cell = Callable[[crackle.Ensemble], str]
@@ -87,8 +87,8 @@ def table() -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="campaigns", description="Prints the paper beside the ensembles stored in jobs/paper: its model, and ours. "
-                                     "Brackets are 95 % intervals.")
+    parser = argparse.ArgumentParser(prog="campaigns", description="Prints the paper beside the ensembles stored in jobs/paper: its model, with "
+                                     "base points of each sample's own and with a shared base, and ours. Brackets are 95 % intervals.")
     parser.add_argument("--keep", action="store_true", help="put the table into jobs/paper/README.md")
     arguments = parser.parse_args()
     text = table()

@@ -489,9 +489,9 @@ class Stats(unittest.TestCase):
         self.assertIn("version 3 of the file format", result.stderr)
 
     def test_the_papers_stored_ensemble_is_shown(self):
-        with h5py.File(ROOT / "jobs/paper/ensemble.h5") as root:
+        with h5py.File(ROOT / "jobs/paper/shared-base/ensemble.h5") as root:
             status = root["samples/status"][...]
-        result = invoke("stats", ROOT / "jobs/paper")
+        result = invoke("stats", ROOT / "jobs/paper/shared-base")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         n_done = int((status == 1).sum())
         self.assertIn(f"200 samples: {n_done} done, 0 failed, {200 - n_done} pending", result.stdout)

@@ -252,7 +252,7 @@ TEST(Estimate, OutputGrowsWithFramesNodesAndTetrahedra) {
       {0.005, 0.0245, 0.14},
       {{plane::Face::y_min, 0.0675, 0.0055, 0.0006}, {plane::Face::y_max, 0.0725, 0.0055, 0.0006}}};
   parameters.sections.y.resize(5);
-  // jobs/paper/ensemble.h5
+  // jobs/paper/shared-base/ensemble.h5
   EXPECT_NEAR(ensemble_file_size(parameters, 54695), 1.91e6, 0.25 * 1.91e6);
 }
 
