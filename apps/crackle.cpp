@@ -5,6 +5,7 @@
 #include "common/nearest_name.h"
 #include "common/printable.h"
 #include "input/reader.h"
+#include "io/sample_file.h"
 #include "parallel/agreement.h"
 #include "parallel_command.h"
 #include "version.h"
@@ -28,7 +29,10 @@ namespace {
 void add_commands(CLI::App& app, const CommandLine& typed, const std::function<void()>& start_mpi,
                   Action& run) {
   app.require_subcommand(0, 1);
-  app.set_version_flag("--version", [] { return version_text(); });
+  app.set_version_flag("--version", [] {
+    return fmt::format("{}\nresults of model {}, files of schema {}", version_text(), io::model_version,
+                       io::sample_schema_version);
+  });
   add_init_command(app, typed, run);
   add_check_command(app, start_mpi, run);
   add_mesh_command(app, run);

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import re
 import shutil
 import signal
@@ -62,6 +63,15 @@ def median_range(values: Iterable[float | None], form: str, unit: str = "", shar
     low, high = np.quantile(there, shares)
     text = f"{np.median(there):{form}}{unit} ({low:{form}} to {high:{form}})"
     return text if len(there) == len(values) else f"{text}, {len(there)} of {len(values)}"
+
+
+@functools.cache
+def model_of(program: Path) -> int:
+    """The number that changes whenever results of some inputs do."""
+    printed = subprocess.run([str(program), "--version"], capture_output=True, text=True, env=environment(), check=False).stdout
+    if (found := re.search(r"(?m)^results of model (\d+),", printed)) is None:
+        raise RunError(f"'{program} --version' names no model of its results")
+    return int(found[1])
 
 
 def with_keys(text: str, keys: dict[str, str]) -> str:

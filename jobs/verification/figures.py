@@ -13,7 +13,7 @@ from typing import Callable, Sequence
 import crackle
 import numpy as np
 
-from crackle_runs import JOBS, ROOT, RunError, markdown, run, with_keys, without_samples
+from crackle_runs import JOBS, ROOT, RunError, markdown, model_of, run, with_keys, without_samples
 
 MILLIMETRE = 1e-3
 RECORD = JOBS / "runs.json"
@@ -74,7 +74,8 @@ class Comparison:
     def _values(self, text: str, place: Path, program: Path, is_kept: bool) -> list[list[float]]:
         """Of each sample its quantities: recorded ones and, unless all are, those of the run, which are recorded."""
         record = json.loads(RECORD.read_text()) if RECORD.is_file() else {}
-        heading = {"input": zlib.crc32(without_samples(text).encode()), "quantities": [quantity.title for quantity in self.quantities]}
+        heading = {"input": zlib.crc32(without_samples(text).encode()), "model": model_of(program),
+                   "quantities": [quantity.title for quantity in self.quantities]}
         entry = record.get(place.name, {})
         samples = dict(entry["samples"]) if heading.items() <= entry.items() else {}
         ensemble = _kept(place) if is_kept or len(samples) >= self.n_samples else run(text, place, program)

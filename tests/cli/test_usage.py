@@ -14,6 +14,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
 import command_lines  # noqa: E402
+from crackle.files import SCHEMA_VERSIONS  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from effort import repetitions  # noqa: E402
 
@@ -62,6 +63,7 @@ class Usage(unittest.TestCase):
         self.assertEqual(result.returncode, 0)
         self.assertRegex(result.stdout, r"^crackle \d+\.\d+\.\d+\n")
         self.assertRegex(result.stdout, r"\ngit commit ([0-9a-f]{40}(-dirty)?|unknown)\n")
+        self.assertRegex(result.stdout, rf"\nresults of model \d+, files of schema {SCHEMA_VERSIONS[-1]}\n$")
         for library in ("Open MPI", "PETSc", "METIS", "HDF5", "CGAL", "Eigen", "UDUNITS"):
             self.assertRegex(result.stdout, library + r" \d+\.\d+")
 
