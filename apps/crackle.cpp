@@ -30,7 +30,8 @@ void add_commands(CLI::App& app, const CommandLine& typed, const std::function<v
                   Action& run) {
   app.require_subcommand(0, 1);
   app.set_version_flag("--version", [] {
-    return fmt::format("{}\nresults of model {}, files of schema {}", version_text(), io::model_version,
+    return fmt::format("crackle {}\ngit commit {}\n{}\nresults of model {}, files of schema {}",
+                       program_version(), git_commit(), library_versions(), io::model_version,
                        io::sample_schema_version);
   });
   add_init_command(app, typed, run);

@@ -65,8 +65,4 @@ std::string library_versions() {
                      EIGEN_MINOR_VERSION, CRACKLE_UDUNITS_VERSION);
 }
 
-std::string version_text() {
-  return fmt::format("crackle {}\ngit commit {}\n{}", program_version(), git_commit(), library_versions());
-}
-
 }  // namespace crackle

@@ -8,6 +8,5 @@ namespace crackle {
 std::string program_version();   ///< such as "1.0.0"
 std::string git_commit();        ///< commit the program was built from, with "-dirty" for a modified tree
 std::string library_versions();  ///< "Open MPI 4.1.4, PETSc 3.18.5, ..."
-std::string version_text();      ///< all of the above, as --version prints it
 
 }  // namespace crackle

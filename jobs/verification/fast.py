@@ -160,7 +160,7 @@ def dissipation(folder: Path, program: Path) -> list[Figure]:
 def paper_plate(spacing: float) -> str:
     """With slots as sharp as the mesh can have, so that all meshes start from the same load."""
     text = (ROOT / "jobs" / "paper.toml").read_text().replace('height = "0.6 mm"', f'height = "{0.3 * spacing:g} mm"')
-    return with_keys(text, {"mesh.spacing": f'"{spacing} mm"', "mesh.notch_spacing": f'"{0.3 * spacing:g} mm"', "mesh.base": None, "time.integrator": '"verlet"',
+    return with_keys(text, {"mesh.spacing": f'"{spacing} mm"', "mesh.notch_spacing": f'"{0.3 * spacing:g} mm"', "time.integrator": '"verlet"',
                             "time.step": '"auto"', "fracture.release_time": None, "fracture.release_speed": '"781 m/s"', "fracture.impulse": None,
                             "output.frames": "0"})
 

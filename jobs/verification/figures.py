@@ -74,12 +74,16 @@ class Comparison:
     def _values(self, text: str, place: Path, program: Path, is_kept: bool) -> list[list[float]]:
         """Of each sample its quantities: recorded ones and, unless all are, those of the run, which are recorded."""
         record = json.loads(RECORD.read_text()) if RECORD.is_file() else {}
-        heading = {"input": zlib.crc32(without_samples(text).encode()), "model": model_of(program),
+        model = model_of(program)
+        heading = {"input": zlib.crc32(without_samples(text).encode()), "model": model,
                    "quantities": [quantity.title for quantity in self.quantities]}
         entry = record.get(place.name, {})
         samples = dict(entry["samples"]) if heading.items() <= entry.items() else {}
         ensemble = _kept(place) if is_kept or len(samples) >= self.n_samples else run(text, place, program)
         if ensemble is not None:
+            with ensemble[ensemble.done[0]].open() as root:  # a run's samples are of one model
+                if root.attrs.get("model_version") != model:
+                    raise RunError(f"the samples in '{place}' are of another model than '{program}': remove the folder")
             columns = [quantity.of(ensemble) for quantity in self.quantities]
             seen = {str(sample): [float(f"{value:.7g}") for value in row] for sample, row in zip(ensemble.done, zip(*columns))}
             samples |= seen

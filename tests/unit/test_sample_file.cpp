@@ -432,7 +432,8 @@ TEST(Schema, IsRaisedWithTheColumns) {
 }
 
 TEST(OlderFormat, ThePapersStoredEnsembleIsRead) {
-  const EnsembleContent ensemble = read_ensemble(fs::path(CRACKLE_SOURCE_DIR) / "jobs/paper/shared-base/ensemble.h5");
+  const EnsembleContent ensemble =
+      read_ensemble(fs::path(CRACKLE_SOURCE_DIR) / "jobs/paper/shared-base/ensemble.h5");
   EXPECT_EQ(ensemble.samples.size(), 200U);
   EXPECT_NEAR(ensemble.samples[0].onset_force, 512, 40);
 }
